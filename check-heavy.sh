@@ -98,6 +98,9 @@ else
   echo 'no cargo-deny: skipped'
 fi
 
+say 'sweeps on schedulers'
+tests/cluster.sh
+
 say 'instructions of gradients'
 if command -v valgrind >/dev/null; then
   cargo bench -p benches --bench instructions

@@ -19,7 +19,7 @@
 //!   [`parallel`] need the feature `files`, which is on by default. Without this feature the crate needs no file system
 //!   and no threads, and also builds for `wasm32-unknown-unknown`.
 //!
-//! The crate `cosmic-lab` has checks, studies and reports. The crate `cosmic-program` is the program.
+//! The crate `cosmic-lab` has checks, sweeps and reports. The crate `cosmic-program` is the program.
 
 pub mod geometry;
 pub mod error;

@@ -32,9 +32,6 @@ pub enum Purpose {
     Goals = 11,
     /// Sequences of goals by which robots are ranked, chosen and judged.
     Errands = 12,
-    /// Sequences of goals that no robot is trained, chosen or judged for, and disturbances on the way. Studies measure
-    /// delivered robots with them.
-    UnseenErrands = 13,
     /// Bootstrap resampling, to estimate the uncertainty of statistics.
     Bootstrap = 16,
 }

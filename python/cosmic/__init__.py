@@ -8,12 +8,13 @@ gradients through a differentiable simulator.
 
 - :func:`optimize` designs a robot, :func:`load` reads a run's folder, :func:`resume` continues one.
 - :class:`Simulator` simulates one robot or many at once, with ``vjp`` and ``jvp``.
-- :func:`sweep` plans many runs for any executor or for a cluster.
+- :mod:`cosmic.sweep` does many runs in any executor or on a cluster.
 - :mod:`cosmic.jax` and :mod:`cosmic.torch` offer rollouts as differentiable functions and turn your
   functions into objectives. :mod:`cosmic.gym` has environments for reinforcement learning. Import
   them separately; each needs its package.
 """
 
+from . import sweep
 from ._core import Scene, scenes
 from ._errors import (
     DivergedError,
@@ -29,7 +30,6 @@ from ._loss import Loss
 from ._run import Controller, Design, Run, load, optimize, resume
 from ._scene import SceneLike, as_scene
 from ._simulator import Inputs, Simulator, Trajectory
-from ._sweep import Sweep, sweep
 
 __all__ = [
     "Controller",
@@ -47,7 +47,6 @@ __all__ = [
     "Scene",
     "SceneLike",
     "Simulator",
-    "Sweep",
     "Trajectory",
     "UnstableStepError",
     "as_scene",

@@ -39,5 +39,5 @@ mod _core {
     #[pymodule_export]
     use crate::simulator::Simulator;
     #[pymodule_export]
-    use crate::sweep::{Stop, sweep_merge, sweep_plan, sweep_run, sweep_status};
+    use crate::sweep::{sweep_count, sweep_merge, sweep_run};
 }

@@ -14,7 +14,6 @@ from pathlib import Path
 import cosmic
 import pytest
 from common import SCENE, SEED, is_same_run
-from cosmic._sweep import run_one
 
 INTERRUPTED = """
 import json, os, signal, sys, threading, warnings
@@ -37,6 +36,8 @@ print(json.dumps([run.summary["iterations"], text, files, moved]))
 
 #: Enough iterations that the signal arrives before the run ends.
 LONG = {**SCENE, "schedule": {**SCENE["schedule"], "iterations": 800}}
+#: The same as the text of a scene file.
+LONG_TEXT = cosmic.as_scene(LONG).to_toml()
 
 
 def interrupted(out: Path | str) -> tuple[int, str]:
@@ -73,19 +74,20 @@ def test_a_run_without_a_folder_is_returned_as_well() -> None:
 
 
 def test_a_run_of_a_sweep_saves_itself(tmp_path: Path) -> None:
-    stopped, whole = [cosmic.sweep(tmp_path / name, LONG, seeds=1) for name in ("s", "whole")]
+    spec, stopped, whole = [tmp_path / name for name in ("long.toml", "s", "whole")]
+    spec.write_text(LONG_TEXT)
 
     def stop() -> None:
-        while not list(stopped.folder.glob("runs/*/history.jsonl")):
+        while not list(stopped.glob("runs/*/history.jsonl")):
             time.sleep(0.01)
         os.kill(os.getpid(), signal.SIGINT)
 
     threading.Thread(target=stop).start()
     with pytest.raises(KeyboardInterrupt):
-        run_one(str(stopped.folder), 0)
-    assert stopped.left() == [0] and stopped.merge()["state"][0] == "begun"
-    assert [run_one(str(sweep.folder), 0) for sweep in (stopped, whole)] == ["done", "done"]
-    assert is_same_run(stopped[0].folder, whole[0].folder)
+        cosmic.sweep.run(spec, stopped, 0)
+    assert cosmic.sweep.merge(stopped)["state"][0] == "unfinished"
+    assert [cosmic.sweep.run(spec, out, 0) for out in (stopped, whole)] == ["done", "done"]
+    assert is_same_run(stopped / "runs/long-0", whole / "runs/long-0")
 
 
 STOPPED = """
@@ -133,23 +135,3 @@ def test_an_interrupted_batch_keeps_its_finished_robots(call: str) -> None:
     # The current robots take a tenth of a second, and several times as long on a busy machine.
     assert late < 2.0
     assert 0 < finished < 4096 if call == "rollout" else finished == 0
-
-
-def test_an_interrupted_sweep_can_be_continued(tmp_path: Path) -> None:
-    stopped, whole = [cosmic.sweep(tmp_path / name, LONG, seeds=2) for name in ("s", "whole")]
-    sent = []
-
-    def stop() -> None:
-        while len(list(stopped.folder.glob("runs/*/history.jsonl"))) < 2:
-            time.sleep(0.01)
-        sent.append(time.monotonic())
-        os.kill(os.getpid(), signal.SIGINT)
-
-    threading.Thread(target=stop).start()
-    with pytest.raises(KeyboardInterrupt, match=r"0 of 2 runs are finished; call run\(\) again"):
-        stopped.run(threads=2)
-    assert time.monotonic() - sent[0] < 2.0
-    assert list(stopped.merge()["state"]) == ["begun", "begun"]
-    stopped.run()
-    whole.run()
-    assert all(is_same_run(stopped[k].folder, whole[k].folder) for k in range(2))

@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 #: Allows a few MB more than are in use, and then does work that needs more.
 LIMITED = """
-import resource
+import resource, sys
 import cosmic, numpy as np
 
 sim = cosmic.Simulator("stability")
@@ -48,15 +48,18 @@ large = cosmic.Simulator(wide)
 limited(500, large.initial)
 limited(500, lambda: cosmic.optimize(wide, progress=False))
 limited(500, lambda: cosmic.optimize({**long, "schedule.horizon": [4096, 1000000]}, progress=False))
-limited(500, lambda: cosmic.sweep("nowhere", wide, seeds=1))
+limited(500, lambda: cosmic.sweep.run(sys.argv[1], "nowhere", 0))
 # The simulator still works.
 sim.rollout(first)
 """
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="limits the memory of a process as Linux does")
-def test_work_that_needs_too_much_memory_is_refused() -> None:
-    done = subprocess.run([sys.executable, "-c", LIMITED], capture_output=True, text=True, timeout=120)
+def test_work_that_needs_too_much_memory_is_refused(tmp_path: Path) -> None:
+    wide = tmp_path / "wide.toml"
+    wide.write_text('base = "stability"\nlattice = { columns = 64, rows = 64 }\ncontroller.hidden = 4096\n')
+    line = [sys.executable, "-c", LIMITED, wide]
+    done = subprocess.run(line, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stdout + done.stderr
     gradient, simulator, rollout, tangents, start, *runs = done.stdout.splitlines()
     # 2000 robots x 1025 states x 36 nodes x 4 numbers of 8 bytes.

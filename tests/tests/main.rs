@@ -29,6 +29,7 @@ mod reference_rollouts;
 mod rollout_gradients;
 mod scale;
 mod stability;
+mod studies;
 mod surroundings;
 mod time_step;
 mod void_edges;

@@ -1,31 +1,26 @@
-//! Checks, studies, sweeps and reports for the designs and runs of [`cosmic`].
+//! Checks, sweeps and reports for the designs and runs of [`cosmic`].
 //!
 //! The order of the modules is the architecture: a module uses only those above it.
 //!
-//! - [`child`]: child processes that can be stopped.
-//! - [`statistics`]: statistics of a sample with their standard errors.
+//! - [`statistics`]: statistics of a sample with the standard error of the median.
 //! - [`table`]: tables, and how they are written.
 //! - [`robustness`]: designs in randomly drawn worlds.
 //! - [`walk`]: robots that walk to the goals that they are given.
 //! - [`report`]: pages, plots and pictures of runs.
 //! - [`export`]: files of a robot for other programs: MuJoCo and the workshop.
-//! - [`measure`]: measurements of finished runs: in changed scenes, on the way to unseen goals, and in MuJoCo.
 //! - [`verify`]: errors of trajectories and gradients and their cost; stability of extreme robots.
-//! - [`sweep`]: many runs from a frozen plan.
-//! - [`study`]: the experiments that a TOML file describes, compared with published numbers.
+//! - [`sweep`]: a run for every combination of scenes, settings and seeds, and the table of the results.
 
 mod files;
-pub mod child;
+mod child;
 pub mod statistics;
 pub mod table;
 pub mod robustness;
 pub mod walk;
 pub mod report;
 pub mod export;
-pub mod measure;
 pub mod verify;
 pub mod sweep;
-pub mod study;
 
 pub use cosmic::{Error, Result};
 

@@ -1,4 +1,4 @@
-//! Statistics of a sample with their standard errors.
+//! Statistics of a sample with the standard error of the median.
 
 use cosmic::codesign::Quantiles;
 use cosmic::random::{Purpose, stream};
@@ -44,20 +44,6 @@ fn finite(x: f64) -> Option<f64> {
     Some(x).filter(|x| x.is_finite())
 }
 
-/// Returns the mean of a sample, and the estimate of the population's variance from the sample.
-fn mean_and_variance(sample: &[f64]) -> [f64; 2] {
-    let count = sample.len() as f64;
-    let mean = sample.iter().sum::<f64>() / count;
-    let squares: f64 = sample.iter().map(|x| (x - mean).powi(2)).sum();
-    [mean, squares / (count - 1.0)]
-}
-
-/// Returns the mean of a sample and the standard error of the mean; `None` for a sample of one number.
-pub fn mean(sample: &[f64]) -> Option<[f64; 2]> {
-    let [mean, variance] = mean_and_variance(sample);
-    (sample.len() > 1).then(|| [mean, (variance / sample.len() as f64).sqrt()])
-}
-
 /// Returns the bootstrap estimate of the median's standard error: the standard deviation of the medians of resamples,
 /// which are drawn with replacement. The random stream is fixed, so the result depends only on the sample.
 fn standard_error(sample: &[f64]) -> f64 {
@@ -68,5 +54,7 @@ fn standard_error(sample: &[f64]) -> f64 {
         Quantiles::of(&again).p50
     };
     let medians: Vec<f64> = (0..RESAMPLES).map(&mut draw).collect();
-    mean_and_variance(&medians)[1].sqrt()
+    let mean = medians.iter().sum::<f64>() / RESAMPLES as f64;
+    let squares: f64 = medians.iter().map(|x| (x - mean).powi(2)).sum();
+    (squares / (RESAMPLES as f64 - 1.0)).sqrt()
 }

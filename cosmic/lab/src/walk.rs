@@ -86,7 +86,6 @@ pub fn walk(case: &Case, goals: &Goals, steps: usize) -> Result<Walk> {
         task: &task,
         controller: &case.controller,
         start: &case.start,
-        push: None,
     };
     let trajectory = walker.walk(goals, (0..steps).step_by(EVERY))?;
     let (dt, start) = (case.physics.dt, walker.place());
@@ -108,23 +107,13 @@ pub fn walk(case: &Case, goals: &Goals, steps: usize) -> Result<Walk> {
     })
 }
 
-/// A change of the velocity of a whole robot at once.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Push {
-    /// The number of steps before the push, at least 1.
-    pub(crate) after: usize,
-    /// What the push adds to the velocity of every node along the ground, m/s.
-    pub(crate) speed: f64,
-}
-
-/// A robot that walks to its goals, and may be disturbed.
-pub(crate) struct Walker<'a> {
+/// A robot that walks to its goals.
+struct Walker<'a> {
     /// The task, with the goals.
-    pub(crate) task: &'a Task,
-    pub(crate) body: Body<f64>,
-    pub(crate) controller: &'a Controller<f64>,
-    pub(crate) start: &'a State<f64>,
-    pub(crate) push: Option<Push>,
+    task: &'a Task,
+    body: Body<f64>,
+    controller: &'a Controller<f64>,
+    start: &'a State<f64>,
 }
 
 impl Walker<'_> {
@@ -133,7 +122,7 @@ impl Walker<'_> {
     ///
     /// # Errors
     /// [`Error::Diverged`].
-    pub(crate) fn walk(
+    fn walk(
         &self,
         goals: &Goals,
         observed: impl Iterator<Item = usize>,
@@ -143,35 +132,12 @@ impl Walker<'_> {
             .times(steps)
             .flat_map(|(time, _)| [time.start, time.end]);
         let observed: BTreeSet<usize> = observed.chain(times).chain([steps]).collect();
-        let Some(push) = self.push else {
-            let span = Span::from_start(observed.into_iter().collect());
-            return self.part(self.start, &span);
-        };
-        let before = observed.range(..push.after).copied();
-        let span = Span::from_start(before.chain([push.after]).collect());
-        let mut seen = self.part(self.start, &span)?;
-        let after: Vec<usize> = observed.range(push.after..).copied().collect();
-        let rest = after.iter().map(|step| step - push.after);
-        let rest = Span {
-            first: push.after,
-            ..Span::from_start(rest.collect())
-        };
-        let (_, pushed) = (seen.steps.pop(), seen.states.pop());
-        let mut pushed = pushed.expect("the state before the push is observed");
-        let change = Vector::upright(push.speed, 0.0);
-        let change = self.task.ground().vector_to_world(change);
-        pushed.v.iter_mut().for_each(|v| *v += change);
-        seen.steps.extend(after);
-        seen.states.extend(self.part(&pushed, &rest)?.states);
-        Ok(seen)
-    }
-
-    fn part(&self, start: &State<f64>, span: &Span) -> Result<Trajectory<f64>> {
+        let span = Span::from_start(observed.into_iter().collect());
         let simulator = &self.task.simulator;
         let Guarded {
             trajectory,
             divergence,
-        } = simulator.guarded(&self.body, self.controller, start, span);
+        } = simulator.guarded(&self.body, self.controller, self.start, &span);
         divergence.map_or(Ok(trajectory), |divergence| Err((&divergence).into()))
     }
 
@@ -182,7 +148,7 @@ impl Walker<'_> {
     }
 
     /// The legs of a [walk](Self::walk).
-    pub(crate) fn legs(&self, goals: &Goals, trajectory: &Trajectory<f64>) -> Vec<Leg> {
+    fn legs(&self, goals: &Goals, trajectory: &Trajectory<f64>) -> Vec<Leg> {
         let (start, physics) = (self.place(), &self.task.physics);
         let along = |step: usize| self.task.ground().along(trajectory.position(step)) - start;
         let leg = |(time, goal): (Range<usize>, Vector<f64>)| {

@@ -1,6 +1,5 @@
 //! The tests of the crate `cosmic-lab`. They form one binary. A file here tests the file of the same name in `src`.
 
-mod child;
 mod export {
     mod joint;
     mod layers;
@@ -8,12 +7,7 @@ mod export {
     mod mujoco;
     mod stl;
 }
-mod measure {
-    mod errands;
-    mod walks;
-}
 mod report {
-    mod bars;
     mod chart;
     mod gait;
     mod lettering;
@@ -24,12 +18,8 @@ mod report {
 mod small;
 mod statistics;
 mod sweep {
-    mod claim;
-    mod frozen;
     mod grid;
     mod plan;
-    mod ranges;
-    mod state;
 }
 mod table {
     mod fill;

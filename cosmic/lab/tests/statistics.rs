@@ -1,5 +1,5 @@
 use cosmic::random::{Purpose, stream};
-use cosmic_lab::statistics::{Statistics, mean};
+use cosmic_lab::statistics::Statistics;
 use rand::RngExt;
 
 #[test]
@@ -21,11 +21,4 @@ fn the_error_of_the_median_of_a_uniform_sample_is_known() {
     assert!((0.0125..0.05).contains(&error), "{error}");
     let error = |sample: &[f64]| Statistics::of(sample).standard_error;
     assert_eq!([error(&[3.0; 9]), error(&[3.0])], [Some(0.0), None]);
-}
-
-#[test]
-fn the_error_of_a_mean_is_the_scatter_over_the_root_of_the_count() {
-    assert_eq!(mean(&[1.0, 3.0]), Some([2.0, 1.0]));
-    assert_eq!(mean(&[0.0, 0.0, 2.0, 2.0]).map(|[m, _]| m), Some(1.0));
-    assert_eq!(mean(&[1.0]), None);
 }

@@ -21,7 +21,6 @@ mod compare;
 mod robustness;
 mod mujoco;
 mod export;
-mod study;
 mod sweep;
 mod scene;
 mod completions;
@@ -58,7 +57,6 @@ enum Command {
     Compare(compare::Arguments),
     Robustness(robustness::Arguments),
     Export(export::Arguments),
-    Study(study::Arguments),
     Sweep(sweep::Arguments),
     Scene(scene::Arguments),
     Completions(completions::Arguments),
@@ -83,7 +81,6 @@ impl Command {
             Command::Compare(arguments) => arguments.run(registry),
             Command::Robustness(arguments) => arguments.run(registry),
             Command::Export(arguments) => arguments.run(registry),
-            Command::Study(arguments) => arguments.run(registry),
             Command::Sweep(arguments) => arguments.run(registry),
             Command::Scene(arguments) => arguments.run(registry),
             Command::Completions(arguments) => arguments.run(command(registry)),
@@ -117,7 +114,7 @@ fn command(registry: &Registry) -> clap::Command {
         command = command.mut_subcommand(name, |command| with_default(command, "source"));
     }
     command.mut_subcommand("sweep", |sweep| {
-        sweep.mut_subcommand("plan", |plan| with_default(plan, "scenes"))
+        sweep.mut_subcommand("run", |run| with_default(run, "spec"))
     })
 }
 

@@ -108,17 +108,6 @@ pub(super) fn answer_written<P: AsRef<Path>>(output: &Output, written: &[P]) -> 
     answer(output, &value, &lines(written))
 }
 
-/// Prints the folder of a planned sweep and the number of its runs.
-pub(super) fn answer_planned(output: &Output, sweep: &Path, runs: usize) -> Result<()> {
-    let sweep = sweep.display();
-    let value = serde_json::json!({ "sweep": sweep.to_string(), "runs": runs });
-    answer(
-        output,
-        &value,
-        &format!("{sweep}: {}\n", counted(runs, "run")),
-    )
-}
-
 /// The paths as text, one per line.
 pub(super) fn lines<P: AsRef<Path>>(paths: &[P]) -> String {
     let line = |path: &P| format!("{}\n", path.as_ref().display());

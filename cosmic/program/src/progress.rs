@@ -5,12 +5,13 @@ use crate::interrupt::Interrupt;
 use crate::output::{counted, metres, note, unreliable};
 use cosmic::codesign::{Phase, Record};
 use cosmic::record::{Observer, Run};
-use cosmic_lab::sweep::{Ended, Overseer, RunOutcome, SweepPlan};
+use cosmic_lab::sweep::{Ended, Overseer, Plan, RunOutcome};
 use cosmic_lab::table::clock;
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::BTreeMap;
 use std::mem;
 use std::ops::ControlFlow;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
@@ -194,20 +195,16 @@ impl Pace {
 pub(super) struct Many {
     quiet: bool,
     interrupt: Interrupt,
-    /// The titles of all runs: their scenes and seeds.
+    /// The titles of all runs: their trials and seeds.
     titles: Vec<String>,
     done: AtomicUsize,
     pace: Pace,
 }
 
 impl Many {
-    /// Begins to show the runs of `plan`, of which `over` are already finished.
-    pub(super) fn new(
-        output: &Output,
-        interrupt: Interrupt,
-        plan: &SweepPlan,
-        over: usize,
-    ) -> Self {
+    /// Begins to show the runs of `plan` in `folder`, of which some may be finished.
+    pub(super) fn new(output: &Output, interrupt: Interrupt, plan: &Plan, folder: &Path) -> Self {
+        let over = plan.runs() - plan.left(folder).count();
         Self {
             quiet: output.quiet,
             interrupt,
@@ -245,10 +242,10 @@ impl Overseer for Many {
     }
 }
 
-/// The title of a run: its scene and its seed.
-pub(super) fn title(plan: &SweepPlan, index: usize) -> String {
-    let (scene, seed) = plan.parts(index);
-    format!("{} seed {seed}", scene.name)
+/// The title of a run: its trial and its seed.
+pub(super) fn title(plan: &Plan, index: usize) -> String {
+    let (trial, seed) = plan.parts(index);
+    format!("{} seed {seed}", trial.name)
 }
 
 /// Describes the outcome of a run in a few words.

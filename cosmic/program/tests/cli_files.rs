@@ -31,14 +31,6 @@ window = 16
 task = \"climb\"
 ";
 
-/// A scene of a robot that takes goals.
-const ERRAND: &str = "
-base = 'errand'
-lattice = { columns = 3, rows = 2, payload = 1 }
-[physics]
-steps = 64
-";
-
 /// The headings of the generated parts. Each generated part reaches from its heading to the end of the page.
 const KEYS: &str = "## Keys\n\n";
 const COLUMNS: &str = "## Columns of the tables\n\n";
@@ -110,9 +102,7 @@ fn of_folder(folder: &Path, found: &mut Found) {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_str().unwrap().to_owned();
         if path.is_dir() {
-            if name != "claims" {
-                of_folder(&path, found);
-            }
+            of_folder(&path, found);
             continue;
         }
         // A file with a solid is not text and contains no names.
@@ -151,32 +141,21 @@ fn of_folder(folder: &Path, found: &mut Found) {
 #[test]
 fn the_page_describes_all_files_of_runs_and_sweeps() {
     let bench = Bench::with(SCENE);
-    bench.write("base.toml", SCENE.replace("base = 'stability'\n", ""));
-    bench.write("errand.toml", ERRAND);
-    bench.write("goals.toml", "[[trials]]\nscene = 'errand.toml'\n");
     for command in [
         "optimize tiny.toml --starts 2 --out runs/several",
         "optimize --from runs/several --out runs/on",
         "export runs/on --csv --svg --dxf --stl",
         "robustness runs/on --samples 1 --out runs/robustness.csv",
-        "sweep plan tiny.toml --seeds 1 --out runs/s",
-        "sweep run runs/s --index all",
-        "sweep merge runs/s",
-        "study ablation --base base.toml --seeds 1 --iterations 2 --out runs/out --runs runs/study",
-        "study goals.toml --seeds 1 --iterations 1",
+        "sweep run tiny.toml --out runs/s",
     ] {
         bench.ok(command);
     }
     let mut found = Found::default();
     of_folder(&bench.path("runs"), &mut found);
     let Found { mut names, tables } = found;
-    // The page cannot contain these file names, because the user chooses them.
-    for name in ["robustness.csv", "goals.csv", "goals.json"] {
-        names.remove(name);
-    }
+    // The page cannot contain this file name, because the user chooses it.
+    names.remove("robustness.csv");
     let table = tables.iter().map(|(name, columns)| match &name[..] {
-        "ablation.csv" => format!("| `NAME.csv` of a study | {columns} |\n"),
-        "goals.csv" => format!("| of a study with given goals | {columns} |\n"),
         "robustness.csv" => format!("| of `robustness` | {columns} |\n"),
         _ => format!("| `{name}` | {columns} |\n"),
     });
@@ -186,7 +165,7 @@ fn the_page_describes_all_files_of_runs_and_sweeps() {
         COLUMNS,
         &table.fold(head, |text, row| text + &row),
     );
-    let rare = "bars.csv solid.csv start.json check.json entered loss_p50 merit_horizon";
+    let rare = "bars.csv solid.csv start.json entered loss_p50 merit_horizon";
     for name in rare.split(' ') {
         assert!(names.contains(name), "no file of these runs has {name}");
     }

@@ -1,7 +1,6 @@
 //! `cosmic export --mujoco`: compares robots in MuJoCo with the same robots in this simulator.
 #![cfg(unix)]
 
-use crate::cli_transfer::PAGE;
 use crate::common::Bench;
 use crate::common::python::python;
 use crate::program::Told;
@@ -14,6 +13,9 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
+
+/// The page that describes all files.
+const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/files.md");
 
 /// The number of steps of a flight. A flight lasts more than a second, in which the clock advances by ten radians.
 const STEPS: usize = 512;

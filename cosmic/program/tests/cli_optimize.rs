@@ -241,8 +241,7 @@ fn a_short_run_ends_with_a_robot() {
     };
     bench.ok("optimize short-12/scene.toml --out again");
     assert!(robot("again") == robot("short-12"));
-    bench.ok("sweep plan tiny.toml --seeds 1 --iterations 12 --out s");
-    bench.ok("sweep run s");
+    bench.ok("sweep run tiny.toml --iterations 12 --out s");
     assert!(robot("s/runs/tiny-0") == robot("short-12"));
     // The scene's own number changes nothing.
     bench.run("whole", "");

@@ -50,9 +50,8 @@ fn errors_about_numbers_out_of_range_say_what_is_allowed() {
         ("gradcheck --directions 0", directions),
         ("robustness a --seed -1", seeds),
         ("robustness a --start -1", "expected a number from 0 to 1"),
-        ("study paper --first-seed -1", seeds),
-        ("study paper --seeds 0", counts),
-        ("sweep plan --out s --seeds 0", counts),
+        ("sweep run --out s --first-seed -1", seeds),
+        ("sweep run --out s --seeds 0", counts),
     ] {
         let mut words = line.rsplit(' ');
         let (value, option) = (words.next().unwrap(), words.next().unwrap());

@@ -477,7 +477,7 @@ fn compare_has_a_row_for_every_run() {
     assert_eq!(html.matches("<dt>run</dt>").count(), 2);
     fetches_nothing(&html);
     assert_eq!(html.matches("\"name\":\"run\"").count(), 2);
-    // `sweep prune` removes the trajectory of a run. Such a run is only in the table.
+    // A run without its trajectory is only in the table.
     let trajectory = bench.read("run/trajectory.json");
     bench.remove("run/trajectory.json");
     bench.cosmic("compare run --out compare.html").ok();

@@ -84,10 +84,8 @@ fn every_command_that_takes_a_scene_takes_settings() {
         &warned.error,
         &["the horizon is longer than the rollout and ends with it"],
     );
-    let plan = "sweep plan tiny.toml --seeds 1 --out s";
-    with(plan, "physics.gravity=3.7").ok();
-    let plan = bench.json("s/plan.json").to_string();
-    has(&plan, &["3.7"]);
+    with("sweep run tiny.toml --out s", "physics.gravity=3.7").ok();
+    has(&bench.read("s/sweep.json"), &["gravity = 3.7"]);
 }
 
 /// If `--set` makes the time step unstable, the error shows that option and not the line of the scene file that it

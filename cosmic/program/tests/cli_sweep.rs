@@ -1,60 +1,62 @@
-//! `cosmic sweep`: frozen plans, processes that share the runs, and merged results.
+//! `cosmic sweep`: processes that share the runs, and merged results.
 #![cfg(unix)]
 
+use crate::background::signal;
 use crate::common::{Bench, scene};
 use crate::program::{Told, command, has};
 use serde_json::{Value, json};
-use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs;
 
-/// Makes a test folder with a planned sweep `s` of one scene with three seeds. `more` has further options of `sweep
-/// plan`.
-fn planned(scene: &str, more: &str) -> Bench {
-    let bench = Bench::with(scene);
-    let said = bench.cosmic(&format!("sweep plan tiny.toml --seeds 3 --out s {more}"));
-    assert_eq!(said.ok().out, "s: 3 runs\n");
-    bench
+/// The command that does three runs of `tiny.toml` in the folder `s`.
+const RUN: &str = "sweep run tiny.toml --seeds 3 --out s";
+
+/// A test folder whose scene takes half a second, so that other processes can come in between.
+fn slow() -> Bench {
+    Bench::with(&scene(40, 384, ""))
 }
 
-/// The scene of most tests in this file.
-fn small() -> String {
-    scene(24, 64, "")
+/// Returns the states of the runs in the order of their numbers.
+fn states(bench: &Bench) -> Vec<String> {
+    bench.ok("sweep merge s --quiet");
+    let table = bench.read("s/results.csv");
+    let mut rows = table.lines().map(|line| line.split(','));
+    let column = rows.next().unwrap().position(|name| name == "state");
+    let state = |mut row: std::str::Split<char>| row.nth(column.unwrap()).unwrap().to_owned();
+    rows.map(state).collect()
 }
 
-/// Returns the counts of waiting, begun, done and diverged runs that `cosmic sweep status` prints.
-fn counts(bench: &Bench) -> [u64; 4] {
-    let told = bench.ok("sweep status s").out;
-    let numbers = told.lines().last().unwrap().split(", ");
-    let numbers: Vec<u64> = numbers
-        .zip(["waiting", "begun", "done", "diverged"])
-        .map(|(count, name)| count.strip_suffix(name).unwrap().trim().parse().unwrap())
-        .collect();
-    numbers.try_into().unwrap()
-}
-
-#[test]
-fn sweep_plan_obeys_quiet_and_json() {
-    let bench = Bench::default();
-    let plan = |how: &str| bench.cosmic(&format!("sweep plan tiny.toml --out {how}"));
-    assert_eq!(plan("quiet --seeds 3 --quiet").ok().out, "");
-    assert_eq!(plan("one --seeds 1").ok().out, "one: 1 run\n");
-    let told = plan("told --seeds 3 --json").json();
-    assert_eq!(told, json!({ "sweep": "told", "runs": 3 }));
-    for name in ["quiet/plan.json", "told/plan.json"] {
-        assert!(bench.path(name).exists());
+/// Asserts that the runs of the sweep `s` have the results of undisturbed runs.
+fn has_undisturbed_results(bench: &Bench) {
+    assert_eq!(states(bench), ["done"; 3]);
+    for seed in ["0", "1", "2"] {
+        bench.run(seed, &format!("--seed {seed}"));
+        assert_eq!(
+            bench.results(&format!("s/runs/tiny-{seed}")),
+            bench.results(seed)
+        );
     }
 }
 
 #[test]
 fn the_runs_of_a_sweep_equal_those_of_optimize() {
-    let bench = planned(&small(), "");
-    let said = bench.ok("sweep run s --index 1 --threads 2");
-    assert!(said.out.starts_with("run 1, tiny seed 1: "), "{said:?}");
-    let said = bench.cosmic("sweep run s --threads 2");
+    let bench = Bench::default();
+    let said = bench.ok(&format!("{RUN} --index 1 --threads 2"));
+    has(&said.error, &["run 1, tiny seed 1: "]);
+    assert_eq!(
+        (said.out, states(&bench)[1..].to_vec()),
+        (
+            String::new(),
+            vec!["done".to_owned(), "unfinished".to_owned()]
+        )
+    );
+    let said = bench.ok(&format!("{RUN} --threads 2"));
     // Only two runs are reported, because run 1 was already finished.
-    assert_eq!((said.code, said.error.lines().count()), (0, 2), "{said:?}");
+    assert_eq!(said.error.lines().count(), 2, "{said:?}");
     assert!(said.error.starts_with("2/3  tiny seed "), "{said:?}");
+    // When all runs are done, they are merged.
+    assert_eq!(said.out, bench.ok("sweep merge s").out);
+    has(&said.out, &["trial  ", "\ntiny   ", "\ns/results.csv\n"]);
     has_undisturbed_results(&bench);
 }
 
@@ -70,106 +72,83 @@ fn a_refused_scene_does_not_stop_the_other_runs() {
             "[volume]\nsolid = [1.0, 1.0]\nactuator = [0.0, 0.0]\n",
         );
     bench.write("stiff.toml", stiff);
-    let sweep = |line: &str| bench.cosmic(&format!("sweep {line}"));
-    sweep("plan stiff.toml tiny.toml --seeds 2 --out s").ok();
-    let json = sweep("run s --index auto --json").json();
-    assert_eq!(json["index"], 2);
-    for index in ["all", "auto"] {
-        let says = [
-            "run 0, stiff-0: after iteration ",
-            "\n1 more run of this sweep failed",
-        ];
-        sweep(&format!("run s --index {index}")).fails(2, &says);
-    }
-    assert_eq!(counts(&bench), [0, 2, 2, 0]);
+    let says = [
+        "run 0, stiff-0: after iteration ",
+        "\n1 more run of this sweep failed",
+    ];
+    let line = "sweep run stiff.toml tiny.toml --seeds 2 --out s";
+    bench.fails(line, 2, &says);
+    assert_eq!(states(&bench), ["unfinished", "unfinished", "done", "done"]);
+    bench.fails(&format!("{line} --index 0"), 2, &["after iteration "]);
+    bench.ok(&format!("{line} --index 3"));
 }
 
 /// If one run has damaged files, or another process is doing it, the sweep still does the other runs.
 #[test]
 fn a_faulty_or_locked_run_does_not_stop_the_other_runs() {
-    let bench = planned(&small(), "--iterations 4");
-    let sweep = |line: &str| bench.cosmic(&format!("sweep {line}"));
+    let bench = Bench::default();
     let run = |index: usize, file: &str| bench.path(&format!("s/runs/tiny-{index}/{file}"));
     fs::create_dir_all(run(1, "")).unwrap();
     let lock = fs::File::create(run(1, ".cosmic-lock")).unwrap();
     lock.try_lock().unwrap();
-    let said = sweep("run s --index all").ok();
+    let said = bench.ok(RUN);
     let says = "other processes are doing 1 of 3 runs\n";
     assert!(said.error.ends_with(says), "{said:?}");
+    assert_eq!(said.out, "");
+    let said = bench.ok(&format!("{RUN} --index 1"));
+    has(
+        &said.error,
+        &["run 1, tiny seed 1: is being run by another process"],
+    );
+    drop(lock);
     fs::remove_dir_all(run(0, "")).unwrap();
     fs::create_dir_all(run(0, "")).unwrap();
     fs::write(run(0, "stray"), "").unwrap();
-    let said = sweep("run s --index all");
+    let said = bench.cosmic(RUN);
     let says = "error: run 0, tiny-0: s/runs/tiny-0: the folder is not empty, but it does not contain a run";
     said.fails(2, &[says]);
     assert!(!said.error.contains("of this sweep failed"), "{said:?}");
-    assert_eq!(counts(&bench), [2, 0, 1, 0]);
-    drop(lock);
-    sweep("run s --index auto").ok();
-    // Run 1 was finished. Now it loses its summary and one of its histories.
-    fs::remove_file(run(1, "summary.json")).unwrap();
-    fs::remove_file(run(1, "history.csv")).unwrap();
-    sweep("run s --index 1").fails(4, &["history.csv"]);
-    fs::remove_file(run(0, "stray")).unwrap();
-    sweep("run s --index all").fails(4, &["run 1, tiny-1: "]);
-    assert_eq!(counts(&bench), [0, 1, 2, 0]);
-    // `status` does not read summaries, so it does not notice the damage; `merge` does.
+    assert_eq!(states(&bench), ["unfinished", "done", "done"]);
     fs::write(run(2, "summary.json"), "{").unwrap();
-    assert_eq!(counts(&bench), [0, 1, 2, 0]);
-    sweep("merge s").fails(2, &["tiny-2/summary.json"]);
-}
-
-/// Asserts that the runs of the sweep `s` have the results of undisturbed runs.
-fn has_undisturbed_results(bench: &Bench) {
-    assert_eq!(counts(bench), [0, 0, 3, 0]);
-    for seed in ["0", "1", "2"] {
-        bench.run(seed, &format!("--seed {seed}"));
-        assert_eq!(
-            bench.results(&format!("s/runs/tiny-{seed}")),
-            bench.results(seed)
-        );
-    }
+    bench.fails("sweep merge s", 2, &["tiny-2/summary.json"]);
 }
 
 /// If the folder of a run disappears, this run ends with an error, and the sweep still does the other runs.
 #[test]
 fn a_vanished_run_folder_ends_only_its_run() {
-    let bench = planned(&scene(40, 384, ""), "");
-    let child = bench.start("sweep run s --threads 1");
+    let bench = slow();
+    let child = bench.start(&format!("{RUN} --threads 1"));
     bench.await_lines("s/runs/tiny-0/history.jsonl", 1);
     fs::rename(bench.path("s/runs/tiny-0"), bench.path("gone")).unwrap();
     let said = Told::of(child.wait_with_output().unwrap());
     said.fails(4, &["run 0, tiny-0: cannot write s/runs/tiny-0"]);
-    assert_eq!(counts(&bench), [1, 0, 2, 0]);
-    bench.ok("sweep run s");
+    assert_eq!(states(&bench), ["unfinished", "done", "done"]);
+    bench.ok(RUN);
     has_undisturbed_results(&bench);
 }
 
 /// If the folder of the sweep disappears, the process ends without making it again.
 #[test]
 fn a_vanished_sweep_ends_the_process() {
-    let bench = planned(&scene(40, 384, ""), "");
-    let child = bench.start("sweep run s --threads 1");
+    let bench = slow();
+    let child = bench.start(&format!("{RUN} --threads 1"));
     bench.await_lines("s/runs/tiny-0/history.jsonl", 1);
     fs::rename(bench.path("s"), bench.path("moved")).unwrap();
     let said = Told::of(child.wait_with_output().unwrap());
     said.fails(4, &["cannot write s/"]);
     assert!(!said.error.contains("of this sweep"), "{said:?}");
     assert!(!bench.path("s").exists());
-    fs::rename(bench.path("moved"), bench.path("s")).unwrap();
-    bench.ok("sweep run s");
-    has_undisturbed_results(&bench);
 }
 
 /// A limit on the size of files makes writes fail, as on a full disk.
 #[test]
 fn a_full_disk_ends_runs_and_loses_nothing() {
-    let bench = planned(&scene(40, 384, ""), "");
+    let bench = slow();
     // The limit is 40 blocks of 512 bytes: enough for the scene and the first iterations.
-    let full = "trap '' XFSZ; ulimit -f 40; exec \"$0\" sweep run s --threads 1";
+    let full = format!("trap '' XFSZ; ulimit -f 40; exec \"$0\" {RUN} --threads 1");
     let program = command("").get_program().to_owned();
     let said = std::process::Command::new("sh")
-        .args([OsStr::new("-c"), OsStr::new(full), &program])
+        .args([OsStr::new("-c"), OsStr::new(&full), &program])
         .current_dir(bench.path(""))
         .output();
     let says = [
@@ -177,295 +156,166 @@ fn a_full_disk_ends_runs_and_loses_nothing() {
         "2 more runs of this sweep failed",
     ];
     Told::of(said.unwrap()).fails(4, &says);
-    assert_eq!(counts(&bench)[2..], [0, 0]);
-    bench.ok("sweep run s");
+    bench.ok(RUN);
     has_undisturbed_results(&bench);
 }
 
 #[test]
 fn warnings_name_their_runs() {
-    let unstable = scene(24, 64, "dt = 0.05\nunstable_step = \"warn\"");
-    let bench = planned(&unstable, "--iterations 2");
-    let said = bench.cosmic("sweep run s --index all");
+    let bench = Bench::with(&scene(24, 64, "dt = 0.05\nunstable_step = \"warn\""));
+    let line = format!("{RUN} --iterations 2");
     let warning = "warning: tiny-1: the time step of 0.05 s is unstable";
-    has(&said.error, &[warning]);
+    has(&bench.cosmic(&line).error, &[warning]);
     fs::remove_dir_all(bench.path("s/runs")).unwrap();
-    let quiet = bench.cosmic("sweep run s --index all --quiet");
+    let quiet = bench.cosmic(&format!("{line} --quiet"));
     assert!(!quiet.error.contains("warning"), "{quiet:?}");
 }
 
+/// Each run is done by one process, and by another one if the first is killed.
 #[test]
-fn processes_share_a_sweep_and_no_run_is_done_twice() {
-    let bench = planned(&scene(40, 384, ""), "");
-    let auto = "sweep run s --index auto --threads 1 --json";
-    let children = [(); 2].map(|()| bench.start(auto));
-    let both = children.map(|child| Told::of(child.wait_with_output().unwrap()).json());
-    let third = bench.cosmic(auto).json();
-    let taken = both.iter().chain([&third]);
-    let indices: BTreeSet<u64> = taken.map(|said| said["index"].as_u64().unwrap()).collect();
-    assert_eq!(indices, BTreeSet::from([0, 1, 2]));
-    // Three calls have done all three runs, so a fourth call finds none.
-    assert_eq!(bench.cosmic(auto).json()["index"], Value::Null);
-}
-
-/// If another process has claimed a run, `sweep run` waits for it. When the claim is given back, it does the run.
-#[test]
-fn a_sweep_continues_until_no_run_is_unfinished() {
-    let bench = planned(&scene(40, 384, ""), "");
-    // A claim without content looks as if another host had just made it.
-    fs::create_dir_all(bench.path("s/claims/tiny-0")).unwrap();
-    bench.write("s/claims/tiny-0/1", String::new());
-    let child = bench.start("sweep run s --threads 1");
-    bench.await_lines("s/runs/tiny-1/history.jsonl", 0);
-    assert!(!bench.path("s/runs/tiny-0").exists());
-    bench.write("s/claims/tiny-0/1", "free\n");
-    let output = child.wait_with_output().unwrap();
-    assert!(output.status.success(), "{output:?}");
-    assert_eq!(counts(&bench), [0, 0, 3, 0]);
-}
-
-#[test]
-fn an_edited_plan_is_refused() {
-    let bench = planned(&small(), "--iterations 4");
-    let plan = bench.read("s/plan.json");
-    let edits = [
-        (
-            "\"iterations\":4",
-            "\"iterations\":5",
-            "`iterations` is 5, but was 4",
-        ),
-        ("\"seeds\":3", "\"seeds\":4", "`seeds` is 4, but was 3"),
-        (
-            "steps = 64",
-            "steps = 65",
-            "`tiny: physics.steps` is 65, but was 64",
-        ),
-        (
-            "\"cosmic_version\":\"",
-            "\"cosmic_version\":\"9.",
-            "`cosmic_version` is 9.",
-        ),
-    ];
-    for (old, new, says) in edits {
-        let edited = plan.replacen(old, new, 1);
-        assert_ne!(edited, plan, "{old}");
-        bench.write("s/plan.json", edited);
-        for command in ["run", "status", "merge", "prune", "script --slurm"] {
-            bench.fails(&format!("sweep {command} s"), 2, &[says, "s/plan.json"]);
-        }
-    }
-    bench.write("s/plan.json", plan);
-    let told = bench.cosmic("sweep run s --json").json();
-    assert_eq!(told["counts"]["done"], 3);
-}
-
-#[test]
-fn the_run_of_a_killed_process_is_free() {
-    let bench = planned(&scene(100, 256, ""), "");
-    let mut child = bench.start("sweep run s --index 0 --quiet");
+fn processes_share_a_sweep_and_take_over_from_killed_ones() {
+    let bench = slow();
+    let line = format!("{RUN} --threads 1");
+    let mut killed = bench.start(&format!("{line} --index 0"));
     bench.await_lines("s/runs/tiny-0/history.jsonl", 0);
-    let taken = bench.cosmic("sweep run s --index 0");
-    let is_running = child.try_wait().unwrap().is_none();
-    // The run is still claimed, unless it has ended in the meantime.
-    if is_running {
-        taken.fails(2, &["being run by another process"]);
+    let others = [(); 2].map(|()| bench.start(&line));
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    let others = others.map(|child| Told::of(child.wait_with_output().unwrap()).ok());
+    bench.ok(&line);
+    let reports: Vec<&str> = others.iter().flat_map(|told| told.error.lines()).collect();
+    for seed in 1..3 {
+        let title = format!("  tiny seed {seed}  ");
+        let count = reports.iter().filter(|line| line.contains(&title)).count();
+        assert_eq!(count, 1, "{reports:?}");
     }
-    child.kill().unwrap();
-    child.wait().unwrap();
-    let said = bench.ok("sweep run s --index auto --threads 2");
-    assert!(said.out.starts_with("run 0, "), "{said:?}");
-    bench.run("whole", "");
-    assert_eq!(bench.results("s/runs/tiny-0"), bench.results("whole"));
+    has_undisturbed_results(&bench);
 }
 
 #[test]
-fn status_and_merge_read_the_files_of_the_runs() {
-    let bench = planned(&small(), "--iterations 20 --first-seed 7");
-    assert_eq!(counts(&bench), [3, 0, 0, 0]);
-    bench.ok("sweep run s --index 2");
-    assert_eq!(counts(&bench), [2, 0, 1, 0]);
-    let said = bench.cosmic("sweep merge s");
-    assert_eq!(said.out, "s/results.json\ns/results.csv\n");
-    assert_eq!(said.error, "2 of 3 runs are not done\n");
-    let results = bench.json("s/results.json");
-    assert_eq!(results["format"], "cosmic-sweep-results");
-    let run = &results["runs"][2];
-    let summary = bench.json("s/runs/tiny-9/summary.json");
-    let median = "displacement_p50";
-    assert_eq!(run["summary"][median], summary[median]);
-    assert_eq!((&run["seed"], &run["iterations"]), (&9.into(), &20.into()));
-    assert_eq!(results["runs"][0]["summary"], Value::Null);
-    let table = bench.read("s/results.csv");
-    let cells: Vec<usize> = table.lines().map(|line| line.split(',').count()).collect();
-    assert_eq!(cells, [cells[0]; 4]);
-    let last = table.lines().last().unwrap();
-    assert!(last.starts_with("2,tiny,9,done,20,"), "{last}");
+fn an_interrupted_sweep_continues() {
+    let bench = slow();
+    let child = bench.start(&format!("{RUN} --threads 2"));
+    bench.await_lines("s/runs/tiny-0/history.jsonl", 1);
+    signal(&child, "INT");
+    let said = Told::of(child.wait_with_output().unwrap());
+    said.fails(75, &["of 3 runs done; repeat the same command to continue"]);
+    bench.ok(RUN);
+    has_undisturbed_results(&bench);
 }
 
 #[test]
-fn a_grid_plans_every_combination() {
+fn results_have_the_summaries_and_the_values_of_the_grid() {
     let bench = Bench::default();
-    let plan = |how: &str| bench.cosmic(&format!("sweep plan tiny.toml {how}"));
-    let grid = "--grid physics.gravity=3.7,9.81 --grid schedule.horizon=[16,32],[32,32]";
-    let said = plan(&format!("{grid} --seeds 2 --iterations 2 --out s")).ok();
-    assert_eq!(said.out, "s: 8 runs\n");
-    let planned = bench.json("s/plan.json");
-    let scenes = planned["scenes"].as_array().unwrap();
-    let names: Vec<_> = scenes.iter().map(|s| s["name"].as_str().unwrap()).collect();
-    let expected = [
-        "3.7+horizon=16,32",
-        "3.7+horizon=32,32",
-        "9.81+horizon=16,32",
-        "9.81+horizon=32,32",
-    ];
-    assert_eq!(names, expected.map(|end| format!("tiny+gravity={end}")));
-    let text = scenes[1]["scene"].as_str().unwrap();
-    assert!(
-        text.contains("gravity = 3.7\n") && text.contains("horizon = [32, 32]\n"),
-        "{text}"
-    );
-    assert!(!text.contains('#'), "{text}");
-    let said = bench.ok("sweep run s --index 5,0-1 --threads 2");
-    assert_eq!(said.error.lines().count(), 3, "{said:?}");
-    let told = bench.cosmic("sweep status s --json").json();
-    assert_eq!(told["left"], "2-4,6-7");
-    assert_eq!(told["runs"][5]["scene"], "tiny+gravity=9.81+horizon=16,32");
-    let kept = bench.read("s/runs/tiny+gravity=9.81+horizon=16,32-1/scene.toml");
-    has(&kept, &["gravity = 9.81\n"]);
-    let text = bench.ok("sweep status s").out;
-    has(&text, &["\nleft: 2-4,6-7\n"]);
-    has_columns_of_the_grid(&bench, &text);
-    for (how, says) in [
-        ("--grid physics.dt=0.001,-1", "--set physics.dt=-1"),
-        ("--grid physics.gravity", "`=` is missing"),
-    ] {
-        plan(&format!("{how} --seeds 1 --out t")).fails(2, &[says]);
+    let grid = "--set physics.gravity=3.7,9.81 --set schedule.horizon=[16,32],[32,32] --set controller.hidden=3";
+    let line =
+        format!("sweep run tiny.toml {grid} --seeds 2 --first-seed 7 --iterations 2 --out s");
+    for index in ["5", "0"] {
+        bench.ok(&format!("{line} --index {index}"));
     }
-    assert!(!bench.path("t").exists());
-}
-
-/// Asserts that the results have the values of the grid as columns and as keys, so that other programs can plot or fit
-/// them.
-fn has_columns_of_the_grid(bench: &Bench, status: &str) {
-    let row = status.lines().nth(5).unwrap();
-    has(
-        row,
-        &["  physics.gravity = 9.81  schedule.horizon = [16,32]"],
-    );
-    bench.ok("sweep merge s");
-    let swept = &bench.json("s/results.json")["runs"][5]["swept"];
+    let told = bench.cosmic("sweep merge s --json").json();
     assert_eq!(
-        *swept,
-        json!({ "physics.gravity": 9.81, "schedule.horizon": [16, 32] })
+        (&told["missing"], &told["results"]),
+        (&json!(6), &json!("s/results.csv"))
     );
+    let run = "tiny+gravity=9.81+horizon=16,32";
+    assert_eq!(told["trials"][2]["trial"], run);
+    let summary = bench.json(&format!("s/runs/{run}-8/summary.json"));
+    let median = &summary["displacement_robust_p50"];
+    let trial = &told["trials"][2];
+    assert_eq!((&trial["median"], &trial["runs"]), (median, &json!(1)));
+    assert_eq!(told["trials"][1]["median"], Value::Null);
     let table = bench.read("s/results.csv");
     let mut rows = table.lines();
-    let head = "index,scene,physics.gravity,schedule.horizon,seed,state,iterations,";
+    let head =
+        "index,trial,physics.gravity,schedule.horizon,seed,state,iterations,displacement_p50,";
     assert!(rows.next().unwrap().starts_with(head), "{table}");
-    let row = "5,\"tiny+gravity=9.81+horizon=16,32\",9.81,\"[16,32]\",1,done,2,";
-    assert!(rows.nth(5).unwrap().starts_with(row), "{table}");
+    let row = format!(
+        "5,\"{run}\",9.81,\"[16,32]\",8,done,2,{},",
+        summary["displacement_p50"]
+    );
+    assert!(rows.nth(5).unwrap().starts_with(&row), "{table}");
+    let kept = bench.read(&format!("s/runs/{run}-8/scene.toml"));
+    has(&kept, &["gravity = 9.81\n", "hidden = 3\n"]);
 }
 
 #[test]
 fn merged_results_do_not_depend_on_the_order_of_the_runs() {
-    let bench = planned(&small(), "--iterations 3");
-    bench.ok("sweep plan tiny.toml --seeds 3 --iterations 3 --out t");
-    for (sweep, order) in [("s", ["2", "0", "1"]), ("t", ["0", "1", "2"])] {
-        for index in order {
-            bench.ok(&format!("sweep run {sweep} --index {index}"));
-        }
-        bench.ok(&format!("sweep merge {sweep}"));
-        fs::create_dir(bench.path(&format!("{sweep}-merged"))).unwrap();
-        for name in ["results.json", "results.csv"] {
-            let [from, to] =
-                [sweep.to_owned(), format!("{sweep}-merged")].map(|f| bench.path(&f).join(name));
-            fs::rename(from, to).unwrap();
-        }
+    let bench = Bench::default();
+    let line = |out: &str| format!("sweep run tiny.toml --seeds 3 --iterations 3 --out {out}");
+    for index in ["2", "0", "1"] {
+        bench.ok(&format!("{} --index {index}", line("s")));
     }
-    assert_eq!(bench.results("s-merged"), bench.results("t-merged"));
+    bench.ok(&line("t"));
+    for out in ["s/runs", "t/runs"] {
+        fs::remove_dir_all(bench.path(out)).unwrap();
+    }
+    assert_eq!(bench.results("s"), bench.results("t"));
 }
 
 #[test]
-fn a_pruned_sweep_has_the_same_results() {
-    let bench = planned(&small(), "--iterations 3");
-    bench.ok("sweep run s --index 0-1");
-    let merged = || {
-        bench.ok("sweep merge s");
-        ["s/results.json", "s/results.csv"].map(|name| bench.read(name))
-    };
-    let before = (merged(), bench.cosmic("sweep status s").out);
-    let names = [
-        "trajectory.json",
-        "history.jsonl",
-        "history.csv",
-        "designs.jsonl",
-        "snapshot.json",
-    ];
-    let size = |run: &str, name: &str| {
-        fs::metadata(bench.path(&format!("s/runs/{run}/{name}"))).map(|m| m.len())
-    };
-    let bytes: u64 = names
-        .iter()
-        .map(|name| size("tiny-0", name).unwrap() + size("tiny-1", name).unwrap())
-        .sum();
-    let told = bench.cosmic("sweep prune s --json").json();
-    assert_eq!(told, json!({ "runs": 2, "bytes": bytes }));
-    assert!(names.iter().all(|name| size("tiny-0", name).is_err()));
-    assert!(size("tiny-1", "design.json").is_ok());
-    assert_eq!((merged(), bench.cosmic("sweep status s").out), before);
-    assert_eq!(bench.cosmic("sweep prune s").out, "0 runs, 0 bytes\n");
-    // No run is repeated.
-    let said = bench.ok("sweep run s");
-    assert_eq!(said.error.lines().count(), 1, "{said:?}");
+fn a_file_compares_with_published_numbers() {
+    let bench = Bench::default();
+    let trials = "[[trials]]\nscene = 'tiny.toml'\ntitle = 'a walker'\npublished = 0.5\n\
+                  [[trials]]\nname = 'moon'\nscene = 'tiny.toml'\nsettings.physics.gravity = 1.62\n";
+    bench.write("two.toml", format!("seeds = 2\niterations = 2\n{trials}"));
+    let told = bench.ok("sweep run two.toml --out s").out;
+    let heads = "trial     published  median     ±  median / published";
+    has(
+        &told,
+        &[heads, "\na walker       0.50  ", "\nmoon              –  "],
+    );
+    bench.fails(
+        "sweep run two.toml tiny.toml --out t",
+        2,
+        &["two.toml", "trials"],
+    );
 }
 
 #[test]
 fn a_diverged_run_counts_as_done() {
     let bench = Bench::with(&scene(8, 64, "dt = 1.0\nunstable_step = \"warn\""));
-    bench.ok("sweep plan tiny.toml --seeds 1 --out s");
-    let said = bench.ok("sweep run s --index all");
+    let said = bench.ok("sweep run tiny.toml --out s");
     has(&said.error, &["diverged in step"]);
-    assert_eq!(counts(&bench), [0, 0, 0, 1]);
-    let said = bench.cosmic("sweep run s --index auto");
-    assert_eq!(
-        said.out,
-        "each run is finished or is being done by another process\n"
-    );
+    assert_eq!(states(&bench), ["diverged"]);
+    let said = bench.ok("sweep run tiny.toml --out s --index 0");
+    has(&said.error, &["run 0, tiny seed 0: was done before"]);
 }
 
 #[test]
 fn wrong_arguments_of_sweep_are_refused() {
-    let bench = planned(&small(), "");
+    let bench = Bench::default();
     for (line, code, says) in [
+        ("run tiny.toml", 2, "--out <S>"),
         (
-            "plan tiny.toml --seeds 1 --out s",
+            "run tiny.toml tiny.toml --out s",
             2,
-            "s: the folder is not empty",
+            "two trials have the name `tiny`",
         ),
         (
-            "plan tiny.toml tiny.toml --seeds 1 --out t",
+            "run tiny.toml --out s --index 1",
             2,
-            "two scenes have the name `tiny`",
+            "there is no run 1; the runs of this sweep have the numbers 0 to 0",
         ),
         (
-            "run s --index 3",
+            "run tiny.toml --out s --index some",
             2,
-            "there is no run 3: the plan has 3 runs",
+            "invalid value 'some'",
         ),
         (
-            "run s --index 0-1,3",
+            "run tiny.toml --out s --set physics.dt=0.001,-1",
             2,
-            "there is no run 3: the plan has 3 runs",
+            "--set physics.dt=-1",
         ),
-        ("run s --index some", 2, "expected the number of a run"),
         (
-            "plan tiny.toml --seeds 99999999999 --out u",
+            "run tiny.toml --out s --set physics.dt",
             2,
-            "99999999999 runs (scenes x seeds: 1 x 99999999999) are too many; at most 1000000 are",
+            "`=` is missing",
         ),
-        ("status nowhere", 4, "nowhere/plan.json"),
+        ("run stabilty --out s", 4, "did you mean `stability`?"),
+        ("merge nowhere", 4, "nowhere/sweep.json"),
     ] {
         bench.fails(&format!("sweep {line}"), code, &[says]);
     }
-    assert!(!bench.path("u").exists());
+    assert!(!bench.path("s").exists());
 }

@@ -61,7 +61,7 @@ pub use evaluator::Evaluator;
 pub use observed::Observed;
 pub use other_steps::{Medians, OtherSteps};
 pub use progress::{Candidate, Progress, Record, Settled};
-pub use quantiles::{Quantiles, quantile};
+pub use quantiles::Quantiles;
 pub use reach::{Reached, first_best};
 pub use reliability::{LEAST_WALK, Merit, Reliability, STEADY};
 pub use review::Review;

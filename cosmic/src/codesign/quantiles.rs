@@ -14,7 +14,8 @@ pub struct Quantiles {
 }
 
 impl Quantiles {
-    /// The [quantiles](quantile()) of a sample.
+    /// The quantiles of a sample, with linear interpolation. NaN and infinities, from diverged rollouts, count as minus
+    /// infinity. A quantile between minus infinity and a number is minus infinity.
     ///
     /// # Panics
     /// If the sample is empty.
@@ -26,15 +27,6 @@ impl Quantiles {
             p90: between(&sorted, 0.9),
         }
     }
-}
-
-/// The quantile `q` (from 0 to 1) of a sample, with linear interpolation. NaN and infinities, from diverged rollouts,
-/// count as minus infinity. A quantile between minus infinity and a number is minus infinity.
-///
-/// # Panics
-/// If the sample is empty.
-pub fn quantile(sample: &[f64], q: f64) -> f64 {
-    between(&sorted(sample), q)
 }
 
 /// What a number that is not finite counts as.

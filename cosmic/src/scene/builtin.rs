@@ -22,32 +22,11 @@ pub struct Builtin {
     pub text: &'static str,
 }
 
-/// The beginning of the line by which a built-in scene states its base.
-const BASE_LINE: &str = "base = ";
-
 impl Builtin {
     /// The description of the scene: the first line of its text.
     pub fn about(&self) -> &'static str {
         let first = self.text.lines().next().unwrap_or_default();
         first.trim_start_matches('#').trim()
-    }
-
-    /// Changes another scene: lays the settings of this scene over it. If the base of this scene is not `stability`, the
-    /// settings of the base come first.
-    ///
-    /// # Errors
-    /// The errors of [`Scene::with`].
-    pub fn over(&self, scene: &Scene) -> Result<Scene> {
-        let (base, own): (Vec<&str>, Vec<&str>) =
-            (self.text.lines()).partition(|line| line.starts_with(BASE_LINE));
-        let is_base = |other: &&Builtin| {
-            let line = format!("{BASE_LINE}{:?}", other.name);
-            other.name != "stability" && base.contains(&&*line)
-        };
-        match BUILTIN.iter().find(is_base) {
-            Some(base) => base.over(scene)?.with(self.name, &own.join("\n")),
-            None => scene.with(self.name, &own.join("\n")),
-        }
     }
 }
 

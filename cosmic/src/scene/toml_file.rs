@@ -1,4 +1,4 @@
-//! A TOML file that is not a scene but contains settings of scenes in some of its tables, such as the file of a study.
+//! A TOML file that is not a scene but contains settings of scenes in some of its tables, such as the file of a sweep.
 
 use super::Scene;
 use super::diagnostic::{Fault, SceneText, malformed, suggest};
@@ -50,6 +50,11 @@ impl<'t> TomlFile<'t> {
         })
     }
 
+    /// True if the file has the top-level key `key`.
+    pub fn has(&self, key: &str) -> bool {
+        self.value(key).is_some()
+    }
+
     /// Changes a scene by the settings in the table at `path`, such as `trials[3].settings`. Without such a table, the
     /// scene does not change.
     ///
@@ -79,7 +84,7 @@ impl<'t> TomlFile<'t> {
 
     /// Makes an error about the value at a path. It shows the path, the problem, the value as it is written, and what
     /// is allowed.
-    pub fn wrong(&self, path: &str, says: &str, allowed: &str) -> Error {
+    fn wrong(&self, path: &str, says: &str, allowed: &str) -> Error {
         let span = self.value(path).map_or(0..0, Spanned::span);
         let written = self.text.get(span.clone()).unwrap_or_default();
         self.fault(span, &format!("`{path}` {says} {written}"), allowed)

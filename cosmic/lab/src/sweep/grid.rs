@@ -1,15 +1,13 @@
-//! The grid of a plan: every combination of the values of some settings.
+//! The grid of a sweep: every combination of the values of some settings.
 
-use super::{PlannedScene, SweptValue};
 use cosmic::error::{Error, Result};
 use cosmic::record::MOST_RUNS;
-use cosmic::scene::Scene;
 use serde_json::Value;
 use std::collections::BTreeSet;
 
-/// An axis of a grid: a key of a scene and the values that it takes.
+/// A key of a scene and the values that it takes in a sweep. With several values it is an axis of the grid.
 #[derive(Clone, Debug, PartialEq)]
-pub struct GridAxis {
+pub struct Axis {
     key: String,
     /// The values as TOML text, in the form that `--set` accepts.
     values: Vec<String>,
@@ -18,7 +16,7 @@ pub struct GridAxis {
 /// One point of the grid: a value for every key.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Combination {
-    /// The suffix for the scene's name, such as `+friction=0.6+gravity=9.81`; empty without a grid.
+    /// The suffix for the scene's name, such as `+friction=0.6+gravity=9.81`. It names the keys that have several values.
     pub suffix: String,
     /// The settings of this point of the grid, such as `physics.friction=0.6`.
     pub settings: Vec<String>,
@@ -28,89 +26,82 @@ pub struct Combination {
 /// the seed, and may have at most 255 bytes.
 const LONGEST: usize = 160;
 
-/// Combines every scene with every combination of the grid's values. The new scenes have names like
-/// `earth+friction=0.6+gravity=9.81`. Each text in `axes` is an axis of the grid, written as `KEY=V,V…`. First, all
-/// scenes get the `settings`, each written as `KEY=VALUE`.
-///
-/// # Errors
-/// [`Error::Usage`] for a malformed axis, for two axes with the same key, and for more combinations than a plan may
-/// have runs; the errors of [`Scene::set`].
-pub fn on_grid(
-    scenes: &[(String, Scene)],
-    settings: &[String],
-    axes: &[String],
-) -> Result<Vec<PlannedScene>> {
-    let axes = axes.iter().map(|axis| GridAxis::parse(axis));
-    let grid = combinations(&axes.collect::<Result<Vec<_>>>()?)?;
-    let pairs = scenes
-        .iter()
-        .flat_map(|named| grid.iter().map(move |combination| (named, combination)));
-    let planned = pairs.map(|((name, scene), combination)| {
-        let settings = [settings, &combination.settings].concat();
-        let scene = scene.set(&settings)?;
-        Ok(PlannedScene {
-            swept: swept(&scene, &combination.settings),
-            ..PlannedScene::new(format!("{name}{}", combination.suffix), &scene)
-        })
-    });
-    planned.collect()
-}
-
-/// Returns the keys in `settings`, which are written as `KEY=VALUE`, with the values that the scene has for these keys.
-fn swept(scene: &Scene, settings: &[String]) -> Vec<SweptValue> {
-    let known = scene.settings();
-    let of = |setting: &String| {
-        let (key, written) = setting.split_once('=')?;
-        let as_read = known.iter().find(|known| known.key == key);
-        let value = as_read.map_or(written, |known| &known.value);
-        // Numbers, booleans, lists of numbers or booleans, and most strings are written alike in TOML and JSON.
-        let value = serde_json::from_str(value);
-        Some(SweptValue {
-            key: key.to_owned(),
-            value: value.unwrap_or_else(|_| Value::from(written.trim_matches(['"', '\'']))),
-        })
-    };
-    settings.iter().filter_map(of).collect()
-}
-
-impl GridAxis {
+impl Axis {
     /// Reads `KEY=V,V…`. A comma within brackets, braces or quotes does not separate.
     ///
     /// # Errors
     /// [`Error::Usage`] for a text of another form, an empty value, or a repeated value.
     pub fn parse(text: &str) -> Result<Self> {
-        let refuse = |says: &str| {
-            Err(Error::Usage(format!(
-                "--grid {text}: {says}; expected a key and its values, as in physics.friction=0.6,1"
-            )))
-        };
         let Some((key, values)) = text.split_once('=') else {
-            return refuse("`=` is missing");
+            return Err(malformed(text, "`=` is missing"));
         };
-        let key = key.trim();
+        Self::new(key.trim(), separated(values)).map_err(|says| malformed(text, says))
+    }
+
+    /// The axes of the table `[grid]`: a list of values for every key. The keys of inner tables are joined by dots.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a value that is not a list, an empty list, and a repeated value.
+    pub(super) fn of_table(table: &serde_json::Map<String, Value>) -> Result<Vec<Self>> {
+        let mut axes = Vec::new();
+        for (key, value) in table {
+            match value {
+                Value::Object(inner) => {
+                    let longer = |mut axis: Self| {
+                        axis.key = format!("{key}.{}", axis.key);
+                        axis
+                    };
+                    axes.extend(Self::of_table(inner)?.into_iter().map(longer));
+                }
+                // A number, a boolean, a string and a list are written alike in JSON and TOML.
+                Value::Array(values) => {
+                    let values = values.iter().map(Value::to_string).collect();
+                    let axis = Self::new(key, values);
+                    axes.push(axis.map_err(|says| malformed(&format!("{key} in [grid]"), says))?);
+                }
+                other => {
+                    let setting = format!("{key} = {other} in [grid]");
+                    return Err(malformed(&setting, "the value is not a list"));
+                }
+            }
+        }
+        Ok(axes)
+    }
+
+    fn new(key: &str, values: Vec<String>) -> std::result::Result<Self, &'static str> {
         if key.is_empty() {
-            return refuse("the key is missing");
+            return Err("the key is missing");
         }
-        let values = separated(values);
-        let mut known = BTreeSet::new();
-        for value in &values {
-            if value.is_empty() {
-                return refuse("a value is empty");
-            }
-            if !known.insert(value) {
-                return refuse(&format!("the value {value} is repeated"));
-            }
+        if values.is_empty() || values.iter().any(String::is_empty) {
+            return Err("a value is missing");
         }
-        Ok(Self {
-            key: key.to_owned(),
-            values,
-        })
+        if values.iter().collect::<BTreeSet<_>>().len() < values.len() {
+            return Err("a value is repeated");
+        }
+        let key = key.to_owned();
+        Ok(Self { key, values })
     }
 
     /// The part of the key after the last dot, such as `friction` for `physics.friction`.
     fn short(&self) -> &str {
         self.key.rsplit('.').next().unwrap_or(&self.key)
     }
+
+    /// True if the key has several values.
+    pub(super) fn is_swept(&self) -> bool {
+        self.values.len() > 1
+    }
+
+    /// The key, such as `physics.friction`.
+    pub(super) fn key(&self) -> &str {
+        &self.key
+    }
+}
+
+fn malformed(setting: &str, says: &str) -> Error {
+    Error::Usage(format!(
+        "{setting}: {says}; expected a key and its values, as in --set physics.friction=0.6,1"
+    ))
 }
 
 /// Splits a text at commas, except commas inside brackets or quotes.
@@ -136,12 +127,12 @@ fn separated(text: &str) -> Vec<String> {
 /// Returns every combination of the values of all axes. The values of the last axis change fastest.
 ///
 /// # Errors
-/// [`Error::Usage`] for two axes with the same key, and for more combinations than a plan may have runs.
-pub fn combinations(axes: &[GridAxis]) -> Result<Vec<Combination>> {
+/// [`Error::Usage`] for two axes with the same key, and for more combinations than a sweep may have runs.
+pub fn combinations(axes: &[Axis]) -> Result<Vec<Combination>> {
     for (k, axis) in axes.iter().enumerate() {
         if axes[..k].iter().any(|other| other.key == axis.key) {
             return Err(Error::Usage(format!(
-                "`{}` is in the grid twice; give all of its values in one --grid",
+                "`{}` is set twice; give all of its values in one --set or in [grid]",
                 axis.key
             )));
         }
@@ -150,7 +141,7 @@ pub fn combinations(axes: &[GridAxis]) -> Result<Vec<Combination>> {
     let count = counts.fold(1_usize, usize::saturating_mul);
     if count > MOST_RUNS {
         return Err(Error::Usage(format!(
-            "the grid has {count} combinations, but a plan may have at most {MOST_RUNS} runs; give fewer values"
+            "the grid has {count} combinations, but a sweep may have at most {MOST_RUNS} runs; give fewer values"
         )));
     }
     let mut all = vec![Combination {
@@ -158,21 +149,23 @@ pub fn combinations(axes: &[GridAxis]) -> Result<Vec<Combination>> {
         settings: Vec::new(),
     }];
     for axis in axes {
-        let is_other = |other: &GridAxis| other.key != axis.key && other.short() == axis.short();
+        let is_other = |other: &Axis| other.key != axis.key && other.short() == axis.short();
         let is_ambiguous = axes.iter().any(is_other);
-        let name = if is_ambiguous {
+        let name = for_a_folder(if is_ambiguous {
             &axis.key
         } else {
             axis.short()
-        };
+        });
         let longer = |shorter: &Combination, value: &String| {
-            let (key, mut settings) = (&axis.key, shorter.settings.clone());
-            settings.push(format!("{key}={value}"));
-            let (name, value) = (for_a_folder(name), for_a_folder(value));
-            Combination {
-                suffix: format!("{}+{name}={value}", shorter.suffix),
-                settings,
+            let Combination {
+                mut suffix,
+                mut settings,
+            } = shorter.clone();
+            settings.push(format!("{}={value}", axis.key));
+            if axis.is_swept() {
+                suffix += &format!("+{name}={}", for_a_folder(value));
             }
+            Combination { suffix, settings }
         };
         let longer = |shorter: &Combination| -> Vec<Combination> {
             axis.values.iter().map(|v| longer(shorter, v)).collect()

@@ -1,263 +1,114 @@
-//! Writes `results.json` and `results.csv`: the results of all runs, read from their folders.
+//! Writes `results.csv`, the results of all runs, and makes a table with a row for each trial.
 
-use super::state::iterations;
-use super::{RunState, SweepPlan};
+use super::{Plan, Trial};
 use crate::files::write_text;
-use crate::table::{Cell, Table};
+use crate::statistics::Statistics;
+use crate::table::{Cell, Column, Table};
+use cosmic::codesign::Quantiles;
 use cosmic::error::Result;
 use cosmic::keys::{Keyed, columns};
 use cosmic::record::Summary;
-use cosmic::record::files::{Format, write_json};
+use cosmic::record::summary::{SUMMARY, ratio};
 use rayon::prelude::*;
-use serde::ser::{Error as _, SerializeSeq};
-use serde::{Serialize, Serializer};
-use serde_json::{Map, Value};
-use std::cell::RefCell;
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-/// The format of merged results.
-pub(super) const FORMAT: Format = Format {
-    name: "cosmic-sweep-results",
-    version: 1,
-};
-
-/// The progress of one run.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SurveyedRun {
-    /// The run's number in the plan.
-    pub index: usize,
-    /// The name of the run's scene.
-    pub scene: String,
-    /// For each key that the sweep varies, the value in this run; empty if the sweep has no grid.
-    pub swept: Map<String, Value>,
-    /// The run's seed.
-    pub seed: u64,
-    /// The run's state.
-    pub state: RunState,
-    /// The number of iterations that the run has done.
-    pub iterations: usize,
-}
-
-/// The progress of a sweep's runs, in the plan's order.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Survey {
-    /// One entry per run.
-    pub runs: Vec<SurveyedRun>,
-}
-
-impl Survey {
-    /// The number of runs in a state.
-    pub fn count(&self, state: RunState) -> usize {
-        self.runs.iter().filter(|run| run.state == state).count()
-    }
-
-    /// The numbers of all runs that are not finished.
-    pub fn left(&self) -> Vec<usize> {
-        let left = self.runs.iter().filter(|run| !run.state.is_over());
-        left.map(|run| run.index).collect()
-    }
-}
-
-/// Reads the progress of a sweep's runs.
-pub fn survey(sweep: &Path, plan: &SweepPlan) -> Survey {
-    let one = |index: usize| {
-        let folder = plan.folder(sweep, index);
-        let state = RunState::of(&folder);
-        SurveyedRun::new(plan, index, state, iterations(&folder, state))
-    };
-    let runs = (0..plan.runs()).into_par_iter().map(one).collect();
-    Survey { runs }
-}
-
-impl SurveyedRun {
-    fn new(plan: &SweepPlan, index: usize, state: RunState, iterations: usize) -> Self {
-        let (scene, seed) = plan.parts(index);
-        let swept = scene.swept.iter().cloned();
-        Self {
-            index,
-            scene: scene.name.clone(),
-            swept: swept.map(|swept| (swept.key, swept.value)).collect(),
-            seed,
-            state,
-            iterations,
-        }
-    }
-}
-
-/// The result of one run, with the keys that it has in `results.json`.
-#[derive(Serialize)]
-struct MergedRun {
-    #[serde(flatten)]
-    run: SurveyedRun,
-    /// The run's summary, if the run is done.
-    summary: Option<Summary>,
-}
-
-/// The paths of the merged results, and the number of runs whose results are missing.
-#[derive(Clone, Debug, PartialEq)]
+/// The results of a sweep.
+#[derive(Clone, Debug)]
 pub struct Merged {
-    /// The path of all results, a JSON file.
+    /// The path of the results of all runs, a CSV file.
     pub results: PathBuf,
-    /// The path of the table of results, a CSV file.
-    pub table: PathBuf,
+    /// The table with the median over the seeds and other numbers of each trial.
+    pub table: Table,
     /// The number of unfinished runs.
     pub missing: usize,
 }
 
-/// Writes the results of a sweep into its folder. Summaries are read and written in blocks, so that the memory does not
-/// grow with the number of runs.
+/// A run and its summary.
+struct MergedRun<'p> {
+    index: usize,
+    trial: &'p Trial,
+    seed: u64,
+    state: &'static str,
+    summary: Option<Summary>,
+    /// The numbers of the summary; empty if the run is not done.
+    numbers: Vec<Option<f64>>,
+}
+
+/// The summaries are read in blocks, so that the memory does not grow with the number of runs. This is the number of runs
+/// in a block.
+const AT_ONCE: usize = 256;
+
+/// Writes the results of the finished runs into the folder of a sweep, and returns them.
 ///
 /// # Errors
-/// The errors of [`Summary::read`]; [`Error::Write`](cosmic::Error::Write).
-pub fn merge(sweep: &Path, plan: &SweepPlan) -> Result<Merged> {
-    let [json, csv] = ["results.json", "results.csv"].map(|name| sweep.join(name));
-    let progress = RefCell::new(Progress {
-        missing: 0,
-        table: String::new(),
-        failed: None,
-    });
-    let results = Results {
-        runs: Runs {
-            sweep,
-            plan,
-            keys: &plan.swept_keys(),
-            progress: &progress,
-        },
-    };
-    let done = write_json(&json, FORMAT, &results);
-    let Progress {
-        missing,
-        table,
-        failed,
-    } = progress.into_inner();
-    // If a run could not be read, `write_json` fails too. Report the cause, not the failed write.
-    failed.map_or(done, Err)?;
-    write_text(&csv, &table)?;
+/// The errors of [`Plan::read`] and [`Summary::read`]; [`Error::Write`](cosmic::Error::Write).
+pub fn merge(sweep: &Path) -> Result<Merged> {
+    let plan = Plan::read(sweep)?;
+    let mut csv = String::new();
+    let mut rows: Vec<Row> = plan.trials.iter().map(Row::new).collect();
+    for first in (0..plan.runs()).step_by(AT_ONCE) {
+        let block = first..plan.runs().min(first + AT_ONCE);
+        let read = |index| MergedRun::read(sweep, &plan, index);
+        let block: Vec<MergedRun> = block.into_par_iter().map(read).collect::<Result<_>>()?;
+        for run in &block {
+            rows[run.index / plan.seeds.get()].add(run);
+        }
+        let lines = results(&block, &plan.swept_keys()).to_csv();
+        let head = lines.find('\n').map_or(0, |end| end + 1);
+        csv += if first == 0 { &lines } else { &lines[head..] };
+    }
+    let path = sweep.join("results.csv");
+    write_text(&path, &csv)?;
+    let done: usize = rows.iter().map(|row| row.sample.len()).sum();
     Ok(Merged {
-        results: json,
-        table: csv,
-        missing,
+        results: path,
+        table: trials(&rows),
+        missing: plan.runs() - done,
     })
 }
 
-/// The progress of writing `results.json`. It also collects the text of the CSV file, so that every summary is read
-/// only once.
-struct Progress {
-    missing: usize,
-    /// The text of `results.csv` so far.
-    table: String,
-    failed: Option<cosmic::Error>,
-}
-
-/// The content of `results.json`. Each run is read from its folder when it is written.
-#[derive(Serialize)]
-struct Results<'p> {
-    runs: Runs<'p>,
-}
-
-struct Runs<'p> {
-    sweep: &'p Path,
-    plan: &'p SweepPlan,
-    keys: &'p [&'p str],
-    progress: &'p RefCell<Progress>,
-}
-
-/// Results are read and written in blocks. This is the number of runs in a block.
-const AT_ONCE: usize = 256;
-
-impl Runs<'_> {
-    /// Reads the block of runs that begins with number `first`.
-    fn read(&self, first: usize) -> Result<Vec<MergedRun>> {
-        let (sweep, plan) = (self.sweep, self.plan);
-        let last = plan.runs().min(first + AT_ONCE);
-        let read = |index: usize| {
-            let folder = plan.folder(sweep, index);
-            let state = RunState::of(&folder);
-            let is_done = state == RunState::Done;
-            let summary = is_done.then(|| Summary::read(&folder)).transpose()?;
-            let done = summary.as_ref().map(|summary| summary.iterations);
-            let iterations = done.unwrap_or_else(|| iterations(&folder, state));
-            let run = SurveyedRun::new(plan, index, state, iterations);
-            Ok(MergedRun { run, summary })
-        };
-        (first..last).into_par_iter().map(read).collect()
-    }
-}
-
-impl Serialize for Runs<'_> {
-    fn serialize<T: Serializer>(&self, to: T) -> std::result::Result<T::Ok, T::Error> {
-        let runs = self.plan.runs();
-        let mut list = to.serialize_seq(Some(runs))?;
-        for first in (0..runs).step_by(AT_ONCE) {
-            let mut progress = self.progress.borrow_mut();
-            match self.read(first) {
-                Ok(merged) => {
-                    merged
-                        .iter()
-                        .try_for_each(|run| list.serialize_element(run))?;
-                    progress.add(&merged, self.keys);
-                }
-                Err(error) => {
-                    progress.failed = Some(error);
-                    return Err(T::Error::custom("a run cannot be read"));
-                }
-            }
-        }
-        list.end()
-    }
-}
-
-impl Progress {
-    fn add(&mut self, merged: &[MergedRun], keys: &[&str]) {
-        let left = merged.iter().filter(|merged| !merged.run.state.is_over());
-        self.missing += left.count();
-        let rows = table(merged, keys).to_csv();
-        let head = rows.find('\n').map_or(0, |end| end + 1);
-        self.table += if self.table.is_empty() {
-            &rows
-        } else {
-            &rows[head..]
-        };
-    }
-}
-
-/// A row of the table of results: a run with the numbers of its summary.
-struct Row<'r> {
-    run: &'r SurveyedRun,
-    /// The numbers of the run's summary; empty if the run is not done.
-    numbers: Vec<Option<f64>>,
-    verdict: Option<&'static str>,
-}
-
-impl<'r> Row<'r> {
-    fn of(MergedRun { run, summary }: &'r MergedRun) -> Self {
-        let numbers = |summary: &Summary| {
+impl<'p> MergedRun<'p> {
+    fn read(sweep: &Path, plan: &'p Plan, index: usize) -> Result<Self> {
+        let folder = plan.folder(sweep, index);
+        let (trial, seed) = plan.parts(index);
+        let is_done = folder.join(SUMMARY).exists();
+        let summary = is_done.then(|| Summary::read(&folder)).transpose()?;
+        let numbers = summary.as_ref().map(|summary| {
             let numbers = summary.numbers().into_iter();
             numbers.chain([summary.loss_p50]).collect()
-        };
-        Self {
-            run,
-            numbers: summary.as_ref().map_or_else(Vec::new, numbers),
-            verdict: summary.as_ref().map(|s| s.reliability.word()),
-        }
+        });
+        Ok(Self {
+            index,
+            trial,
+            seed,
+            state: match is_done {
+                true => "done",
+                false if plan.is_over(sweep, index) => "diverged",
+                false => "unfinished",
+            },
+            summary,
+            numbers: numbers.unwrap_or_default(),
+        })
     }
 }
 
-/// The table with a row for each run and a column for each key that the sweep varies. Cells of missing numbers are
-/// empty.
-fn table(runs: &[MergedRun], keys: &[&str]) -> Table {
+/// The table with a row for each run and a column for each key that the sweep varies.
+fn results(runs: &[MergedRun], keys: &[&str]) -> Table {
     let mut names = columns(&Summary::keys());
     names.push("loss_p50");
-    let rows: Vec<Row> = runs.iter().map(Row::of).collect();
-    Table::of("", "", &rows)
-        .column("index", "", |row| row.run.index)
-        .column("scene", "", |row| &row.run.scene[..])
-        .columns(keys, "", |row, k| swept(row.run.swept.get(keys[k])))
-        .column("seed", "", |row| Cell::Count(row.run.seed))
-        .column("state", "", |row| row.run.state.name())
-        .column("iterations", "", |row| row.run.iterations)
-        .columns(names, "", |row, k| row.numbers.get(k).copied().flatten())
-        .column("reliability", "", |row| row.verdict)
+    Table::of("", "", runs)
+        .column("index", "", |run| run.index)
+        .column("trial", "", |run| &run.trial.name[..])
+        .columns(keys, "", |run, k| swept(run.trial.swept.get(keys[k])))
+        .column("seed", "", |run| Cell::Count(run.seed))
+        .column("state", "", |run| run.state)
+        .column("iterations", "", |run| match &run.summary {
+            Some(summary) => summary.iterations.into(),
+            None => Cell::Missing,
+        })
+        .columns(names, "", |run, k| run.numbers.get(k).copied().flatten())
+        .column("reliability", "", |run| run.summary.as_ref().map(|s| s.reliability.word()))
         .decimals(3, "-")
         .done()
 }
@@ -270,4 +121,74 @@ fn swept(value: Option<&Value>) -> Cell {
         Some(Value::String(text)) => text[..].into(),
         Some(other) => other.to_string().into(),
     }
+}
+
+/// The text for a missing number in the table of trials.
+const MISSING: &str = "\u{2013}";
+
+/// A trial and the results of its finished runs.
+struct Row<'p> {
+    trial: &'p Trial,
+    /// The median displacement of robots that vary a little, in metres, for each finished run. This is the number to
+    /// quote for a run. NaN stands for a diverged run.
+    sample: Vec<f64>,
+    reliable: usize,
+    seconds: Vec<f64>,
+}
+
+impl<'p> Row<'p> {
+    fn new(trial: &'p Trial) -> Self {
+        Self {
+            trial,
+            sample: Vec::new(),
+            reliable: 0,
+            seconds: Vec::new(),
+        }
+    }
+
+    fn add(&mut self, run: &MergedRun) {
+        if let Some(summary) = &run.summary {
+            let displacement = summary.displacement_robust_p50;
+            self.sample.push(displacement.unwrap_or(f64::NAN));
+            self.reliable += usize::from(!summary.is_unreliable());
+            self.seconds.push(summary.seconds);
+        } else if run.state == "diverged" {
+            self.sample.push(f64::NAN);
+        }
+    }
+
+    fn statistics(&self) -> Statistics {
+        Statistics::of(&self.sample)
+    }
+}
+
+/// The table with a row for each trial. Columns about published numbers are left out if there are none.
+fn trials(rows: &[Row]) -> Table {
+    let rows: Vec<(&Row, Statistics)> = rows.iter().map(|row| (row, row.statistics())).collect();
+    let published = |(row, _): &(&Row, Statistics)| row.trial.published;
+    let over_published = |row: &(&Row, Statistics)| ratio(row.1.median, published(row));
+    let has_published = rows.iter().any(|row| published(row).is_some());
+    let mut table = Table::of("trials", "", &rows);
+    table = table.column("trial", "", |(row, _)| &row.trial.title[..]);
+    if has_published {
+        table = table.column("published", "", published);
+    }
+    table = table.columns(["median", "±"], "", |(_, s), k| {
+        [s.median, s.standard_error][k]
+    });
+    if has_published {
+        table = table.column("median / published", "", over_published);
+    }
+    let seconds = Column::new("seconds", "").decimals(1, MISSING);
+    table
+        .columns(["p10", "p90", "best"], "", |(_, s), k| {
+            [s.p10, s.p90, s.best][k]
+        })
+        .decimals(2, MISSING)
+        .column("runs", "", |(row, _)| row.sample.len())
+        .column("reliable", "", |(row, _)| row.reliable)
+        .add(seconds, |(row, _)| {
+            (!row.seconds.is_empty()).then(|| Quantiles::of(&row.seconds).p50)
+        })
+        .done()
 }

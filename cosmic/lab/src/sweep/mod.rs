@@ -1,27 +1,18 @@
-//! Sweeps: many runs from one frozen plan.
+//! Sweeps: a run for every combination of scenes, settings and seeds.
 //!
-//! The folder of a sweep holds `plan.json`, which is written once, and the folder `runs` with an ordinary run folder
-//! for every scene and seed. Any number of processes on any number of hosts may work on the sweep at once. A process
-//! claims a run before it works on it. When the process ends, even by a crash, other processes can claim the run. Only
-//! the files of the runs tell which runs are done, so an interrupted sweep continues where it stopped. [`merge`]
-//! collects the results and does not simulate.
+//! The folder of a sweep holds `sweep.json`, its [`Plan`], and the folder `runs` with an ordinary run folder for every
+//! run. Only the files of the runs tell which runs are done, so an interrupted sweep continues where it stopped. The
+//! folder of a run is locked while a process works in it, so any number of processes may work on a sweep at once: each
+//! skips the runs of the others. [`merge`] collects the results and does not simulate.
 
-mod ranges;
-mod state;
-mod plan;
 mod grid;
-mod frozen;
-pub mod claim;
-mod merge;
-mod prune;
+mod plan;
+mod spec;
 mod work;
-mod script;
+mod merge;
 
-pub use grid::{Combination, GridAxis, combinations, on_grid};
-pub use merge::{Merged, Survey, SurveyedRun, merge, survey};
-pub use plan::{PLAN, PlannedScene, PlannedStudy, SweepPlan, SweptValue};
-pub use prune::{Pruned, prune};
-pub use ranges::{in_ranges, parse_ranges};
-pub use script::{HandOver, Scheduler};
-pub use state::{RunState, iterations};
+pub use grid::{Axis, Combination, combinations};
+pub use merge::{Merged, merge};
+pub use plan::{Plan, SWEEP, Trial};
+pub use spec::{Overrides, read};
 pub use work::{Ended, Overseer, RunOutcome, Sweep};

@@ -1,179 +1,130 @@
-//! The scenes and seeds of a sweep, fixed when it is planned.
+//! The trials and seeds of a sweep.
 
-use super::RunState;
-use crate::measure::{Check, Errands, Walks, check_python};
 use cosmic::Registry;
 use cosmic::codesign::CoDesign;
 use cosmic::error::{Error, Result};
+use cosmic::record::files::{Format, make_folder, read_json, write_json};
 use cosmic::record::snapshot::SavedScene;
-use cosmic::record::{MOST_RUNS, RunPlan};
+use cosmic::record::summary::SUMMARY;
+use cosmic::record::{DIVERGED, MOST_RUNS, RunPlan};
 use cosmic::scene::Scene;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Map, Value};
 use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf, is_separator};
 
 /// The name of the plan's file in a sweep's folder.
-pub const PLAN: &str = "plan.json";
+pub const SWEEP: &str = "sweep.json";
 
-/// A scene of a sweep.
+const FORMAT: Format = Format::new("cosmic-sweep", 1);
+
+/// A scene of a sweep, which is run with every seed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PlannedScene {
-    /// The scene's name, unique within a sweep.
+pub struct Trial {
+    /// The name, unique within a sweep.
     pub name: String,
-    /// The values that the scene has for the keys that the sweep varies; empty without a grid.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub swept: Vec<SweptValue>,
-    /// The text of the scene, as the plan's file contains it. It is parsed only when it is needed, because a process
-    /// may do only one of thousands of runs.
+    /// The name in tables for people.
+    pub title: String,
+    /// A published displacement to compare the median with, m.
+    pub published: Option<f64>,
+    /// The keys that the grid varies, with the values in this trial; empty without a grid.
+    pub swept: Map<String, Value>,
+    /// The text of the scene. It is parsed only when it is needed, because a process may do only one of thousands of
+    /// runs.
     pub scene: SavedScene,
 }
 
-/// A key that a sweep varies, and the value that a scene has for it.
+/// The plan of a sweep: a run for every trial and every seed. The runs are numbered trial by trial, and within a trial in
+/// the order of the seeds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SweptValue {
-    /// The key, such as `physics.friction`.
-    pub key: String,
-    /// The value of the key.
-    pub value: Value,
-}
-
-impl PlannedScene {
-    /// Makes a scene for a sweep without a grid.
-    pub fn new(name: String, scene: &Scene) -> Self {
-        let mut scene = SavedScene::from(scene);
-        // Comments are removed: they are nine tenths of the text, and a plan may have thousands of scenes.
-        let lines = scene.text.lines();
-        let lines = lines.filter(|line| !line.is_empty() && !line.starts_with('#'));
-        scene.text = lines.map(|line| format!("{line}\n")).collect();
-        Self {
-            name,
-            swept: Vec::new(),
-            scene,
-        }
-    }
-}
-
-/// The plan of a sweep: a run for every scene and every seed. The runs are numbered scene by scene, and within a scene
-/// in the order of the seeds.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SweepPlan {
-    /// The study that the runs belong to, if any.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub study: Option<PlannedStudy>,
+pub struct Plan {
     /// The first seed.
     pub first_seed: u64,
     /// The number of consecutive seeds.
     pub seeds: NonZeroUsize,
-    /// If set, the phases of every scene are fitted into this many iterations.
-    pub iterations: Option<NonZeroUsize>,
-    /// The scenes.
-    pub scenes: Vec<PlannedScene>,
+    /// The trials.
+    pub trials: Vec<Trial>,
 }
 
-/// The study to which a plan's runs belong. It says how finished runs are measured.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PlannedStudy {
-    /// The name of the study.
-    pub kind: String,
-    /// The Python interpreter that has MuJoCo, if robots walk in MuJoCo.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub python: Option<String>,
-    /// The coefficients of friction with which robots walk in MuJoCo.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub frictions: Vec<f64>,
-}
-
-impl PlannedStudy {
-    /// Checks that this machine has what the measurements need.
+impl Plan {
+    /// Writes the plan into the folder of the sweep, which need not exist. If the folder already has a plan, this plan
+    /// may have more trials and other seeds.
     ///
     /// # Errors
-    /// [`Error::Usage`] if robots walk in MuJoCo but the Python of this study does not have MuJoCo.
-    pub fn check(&self) -> Result<()> {
-        let mut python = self.python.iter();
-        python.try_for_each(|python| check_python(python.as_ref()))
-    }
-
-    /// Measures a finished run and writes the files of its measurements. Files that exist are kept. Returns `None` if
-    /// the measurement was stopped.
-    ///
-    /// # Errors
-    /// The errors of reading and writing the run's files; [`Error::Usage`] if Python fails.
-    pub(crate) fn measure(
-        &self,
-        run: &Path,
-        registry: &Registry,
-        is_stopped: &dyn Fn() -> bool,
-    ) -> Result<Option<()>> {
-        Check::keep(run, registry)?;
-        if Errands::keep(run, registry, is_stopped)?.is_none() {
-            return Ok(None);
-        }
-        match &self.python {
-            None => Ok(Some(())),
-            Some(python) => {
-                let python = python.as_ref();
-                Walks::keep(run, &self.frictions, python, registry, is_stopped)
+    /// [`Error::Usage`] if the folder holds a trial that this plan lacks or for which it has another scene; the errors of
+    /// scenes that cannot be optimised; [`Error::Write`].
+    pub fn keep(&self, folder: &Path, registry: &Registry) -> Result<()> {
+        if folder.join(SWEEP).exists() {
+            let before = Self::read(folder)?;
+            if before == *self {
+                return Ok(());
+            }
+            let is_kept = |then: &&Trial| {
+                let is_it = |now: &Trial| now.name == then.name && now.scene == then.scene;
+                self.trials.iter().any(is_it)
+            };
+            if let Some(other) = before.trials.iter().find(|then| !is_kept(then)) {
+                return Err(Error::Usage(format!(
+                    "{}: this folder holds another sweep: its trial `{}` is missing here or has another scene; name \
+                     another folder with --out",
+                    folder.display(),
+                    other.name
+                )));
             }
         }
-    }
-}
-
-impl SweepPlan {
-    /// Checks that every run can begin, and that no two runs have the same folder.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] for a plan without scenes, two scenes with the same name, a name that a folder cannot have, more
-    /// than a million runs, or seeds above the largest allowed one; the errors of scenes that cannot be optimised.
-    pub fn check(&self, registry: &Registry) -> Result<()> {
-        self.check_shape()?;
         let begins = |index: usize| {
-            let scene = self.scene(index, registry)?;
+            let scene = self.run(index * self.seeds.get(), registry)?.scene;
             CoDesign::new(&scene)?.begin(self.first_seed).map(drop)
         };
-        let indices = 0..self.scenes.len();
-        indices.into_par_iter().try_for_each(begins)
+        let trials = 0..self.trials.len();
+        trials.into_par_iter().try_for_each(begins)?;
+        make_folder(folder)?;
+        write_json(&folder.join(SWEEP), FORMAT, self)
     }
 
-    /// Parses the scene with this index, and fits its phases into the planned number of iterations.
+    /// Reads the plan in the folder of a sweep.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a malformed scene, and for too many iterations.
-    fn scene(&self, index: usize, registry: &Registry) -> Result<Scene> {
-        let scene = &self.scenes[index].scene;
-        let read = scene.read(&format!("scenes[{index}].scene"), registry);
-        let scene = read.map_err(|error| Error::Usage(format!("{PLAN}: {}", error.within())))?;
-        (self.iterations).map_or(Ok(scene.clone()), |iterations| scene.fitted(iterations))
+    /// The errors of [`read_json`] and [`check_shape`](Self::check_shape).
+    pub fn read(folder: &Path) -> Result<Self> {
+        let plan: Self = read_json(&folder.join(SWEEP), FORMAT)?;
+        plan.check_shape().map(|()| plan)
     }
 
     /// Returns the plan of the run with this number. Its scene may name the laws and losses of `registry`.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a malformed scene.
+    /// [`Error::Usage`] for a malformed scene, and if the sweep has no run of this number.
     pub fn run(&self, index: usize, registry: &Registry) -> Result<RunPlan> {
-        let (planned, seed) = self.parts(index);
-        let scene = self.scene(index / self.seeds.get(), registry)?;
-        Ok(RunPlan::new(&planned.name, scene, seed))
+        if index >= self.runs() {
+            return Err(Error::Usage(format!(
+                "there is no run {index}; the runs of this sweep have the numbers 0 to {}",
+                self.runs() - 1
+            )));
+        }
+        let (trial, seed) = self.parts(index);
+        let place = format!("{SWEEP}: trial {}", trial.name);
+        let scene: Scene = trial.scene.read(&place, registry)?;
+        Ok(RunPlan::new(&trial.name, scene, seed))
     }
 
     /// Checks the number of runs and the names of their folders.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a plan without scenes, two scenes with the same name, a name that a folder cannot have,
+    /// [`Error::Usage`] for a sweep without trials, two trials with the same name, a name that a folder cannot have,
     /// more than a million runs, or seeds above the largest allowed one.
     pub(super) fn check_shape(&self) -> Result<()> {
         let refuse = |what: String| Err(Error::Usage(what));
-        if self.scenes.is_empty() {
-            return refuse("the sweep has no scene; it needs at least one".to_owned());
+        if self.trials.is_empty() {
+            return refuse("the sweep has no trial; it needs at least one".to_owned());
         }
-        let (scenes, seeds) = (self.scenes.len(), self.seeds.get());
-        let runs = scenes.saturating_mul(seeds);
+        let (trials, seeds) = (self.trials.len(), self.seeds.get());
+        let runs = trials.saturating_mul(seeds);
         if runs > MOST_RUNS {
             return refuse(format!(
-                "{runs} runs (scenes x seeds: {scenes} x {seeds}) are too many; at most {MOST_RUNS} are \
-                 allowed"
+                "{runs} runs (trials x seeds: {trials} x {seeds}) are too many; at most {MOST_RUNS} are allowed"
             ));
         }
         if self.first_seed.checked_add(seeds as u64 - 1).is_none() {
@@ -184,15 +135,15 @@ impl SweepPlan {
             ));
         }
         let mut names = BTreeSet::new();
-        for PlannedScene { name, .. } in &self.scenes {
+        for Trial { name, .. } in &self.trials {
             if name.is_empty() || name.starts_with('.') || name.contains(is_separator) {
                 return refuse(format!(
-                    "the scene name `{name}` cannot be the name of a folder; rename the scene"
+                    "the trial name `{name}` cannot be the name of a folder; rename the trial or its scene"
                 ));
             }
             if !names.insert(name) {
                 return refuse(format!(
-                    "two scenes have the name `{name}`; rename one of them"
+                    "two trials have the name `{name}`; rename one of them"
                 ));
             }
         }
@@ -201,40 +152,43 @@ impl SweepPlan {
 
     /// The number of runs.
     pub fn runs(&self) -> usize {
-        self.scenes.len() * self.seeds.get()
+        self.trials.len() * self.seeds.get()
     }
 
-    /// The keys that the sweep varies, without repetition, in the order of the grid.
-    pub fn swept_keys(&self) -> Vec<&str> {
-        let mut keys = Vec::new();
-        for swept in self.scenes.iter().flat_map(|planned| &planned.swept) {
-            if !keys.contains(&&swept.key[..]) {
-                keys.push(&swept.key[..]);
-            }
-        }
-        keys
+    /// The keys that the grid varies, in the order of the columns.
+    pub(super) fn swept_keys(&self) -> Vec<&str> {
+        let first = self.trials.first().into_iter();
+        first
+            .flat_map(|trial| trial.swept.keys())
+            .map(|key| &key[..])
+            .collect()
     }
 
-    /// Counts the finished runs. `sweep` is the folder of the sweep.
-    pub fn over(&self, sweep: &Path) -> usize {
-        let is_over = |index: &usize| RunState::of(&self.folder(sweep, *index)).is_over();
-        (0..self.runs()).filter(is_over).count()
+    /// Returns the trial and the seed of the run with this number.
+    pub fn parts(&self, index: usize) -> (&Trial, u64) {
+        let (trial, seed) = (index / self.seeds.get(), index % self.seeds.get());
+        (&self.trials[trial], self.first_seed + seed as u64)
     }
 
-    /// Returns the scene and the seed of the run with this number.
-    pub fn parts(&self, index: usize) -> (&PlannedScene, u64) {
-        let (scene, seed) = (index / self.seeds.get(), index % self.seeds.get());
-        (&self.scenes[scene], self.first_seed + seed as u64)
-    }
-
-    /// The name of a run's folder and of its claim.
-    pub fn name(&self, index: usize) -> String {
-        let (scene, seed) = self.parts(index);
-        format!("{}-{seed}", scene.name)
+    /// The name of a run's folder.
+    pub(super) fn name(&self, index: usize) -> String {
+        let (trial, seed) = self.parts(index);
+        format!("{}-{seed}", trial.name)
     }
 
     /// The folder of a run, inside the folder `sweep`.
     pub fn folder(&self, sweep: &Path, index: usize) -> PathBuf {
         sweep.join("runs").join(self.name(index))
+    }
+
+    /// True if the run with this number is finished, even if its robot diverged.
+    pub fn is_over(&self, sweep: &Path, index: usize) -> bool {
+        let folder = self.folder(sweep, index);
+        folder.join(SUMMARY).exists() || folder.join(DIVERGED).exists()
+    }
+
+    /// The numbers of the unfinished runs.
+    pub fn left(&self, sweep: &Path) -> impl Iterator<Item = usize> {
+        (0..self.runs()).filter(|index| !self.is_over(sweep, *index))
     }
 }

@@ -1,7 +1,6 @@
-//! Does the runs of a sweep: one run, the next run, or all unfinished runs on several threads.
+//! Does the runs of a sweep: one run, or all unfinished runs on several threads.
 
-use super::claim::{Answer, Claim, PACE, claim};
-use super::{PLAN, RunState, SweepPlan};
+use super::{Plan, SWEEP};
 use cosmic::Registry;
 use cosmic::codesign::Record;
 use cosmic::error::{Error, Result};
@@ -15,11 +14,6 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
-use std::thread;
-use std::time::Duration;
-
-/// The time to wait before the claims of other hosts are checked again.
-const LOOK: Duration = Duration::from_secs(1);
 
 /// The outcome of an attempt to do a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,207 +56,79 @@ pub trait Overseer: Sync {
 
 /// A sweep: its folder, its plan, and the registry for its scenes.
 pub struct Sweep<'s> {
-    /// The folder of the sweep.
+    /// The folder of the sweep, in which the plan is [kept](Plan::keep).
     pub folder: &'s Path,
     /// The plan of the sweep.
-    pub plan: &'s SweepPlan,
+    pub plan: &'s Plan,
     /// The laws and losses that the scenes may name.
     pub registry: &'s Registry,
 }
 
 impl Sweep<'_> {
-    /// Begins or resumes one run. If a process on another host has claimed the run, this function first waits up to a
-    /// minute to find out whether that process still works. The observer's `is_stopped` may end the wait.
+    /// Begins or resumes the run with this number.
     ///
     /// # Errors
-    /// The errors of [`record::optimise`] and [`record::resume_of`], except the divergence of a result; the errors
-    /// of measuring; [`Error::Stopped`].
-    ///
-    /// # Panics
-    /// If the plan has no run of that number.
-    pub fn run_one(
-        &self,
-        index: usize,
-        observer: &mut dyn Observer,
-        is_stopped: &dyn Fn() -> bool,
-    ) -> Result<RunOutcome> {
-        self.once_known(is_stopped, || self.try_one(index, observer))
-    }
-
-    /// Calls `ask` once a second until the answer is not `None`.
-    fn once_known<T>(
-        &self,
-        is_stopped: &dyn Fn() -> bool,
-        mut ask: impl FnMut() -> Result<Option<T>>,
-    ) -> Result<T> {
-        loop {
-            if let Some(answer) = ask()? {
-                return Ok(answer);
-            }
-            if is_stopped() {
-                return Err(self.stopped());
-            }
-            thread::sleep(LOOK);
-        }
-    }
-
-    /// Begins or resumes one run. Returns `None` if a process on another host holds the claim, and it is not known yet
-    /// whether that process still works.
-    fn try_one(&self, index: usize, observer: &mut dyn Observer) -> Result<Option<RunOutcome>> {
-        let folder = self.plan.folder(self.folder, index);
-        if RunState::of(&folder).is_over() {
-            return Ok(Some(RunOutcome::Over));
+    /// The errors of [`record::optimise`] and [`record::resume_of`], except the divergence of a result and a run that
+    /// another process does; [`Error::Usage`] if the sweep has no run of that number.
+    pub fn run_one(&self, index: usize, observer: &mut dyn Observer) -> Result<RunOutcome> {
+        let plan = self.plan.run(index, self.registry)?;
+        if self.plan.is_over(self.folder, index) {
+            return Ok(RunOutcome::Over);
         }
         // If the sweep's folder has been removed, do not create it again.
-        let plan = self.folder.join(PLAN);
-        fs::metadata(&plan).map_err(Error::writing(&plan))?;
-        let claim = match claim(self.folder, &self.plan.name(index), PACE)? {
-            Answer::Granted(claim) => claim,
-            Answer::Taken => return Ok(Some(RunOutcome::Taken)),
-            Answer::Watched => return Ok(None),
+        let file = self.folder.join(SWEEP);
+        fs::metadata(&file).map_err(Error::writing(&file))?;
+        let folder = self.plan.folder(self.folder, index);
+        let has_begun = || folder.join(SNAPSHOT).exists();
+        let done = match has_begun() {
+            false => record::optimise(&folder, &plan, observer),
+            true => record::resume_of(&folder, &plan, observer),
         };
-        let observer = &mut Holding {
-            claim: &claim,
-            observer,
+        let done = match done {
+            // Another process began the run in the meantime.
+            Err(Error::Usage(_)) if has_begun() => record::resume_of(&folder, &plan, observer),
+            done => done,
         };
-        // The process that held the claim before may have finished the run in the meantime.
-        if RunState::of(&folder).is_over() {
-            return Ok(Some(RunOutcome::Over));
-        }
-        let plan = self.plan.run(index, self.registry)?;
-        let done = if folder.join(SNAPSHOT).exists() {
-            record::resume_of(&folder, &plan, observer)
-        } else {
-            record::optimise(&folder, &plan, observer)
-        };
-        Ok(Some(match done {
-            Ok(summary) => {
-                // The run must be measured while this process still holds the claim.
-                if let Some(study) = &self.plan.study {
-                    let is_stopped = || observer.is_stopped();
-                    let measured = study.measure(&folder, self.registry, &is_stopped)?;
-                    measured.ok_or_else(|| self.stopped())?;
-                }
-                RunOutcome::Done(Box::new(summary))
-            }
-            Err(error @ Error::Diverged { .. }) => RunOutcome::Diverged(error.to_string()),
-            // `cosmic resume`, which does not claim runs, is doing the run.
-            Err(Error::Taken(_)) => RunOutcome::Taken,
-            Err(error) => return Err(error),
-        }))
-    }
-
-    /// Does the first run that is neither finished nor claimed by another process. Returns `None` if there is no such
-    /// run. Waits like [`run_one`](Self::run_one). If a run fails, for example because of its time step or its files,
-    /// the next one is tried.
-    ///
-    /// # Errors
-    /// The errors of [`run_one`](Self::run_one). The error of a failed run is returned only if no other run remains.
-    pub fn run_next(
-        &self,
-        observer: &mut dyn Observer,
-        is_stopped: &dyn Fn() -> bool,
-    ) -> Result<Option<Ended>> {
-        self.once_known(is_stopped, || self.try_next(observer))
-    }
-
-    /// Like [`run_next`](Self::run_next), but does not wait. Returns `None` if it is not known yet whether any run
-    /// remains, and `Some(None)` if no run remains.
-    fn try_next(&self, observer: &mut dyn Observer) -> Result<Option<Option<Ended>>> {
-        let mut passed_over = BTreeMap::new();
-        let mut is_known = true;
-        for index in 0..self.plan.runs() {
-            match self.try_one(index, observer) {
-                Ok(Some(RunOutcome::Over | RunOutcome::Taken)) => {}
-                Ok(Some(outcome)) => return Ok(Some(Some(Ended { index, outcome }))),
-                Ok(None) => is_known = false,
-                Err(error) => {
-                    passed_over.insert(index, self.of_one_run(index, error)?);
-                }
-            }
-        }
-        if !is_known {
-            return Ok(None);
-        }
-        first_of(passed_over).map(|()| Some(None))
-    }
-
-    /// Decides whether the sweep goes on after the error of a run. Returns `Ok` with the error if only this run failed,
-    /// for example because of its time step or its files. Returns `Err` if all work must end, because the sweep's
-    /// folder is gone or the user interrupts.
-    fn of_one_run(&self, index: usize, error: Error) -> Result<Error> {
-        match error {
-            Error::Interrupted { .. } | Error::Stopped { .. } => Err(error),
-            error if !self.folder.join(PLAN).exists() => Err(error),
-            error => Ok(Error::PassedOver {
-                run: format!("run {index}, {}", self.plan.name(index)),
-                error: Box::new(error),
-                others: 0,
-            }),
+        match done {
+            Ok(summary) => Ok(RunOutcome::Done(Box::new(summary))),
+            Err(error @ Error::Diverged { .. }) => Ok(RunOutcome::Diverged(error.to_string())),
+            Err(Error::Taken(_)) => Ok(RunOutcome::Taken),
+            Err(error) => Err(error),
         }
     }
 
-    /// Does every run that is neither finished nor claimed by another process; see [`run_these`](Self::run_these).
-    ///
-    /// # Errors
-    /// The errors of [`run_these`](Self::run_these).
-    pub fn run_all(&self, threads: Option<NonZeroUsize>, overseer: &dyn Overseer) -> Result<()> {
-        let all: Vec<usize> = (0..self.plan.runs()).collect();
-        self.run_these(&all, threads, overseer)
-    }
-
-    /// Does the runs with the given numbers in parallel, until each is finished or claimed by another process. If
-    /// another process gives a run back in the meantime, that run is done too. If a run fails, the others are still
-    /// done.
+    /// Does all unfinished runs in parallel, except those that other processes are doing. If another process stops
+    /// before its run is finished, this process does the run. If a run fails, the others are still done.
     ///
     /// # Errors
     /// The first error of [`run_one`](Self::run_one). An error that concerns only one run is returned after all other
     /// runs are done. [`Error::Stopped`] if the overseer stops the sweep.
-    ///
-    /// # Panics
-    /// If the plan has no run with one of these numbers.
-    pub fn run_these(
-        &self,
-        runs: &[usize],
-        threads: Option<NonZeroUsize>,
-        overseer: &dyn Overseer,
-    ) -> Result<()> {
-        let mut passed_over = BTreeMap::new();
+    pub fn run_all(&self, threads: Option<NonZeroUsize>, overseer: &dyn Overseer) -> Result<()> {
+        let mut failed = BTreeMap::new();
         loop {
-            let is_over = |k: &usize| RunState::of(&self.plan.folder(self.folder, *k)).is_over();
-            let runs = runs.iter().copied();
-            let left: Vec<usize> = runs
-                .filter(|index| !passed_over.contains_key(index) && !is_over(index))
-                .collect();
-            let (mut taken, mut unknown) = (0, 0);
+            let left = self.plan.left(self.folder);
+            let left: Vec<usize> = left.filter(|index| !failed.contains_key(index)).collect();
+            let mut any_done = false;
             for (index, tried) in left.iter().zip(self.try_each(&left, threads, overseer)?) {
                 match tried {
-                    Ok(outcome) => {
-                        taken += usize::from(outcome == Some(RunOutcome::Taken));
-                        unknown += usize::from(outcome.is_none());
-                    }
-                    Err(error) => _ = passed_over.insert(*index, error),
+                    Ok(outcome) => any_done |= matches!(outcome, RunOutcome::Done(_)),
+                    Err(error) => _ = failed.insert(*index, error),
                 }
             }
-            // Nothing else is left to do: wait, to find out whether the holders on other hosts still work.
-            if unknown > 0 && taken + unknown == left.len() {
-                thread::sleep(LOOK);
-                continue;
-            }
-            // Each of the runs is finished, or another process is doing it.
-            if taken + unknown == 0 || taken == left.len() {
-                return first_of(passed_over);
+            // Meanwhile, another process may have stopped before its run was finished. Such runs are tried again.
+            if !any_done {
+                return first_of(failed);
             }
         }
     }
 
-    /// Tries each run once. Returns, for each run, the result of [`try_one`](Self::try_one), or the error of the run.
+    /// Tries each run once. Returns, for each run, its outcome or its error.
     fn try_each(
         &self,
         runs: &[usize],
         threads: Option<NonZeroUsize>,
         overseer: &dyn Overseer,
-    ) -> Result<Vec<Result<Option<RunOutcome>>>> {
+    ) -> Result<Vec<Result<RunOutcome>>> {
         let telling = Mutex::new(());
         let done = in_parallel(runs.len(), Crew::of_one(threads), |k, _| {
             if overseer.is_stopped() {
@@ -270,15 +136,16 @@ impl Sweep<'_> {
             }
             let index = runs[k];
             let name = &self.plan.name(index);
-            match self.try_one(index, &mut Quiet { overseer, name }) {
-                Err(error) => self.of_one_run(index, error).map(Err),
-                Ok(Some(outcome @ (RunOutcome::Done(_) | RunOutcome::Diverged(_)))) => {
-                    let _told = telling.lock();
-                    overseer.ended(&Ended { index, outcome });
-                    Ok(Ok(Some(RunOutcome::Over)))
-                }
-                tried => Ok(tried),
+            let outcome = match self.run_one(index, &mut Quiet { overseer, name }) {
+                Err(error) => return self.of_one_run(index, error).map(Err),
+                Ok(outcome) => outcome,
+            };
+            if matches!(outcome, RunOutcome::Done(_) | RunOutcome::Diverged(_)) {
+                let _told = telling.lock();
+                let outcome = outcome.clone();
+                overseer.ended(&Ended { index, outcome });
             }
+            Ok(Ok(outcome))
         });
         match done {
             // Count the finished runs only now, when all threads have stopped.
@@ -287,61 +154,40 @@ impl Sweep<'_> {
         }
     }
 
+    /// Decides whether the sweep goes on after the error of a run. Returns `Ok` with the error if only this run failed,
+    /// for example because of its time step or its files. Returns `Err` if all work must end, because the sweep's
+    /// folder is gone or the user interrupts.
+    fn of_one_run(&self, index: usize, error: Error) -> Result<Error> {
+        match error {
+            Error::Interrupted { .. } => Err(error),
+            error if !self.folder.join(SWEEP).exists() => Err(error),
+            error => Ok(Error::PassedOver {
+                run: format!("run {index}, {}", self.plan.name(index)),
+                error: Box::new(error),
+                others: 0,
+            }),
+        }
+    }
+
     fn stopped(&self) -> Error {
+        let total = self.plan.runs();
         Error::Stopped {
-            done: self.plan.over(self.folder),
-            total: self.plan.runs(),
+            done: total - self.plan.left(self.folder).count(),
+            total,
         }
     }
 }
 
 /// Returns the error of the first failed run. The error also states how many other runs failed.
-fn first_of(passed_over: BTreeMap<usize, Error>) -> Result<()> {
-    let count = passed_over.len();
-    let Some(mut first) = passed_over.into_values().next() else {
+fn first_of(failed: BTreeMap<usize, Error>) -> Result<()> {
+    let count = failed.len();
+    let Some(mut first) = failed.into_values().next() else {
         return Ok(());
     };
     if let Error::PassedOver { others, .. } = &mut first {
         *others = count - 1;
     }
     Err(first)
-}
-
-/// The observer of a run that this process has claimed. It passes events on, and tells the run whether this process
-/// still holds the claim.
-struct Holding<'c> {
-    claim: &'c Claim,
-    observer: &'c mut dyn Observer,
-}
-
-impl Observer for Holding<'_> {
-    fn begin(&mut self, run: &Run) {
-        self.observer.begin(run);
-    }
-
-    fn iteration(&mut self, run: &Run, record: &Record) -> ControlFlow<()> {
-        self.observer.iteration(run, record)
-    }
-
-    fn end(&mut self, run: &Run) {
-        self.observer.end(run);
-    }
-
-    fn warning(&mut self, run: &Run, text: &str) {
-        self.observer.warning(run, text);
-    }
-
-    fn stop(&self) -> Option<Arc<AtomicBool>> {
-        self.observer.stop()
-    }
-
-    fn is_stopped(&self) -> bool {
-        self.observer.is_stopped()
-    }
-
-    fn holds(&self) -> bool {
-        !self.claim.is_lost()
-    }
 }
 
 /// The observer of one of several parallel runs. It passes warnings on to the overseer and ignores iterations.
@@ -351,8 +197,6 @@ struct Quiet<'o> {
 }
 
 impl Observer for Quiet<'_> {
-    fn begin(&mut self, _: &Run) {}
-
     fn iteration(&mut self, _: &Run, _: &Record) -> ControlFlow<()> {
         if self.overseer.is_stopped() {
             ControlFlow::Break(())

@@ -1,4 +1,4 @@
-//! Tables, which can be written as CSV, JSON, HTML, Markdown and text.
+//! Tables, which can be written as CSV, JSON, HTML and text.
 
 use super::words::{escape, prose, quoted};
 use super::{Cell, Column};
@@ -117,15 +117,6 @@ impl Table {
             html += "</tr>\n";
         }
         html + "</tbody></table>\n"
-    }
-
-    /// The table as Markdown: the first column left-aligned, the others right-aligned.
-    pub fn to_markdown(&self) -> String {
-        let rule = |k: usize| if k == 0 { "---" } else { "--:" }.to_owned();
-        let mut lines = self.shown();
-        lines.insert(1, (0..self.columns.len()).map(rule).collect());
-        let line = |cells: &Vec<String>| format!("| {} |\n", cells.join(" | "));
-        lines.iter().map(line).collect()
     }
 
     /// The table as text for a terminal; see [`aligned`].

@@ -1,4 +1,4 @@
-//! Tables of typed columns, written as Markdown, HTML, CSV, JSON and aligned text.
+//! Tables of typed columns, written as HTML, CSV, JSON and aligned text.
 //!
 //! A [`Table`] holds numbers and texts. Each [`Column`] has a meaning, a unit, and the number of digits that people
 //! see. CSV and JSON keep every bit.

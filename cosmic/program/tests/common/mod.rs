@@ -196,22 +196,21 @@ fn collect(folder: &Path, prefix: &str, results: &mut BTreeMap<String, String>) 
 /// Removes wall times from the text of a file. A table has a column of wall times, any other file a key.
 fn timeless(name: &str, text: &str) -> String {
     match name.rsplit_once('.').unwrap().1 {
-        "csv" => without_column(text, ",", "seconds"),
-        "md" => without_column(text, " | ", "seconds"),
+        "csv" => without_column(text, "seconds"),
         _ => without_key(text),
     }
 }
 
-/// Removes a column from the tables in a text.
-fn without_column(text: &str, separator: &str, name: &str) -> String {
+/// Removes a column from a table.
+fn without_column(text: &str, name: &str) -> String {
     let mut at = usize::MAX;
     let cut = |line: &str| {
-        let mut cells: Vec<&str> = line.split(separator).collect();
+        let mut cells: Vec<&str> = line.split(',').collect();
         at = cells.iter().position(|cell| *cell == name).unwrap_or(at);
         if at < cells.len() {
             cells.remove(at);
         }
-        cells.join(separator) + "\n"
+        cells.join(",") + "\n"
     };
     text.lines().map(cut).collect()
 }

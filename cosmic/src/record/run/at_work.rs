@@ -55,12 +55,6 @@ pub trait Observer: Send {
     fn is_stopped(&self) -> bool {
         is_asked(self)
     }
-
-    /// Called before the run writes. Return false if another process has taken over the run. The run then ends with
-    /// [`Error::Taken`] and writes nothing more.
-    fn holds(&self) -> bool {
-        true
-    }
 }
 
 /// Ignores all events.
@@ -186,7 +180,6 @@ impl Run {
             .codesign
             .evaluator()
             .deliver_unless(&self.progress, &is_stopped);
-        self.refuse_lost(observer)?;
         // Rollouts that were stopped have no result.
         let delivery = delivery.filter(|_| !observer.is_stopped());
         let delivery = delivery.ok_or_else(|| self.interrupted())?;
@@ -210,7 +203,6 @@ impl Run {
             let before = self.progress.clone();
             let record = self.codesign.iterate(&mut self.progress);
             let design = (self.history.keeps_design(record.iteration)).then(|| self.design_row());
-            self.refuse_lost(observer)?;
             if is_asked(observer) {
                 return self.abandon(before);
             }
@@ -367,14 +359,6 @@ impl Run {
         self.history.sync()?;
         let (folder, progress) = (self.lock.folder(), &self.progress);
         Snapshot::save(folder, &self.plan, self.seconds(), Some(progress))
-    }
-
-    /// Returns an error if another process has taken over the run, so that this process writes nothing more.
-    fn refuse_lost(&self, observer: &dyn Observer) -> Result<()> {
-        if observer.holds() {
-            return Ok(());
-        }
-        Err(Error::Taken(self.lock.folder().to_owned()))
     }
 
     fn write_result(&self, delivery: &Delivery) -> Result<Summary> {

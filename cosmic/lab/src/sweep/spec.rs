@@ -1,0 +1,225 @@
+//! What a sweep consists of: a TOML file with trials, or scenes by their names. Settings and seeds can be added.
+
+use super::{Axis, Plan, Trial, combinations};
+use cosmic::Registry;
+use cosmic::error::Result;
+use cosmic::record::snapshot::SavedScene;
+use cosmic::scene::{Scene, TomlFile};
+use serde::{Deserialize, de::IgnoredAny};
+use serde_json::{Map, Value};
+use std::num::NonZeroUsize;
+use std::path::Path;
+
+/// Settings and seeds that the user adds to a sweep.
+#[derive(Clone, Debug, Default)]
+pub struct Overrides {
+    /// Settings of all scenes, each written as `KEY=V,V…`. Several values make an axis of the grid.
+    pub set: Vec<String>,
+    /// The number of seeds in place of the file's number.
+    pub seeds: Option<NonZeroUsize>,
+    /// The first seed in place of the file's.
+    pub first_seed: Option<u64>,
+    /// The number of iterations in place of the file's number.
+    pub iterations: Option<NonZeroUsize>,
+}
+
+/// The keys of a sweep's file. `docs/files.md` has their meanings.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct Keys {
+    seeds: Option<NonZeroUsize>,
+    first_seed: u64,
+    iterations: Option<NonZeroUsize>,
+    grid: Map<String, Value>,
+    variants: Vec<Variant>,
+    trials: Vec<TrialKeys>,
+}
+
+/// Settings with which all trials are run once more.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Variant {
+    name: String,
+    title: Option<String>,
+    /// Makes the parser accept the key `settings`. [`TomlFile::change`] reads its value.
+    #[serde(rename = "settings")]
+    _settings: Option<IgnoredAny>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TrialKeys {
+    scene: String,
+    name: Option<String>,
+    title: Option<String>,
+    published: Option<f64>,
+    #[serde(default)]
+    variants: Vec<String>,
+    #[serde(rename = "settings")]
+    _settings: Option<IgnoredAny>,
+}
+
+/// Returns the plan of a sweep. `sources` is the path of one file with the key `trials`, or any number of built-in scenes
+/// and scene files.
+///
+/// # Errors
+/// [`Malformed`](cosmic::Error::Malformed) for a file that is not TOML, has an unknown key, or uses a variant that it
+/// does not define; the errors of reading and changing the scenes; [`Usage`](cosmic::Error::Usage) for a malformed grid,
+/// for two trials of the same name, and for too many runs.
+pub fn read(sources: &[String], overrides: &Overrides, registry: &Registry) -> Result<Plan> {
+    let text = match sources {
+        [source] => text_with_trials(source, registry)?,
+        _ => None,
+    };
+    let (axes, mut keys, drafts) = match &text {
+        Some(text) => {
+            let file = TomlFile::parse(&sources[0], text)?;
+            let keys: Keys = file.read()?;
+            let drafts = trials(&file, &sources[0], &keys, registry)?;
+            (Axis::of_table(&keys.grid)?, keys, drafts)
+        }
+        None => {
+            let drafts = sources.iter().map(|source| of_source(source, registry));
+            (Vec::new(), Keys::default(), drafts.collect::<Result<_>>()?)
+        }
+    };
+    keys.iterations = overrides.iterations.or(keys.iterations);
+    let added = overrides.set.iter().map(|setting| Axis::parse(setting));
+    let axes = axes.into_iter().map(Ok).chain(added);
+    let plan = Plan {
+        first_seed: overrides.first_seed.unwrap_or(keys.first_seed),
+        seeds: (overrides.seeds.or(keys.seeds)).unwrap_or(NonZeroUsize::MIN),
+        trials: on_grid(&drafts, &axes.collect::<Result<Vec<_>>>()?, keys.iterations)?,
+    };
+    plan.check_shape().map(|()| plan)
+}
+
+/// The text of a sweep's file; `None` if `source` is a scene, which has no trials.
+fn text_with_trials(source: &str, registry: &Registry) -> Result<Option<String>> {
+    if registry.scene(source).is_some() || !Path::new(source).is_file() {
+        return Ok(None);
+    }
+    let text = Scene::text(source.as_ref())?;
+    // A malformed file counts as a scene, whose reader shows the mistake.
+    let has_trials = TomlFile::parse(source, &text).is_ok_and(|file| file.has("trials"));
+    Ok(has_trials.then_some(text))
+}
+
+/// A trial before it is multiplied by the grid.
+struct Draft {
+    name: String,
+    title: String,
+    published: Option<f64>,
+    scene: Scene,
+}
+
+fn of_source(source: &str, registry: &Registry) -> Result<Draft> {
+    Ok(Draft {
+        name: stem(source),
+        title: stem(source),
+        published: None,
+        scene: registry.load(source)?,
+    })
+}
+
+/// The trials of a file, once for each variant.
+fn trials(file: &TomlFile, path: &str, keys: &Keys, registry: &Registry) -> Result<Vec<Draft>> {
+    let names: Vec<String> = keys.variants.iter().map(|v| v.name.clone()).collect();
+    for (k, trial) in keys.trials.iter().enumerate() {
+        file.check_names(&format!("trials[{k}].variants"), &trial.variants, &names)?;
+    }
+    // A file without variants has each trial once.
+    let variants = (0..names.len()).map(Some);
+    let variants = variants.chain(names.is_empty().then_some(None));
+    let mut all = Vec::new();
+    for variant in variants {
+        for (t, trial) in keys.trials.iter().enumerate() {
+            let variant = variant.map(|v| (v, &keys.variants[v]));
+            let is_of = |(_, variant): (usize, &Variant)| trial.variants.contains(&variant.name);
+            if !trial.variants.is_empty() && !variant.is_some_and(is_of) {
+                continue;
+            }
+            let mut scene = scene_of(&trial.scene, path, registry)?;
+            let mut name = trial.name.clone().unwrap_or_else(|| stem(&trial.scene));
+            let mut title = trial.title.clone().unwrap_or_else(|| name.clone());
+            if let Some((v, variant)) = variant {
+                scene = file.change(&scene, &format!("variants[{v}].settings"))?;
+                name = format!("{}-{name}", variant.name);
+                title = format!(
+                    "{}: {title}",
+                    variant.title.as_ref().unwrap_or(&variant.name)
+                );
+            }
+            scene = file.change(&scene, &format!("trials[{t}].settings"))?;
+            all.push(Draft {
+                name,
+                title,
+                published: trial.published,
+                scene,
+            });
+        }
+    }
+    Ok(all)
+}
+
+/// Reads the scene of a trial. A name that is not that of a scene is a file beside the sweep's file.
+fn scene_of(name: &str, path: &str, registry: &Registry) -> Result<Scene> {
+    match registry.scene(name) {
+        Some(_) => registry.load(name),
+        None => registry.read(&Path::new(path).with_file_name(name)),
+    }
+}
+
+fn stem(scene: &str) -> String {
+    let stem = Path::new(scene).file_stem().unwrap_or_default();
+    stem.to_string_lossy().into_owned()
+}
+
+/// Combines every trial with every combination of the values of `axes`. The new trials have names like
+/// `earth+friction=0.6+gravity=9.81`.
+fn on_grid(
+    drafts: &[Draft],
+    axes: &[Axis],
+    iterations: Option<NonZeroUsize>,
+) -> Result<Vec<Trial>> {
+    let grid = combinations(axes)?;
+    let swept = axes.iter().filter(|axis| axis.is_swept()).map(Axis::key);
+    let swept: Vec<&str> = swept.collect();
+    let mut trials = Vec::new();
+    for draft in drafts {
+        for combination in &grid {
+            let mut scene = draft.scene.set(&combination.settings)?;
+            if let Some(iterations) = iterations {
+                scene = scene.fitted(iterations)?;
+            }
+            let settings = scene.settings().into_iter();
+            let settings = settings.filter(|setting| swept.contains(&&setting.key[..]));
+            trials.push(Trial {
+                name: format!("{}{}", draft.name, combination.suffix),
+                title: format!("{}{}", draft.title, combination.suffix),
+                published: draft.published,
+                swept: settings
+                    .map(|setting| (setting.key, as_json(&setting.value)))
+                    .collect(),
+                scene: without_comments(&scene),
+            });
+        }
+    }
+    Ok(trials)
+}
+
+/// The scene as the sweep's file contains it. Comments are nine tenths of the text, and a sweep may have thousands of
+/// scenes.
+fn without_comments(scene: &Scene) -> SavedScene {
+    let mut saved = SavedScene::from(scene);
+    let lines = saved.text.lines();
+    let lines = lines.filter(|line| !line.is_empty() && !line.starts_with('#'));
+    saved.text = lines.map(|line| format!("{line}\n")).collect();
+    saved
+}
+
+/// The value of a scene's key. Numbers, booleans, lists of them and most strings are written alike in TOML and JSON.
+fn as_json(written: &str) -> Value {
+    let value = serde_json::from_str(written);
+    value.unwrap_or_else(|_| Value::from(written.trim_matches(['"', '\''])))
+}

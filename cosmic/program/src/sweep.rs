@@ -1,0 +1,140 @@
+//! `cosmic sweep`.
+
+use crate::arguments::{Output, Work, count, seed};
+use crate::interrupt::Interrupt;
+use crate::output::{answer, note};
+use crate::progress::{Many, Progress, title, told};
+use clap::{Args, Subcommand};
+use cosmic::Registry;
+use cosmic::error::Result;
+use cosmic::scene::BUILTIN;
+use cosmic_lab::sweep::{self, Overrides, Sweep};
+use serde_json::json;
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+/// Do many runs, in any number of processes, and make a table of the results
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Do or continue the runs of a sweep, one per core; when all are done, merge them
+    ///
+    /// Several processes may share the folder: each skips the runs that another one is doing. A run whose simulation
+    /// diverges counts as done, with exit code 0.
+    Run(Run),
+    /// Write results.csv of all finished runs, and print a table of the trials
+    Merge {
+        /// The folder of the sweep
+        #[arg(value_name = "S")]
+        sweep: PathBuf,
+        #[command(flatten)]
+        output: Output,
+    },
+}
+
+#[derive(Debug, Args)]
+struct Run {
+    /// A TOML file with [[trials]], or built-in scenes and scene files
+    #[arg(value_name = "SPEC", default_value = BUILTIN[0].name)]
+    spec: Vec<String>,
+    /// Change a key of all scenes; several values, as in `--set physics.friction=0.6,1`, make a grid; can be repeated
+    #[arg(long, value_name = "KEY=V,V...")]
+    set: Vec<String>,
+    /// Seeds per trial [default: as in the file, or 1]
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    seeds: Option<NonZeroUsize>,
+    /// The first seed [default: as in the file, or 0]
+    #[arg(long, value_name = "N", value_parser = seed, allow_negative_numbers = true)]
+    first_seed: Option<u64>,
+    /// Fit the phases of every scene into this many iterations
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    iterations: Option<NonZeroUsize>,
+    /// The folder of the sweep; the same command continues it
+    #[arg(long, value_name = "S")]
+    out: PathBuf,
+    /// Do only the run with this number, counted from 0: trial by trial, and within a trial seed by seed
+    #[arg(long, value_name = "I")]
+    index: Option<usize>,
+    #[command(flatten)]
+    work: Work,
+}
+
+impl Arguments {
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
+        match &self.action {
+            Action::Run(run) => run.run(registry),
+            Action::Merge { sweep, output } => merge(sweep, output),
+        }
+    }
+}
+
+impl Run {
+    fn run(&self, registry: &Registry) -> Result<()> {
+        let overrides = Overrides {
+            set: self.set.clone(),
+            seeds: self.seeds,
+            first_seed: self.first_seed,
+            iterations: self.iterations,
+        };
+        let plan = &sweep::read(&self.spec, &overrides, registry)?;
+        let (folder, output) = (&*self.out, &self.work.output);
+        if let Some(index) = self.index {
+            // A number that is too large is refused before anything is written.
+            plan.run(index, registry)?;
+        }
+        plan.keep(folder, registry)?;
+        let interrupt = Interrupt::listen(output.quiet)?;
+        let sweep = Sweep {
+            folder,
+            plan,
+            registry,
+        };
+        match self.index {
+            Some(index) => one(&sweep, index, interrupt, &self.work)?,
+            None => {
+                let overseer = Many::new(output, interrupt, plan, folder);
+                sweep.run_all(self.work.threads, &overseer)?;
+            }
+        }
+        if plan.left(folder).next().is_none() {
+            return merge(folder, output);
+        }
+        if self.index.is_none() && !output.quiet {
+            let (left, total) = (plan.left(folder).count(), plan.runs());
+            note(&format!("other processes are doing {left} of {total} runs"));
+        }
+        Ok(())
+    }
+}
+
+fn one(sweep: &Sweep, index: usize, interrupt: Interrupt, work: &Work) -> Result<()> {
+    let pool = crate::runs::pool(work.threads)?;
+    let mut progress = Progress::new(&work.output, interrupt, Vec::new());
+    let outcome = pool.install(|| sweep.run_one(index, &mut progress));
+    drop(progress);
+    let (title, says) = (title(sweep.plan, index), told(&outcome?));
+    if !work.output.quiet {
+        note(&format!("run {index}, {title}: {says}"));
+    }
+    Ok(())
+}
+
+fn merge(sweep: &Path, output: &Output) -> Result<()> {
+    let merged = sweep::merge(sweep)?;
+    let (results, missing) = (merged.results.display(), merged.missing);
+    if missing > 0 && !output.quiet {
+        note(&format!("{missing} runs are not done"));
+    }
+    let rows = merged.table.to_json()["rows"].take();
+    let value = json!({ "results": results.to_string(), "missing": missing, "trials": rows });
+    answer(
+        output,
+        &value,
+        &format!("{}{results}\n", merged.table.to_text()),
+    )
+}

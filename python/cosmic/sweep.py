@@ -1,0 +1,39 @@
+"""Sweeps: a run for every combination of scenes, settings and seeds, in any executor.
+
+A sweep is described by a file, which ``docs/files.md`` explains, or is one scene. Any number of processes may
+work in the folder ``out``, including ``cosmic sweep run``.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any, Union
+
+import numpy.typing as npt
+
+from . import _core
+from ._checks import whole
+from ._run import _columns
+
+_Path = Union[str, "os.PathLike[str]"]
+
+
+def count(spec: _Path) -> int:
+    """The number of runs of a sweep."""
+    return _core.sweep_count(os.fsdecode(spec))
+
+
+def run(spec: _Path, out: _Path, index: int) -> str:
+    """Does or continues run number ``index`` of a sweep on one thread. Runs are numbered from 0.
+
+    Returns ``"done"``, ``"diverged"``, ``"over"`` if it was done before, or ``"taken"`` if another
+    process is running it. Ctrl-C saves the run; the same call continues it.
+    """
+    return _core.sweep_run(os.fsdecode(spec), Path(out), whole("index", index, 0))
+
+
+def merge(out: _Path) -> dict[str, npt.NDArray[Any]]:
+    """Writes ``results.csv``, and returns its columns, ready for a data frame. Unfinished runs have a
+    state but no numbers."""
+    return _columns(Path(_core.sweep_merge(Path(out))).read_text())

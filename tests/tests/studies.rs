@@ -1,0 +1,47 @@
+//! The files in `studies` are sweeps.
+
+use cosmic::Registry;
+use cosmic::scene::Scene;
+use cosmic_lab::sweep::{Overrides, Plan, read};
+
+/// The files that need no policy of an example program.
+const FILES: [&str; 6] = [
+    "paper", "ablation", "findings", "transfer", "realism", "worlds",
+];
+
+fn scenes(plan: &Plan) -> Vec<(&str, Scene)> {
+    let scene = |trial: usize| {
+        let run = plan.run(trial * plan.seeds.get(), &Registry::default());
+        (&plan.trials[trial].name[..], run.unwrap().scene)
+    };
+    (0..plan.trials.len()).map(scene).collect()
+}
+
+/// All trials of a study differ. The trials `strict-*` of the paper's study do not depart from the paper, and the
+/// trials `default-*` are built-in scenes.
+#[test]
+fn all_trials_differ_and_strict_trials_have_no_departures() {
+    for name in FILES {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../studies/");
+        let source = format!("{path}{name}.toml");
+        let plan = read(&[source], &Overrides::default(), &Registry::default());
+        let plan = plan.unwrap_or_else(|error| panic!("{name}: {error}"));
+        let scenes = scenes(&plan);
+        for (k, (name, scene)) in scenes.iter().enumerate() {
+            assert!(
+                !scenes[..k].iter().any(|(_, other)| other == scene),
+                "{name}"
+            );
+            if name.starts_with("strict-") {
+                assert!(scene.departures().is_empty(), "{name}");
+            }
+            if let Some(builtin) = name.strip_prefix("default-") {
+                assert_eq!(*scene, Scene::load(builtin).unwrap());
+            }
+        }
+        assert_eq!(
+            scenes.iter().any(|(name, _)| name.starts_with("strict-")),
+            name == "paper"
+        );
+    }
+}
