@@ -4,7 +4,10 @@
 
 use autodiff::Real;
 use cosmic::case::Case;
+use cosmic::design::{Design, Material};
 use cosmic::domain::{Domain, rollouts};
+use cosmic::geometry::Vector;
+use cosmic::scene::Scene;
 use cosmic::simulator::Span;
 use cosmic_lab::verify::stiff::{Extreme, extremes};
 use cosmic_tests::{robot, states};
@@ -67,5 +70,73 @@ fn a_batch_of_stiff_robots_has_the_bits_of_single_rollouts() {
     for (k, (domain, seen)) in domains.iter().zip(&together).enumerate() {
         let alone = task.rollout(&design, &case.controller, &domain.start, &span);
         assert_eq!(alone.states, seen.states, "robot {k}");
+    }
+}
+
+/// A robot of `workshop` whose actuators pull and push with all their force from the first step on.
+fn from_rest(seed: u8) -> Case {
+    let mut scene = Scene::load("workshop").unwrap();
+    scene.physics.steps = 60;
+    let mut case = Case::of_scene(&scene, seed.into()).unwrap();
+    let draws = unlike(case.lattice.edges.len(), seed.into());
+    let material = |draw: f64| match draw {
+        ..-0.3 => Material::Void,
+        ..0.3 => Material::Skeleton,
+        _ => Material::Actuator,
+    };
+    case.design = Design::Layout(draws.into_iter().map(material).collect());
+    let weights = std::cell::Cell::new(0.7 * f64::from(seed));
+    case.controller = case.controller.map(|_| {
+        let place = weights.get();
+        weights.set(place + 12.9898);
+        0.5 * scattered(place)
+    });
+    case
+}
+
+/// A number without a pattern, between -1 and 1.
+fn scattered(place: f64) -> f64 {
+    (1e4 * place.sin()).sin()
+}
+
+fn unlike(count: usize, seed: f64) -> Vec<f64> {
+    (0..count)
+        .map(|k| scattered(12.9898 * k as f64 + seed))
+        .collect()
+}
+
+/// The velocities of all nodes after each of these steps.
+fn velocities(case: &Case, start: &[Vector<f64>], steps: &[usize]) -> Vec<Vec<Vector<f64>>> {
+    let mut from = case.start.clone();
+    from.v = start.to_vec();
+    let span = Span::from_start(steps.to_vec());
+    let seen = (case.task()).rollout(&case.own_design(), &case.controller, &from, &span);
+    seen.states.into_iter().map(|state| state.v).collect()
+}
+
+fn apart(a: &[Vector<f64>], b: &[Vector<f64>]) -> f64 {
+    let pairs = a.iter().zip(b);
+    pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
+}
+
+/// Actuators at their limits have a kink at rest, and the contact decides whether a node rests. Neither lets rounding
+/// decide: velocities of 1e-10 m/s at the start change those of later steps by little more.
+#[test]
+fn rounding_does_not_decide_how_a_robot_leaves_its_rest() {
+    for seed in 0..6 {
+        let case = from_rest(seed);
+        let steps = [1, 2, 10, 60];
+        let still = velocities(&case, &case.start.v, &steps);
+        let fastest = still[0].iter().map(|v| v.norm()).fold(0.0, f64::max);
+        assert!(fastest > 0.1, "{fastest} m/s");
+        for draw in 0..4 {
+            let moved = unlike(2 * case.start.v.len(), 3.0 + f64::from(draw));
+            let moved = moved.chunks(2).map(|v| Vector::new([v[0], v[1]]) * 1e-10);
+            let moved = velocities(&case, &moved.collect::<Vec<_>>(), &steps);
+            for (step, (still, moved)) in steps.iter().zip(still.iter().zip(&moved)) {
+                let apart = apart(still, moved);
+                assert!(apart < 1e-8, "seed {seed}, step {step}: {apart:e} m/s");
+            }
+        }
     }
 }

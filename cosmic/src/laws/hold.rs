@@ -19,8 +19,12 @@ const STICKIEST: f64 = 1e8;
 /// Above this ratio of friction to normal impulse, friction counts as infinite: a held node sticks.
 const INFINITE: f64 = 1e3;
 
-/// A speed that counts as 0, m/s. It is a normal number in single precision too.
-const REST: f64 = 1e-30;
+/// The smallest speed by which friction is divided, m/s. It is a normal number in single precision too.
+const LEAST: f64 = 1e-30;
+
+/// The speed along the ground below which a node that meets the ground rests, m/s. A node that stuck has exactly 0; rounding
+/// must not turn such a node into one that slides.
+const REST: f64 = 1e-6;
 
 /// The contacts of all nodes in a pass. Every field has a number for each node. Yes is 1, and no is 0.
 #[derive(Clone, Copy, Debug)]
@@ -141,7 +145,7 @@ impl<R: Real> Seen<R> {
         ))
     }
 
-    /// Whether a node that meets the ground rests there: it did not move along the ground before.
+    /// Whether a node that meets the ground rests there: before, it moved along the ground more slowly than [`REST`].
     #[inline(always)]
     fn rests(&self, v: Vector<R>, grip: R) -> R::Mask {
         let along = self.axes.into_rotated(v).forward();
@@ -216,7 +220,7 @@ impl UniformKernel<19, 8> for NextPass {
             rest @ ..,
         ] = rest;
         let [jx, jy, xx, xy, yy] = rest;
-        let (zero, one, least, dt) = (R::zero(), R::one(), R::lit(REST), R::lit(self.dt));
+        let (zero, one, least, dt) = (R::zero(), R::one(), R::lit(LEAST), R::lit(self.dt));
         let (v, moving, tangent) = (
             Vector::new([vx, vy]),
             Vector::new([wx, wy]),

@@ -8,15 +8,12 @@ use autodiff::{AnyProgram, Array, Dual};
 use super::bar::{Bar, BarForce, MovingTension, Tension};
 use super::force::{AnyForce, Force, Given, Pose, Pull, Step, Sum};
 use super::law::{StepInput, step_inputs};
-use super::slopes::{Slopes, Tensions};
+use super::slopes::{BESIDE, Slopes, Tensions};
 use super::stiffness::Stiffness;
 use crate::geometry::Vector;
 use crate::lattice::{EdgeVector, Lattice};
 use crate::settings::Settings;
 
-/// A small share of a stroke, and a small rate, m/s: a law may have a kink at the target and at rest, so slopes are also
-/// taken beside these.
-const BESIDE: f64 = 1e-6;
 /// A factor slightly above 1. A stroke multiplied by this factor ends beyond the stop in spite of rounding errors.
 const BEYOND: f64 = 1.0 + 1e-9;
 

@@ -8,6 +8,10 @@ use super::bar::{Bar, BarForce};
 use crate::geometry::{Symmetric, Vector};
 use crate::lattice::EdgeVector;
 
+/// A small share of a stroke, and a small rate, m/s: a law may have a kink at the target and at rest, so slopes are also
+/// taken beside these.
+pub(super) const BESIDE: f64 = 1e-6;
+
 /// The tension of every bar (N), and its derivatives with respect to the length (N/m) and to the rate (N s/m).
 #[derive(Clone, Copy, Debug)]
 pub struct Tensions {
@@ -39,11 +43,36 @@ impl From<[Array; 3]> for Tensions {
 /// The kernel of a law along bars with its slopes, which come from dual numbers. The inputs are the vector along the bar
 /// (m), the relative velocity of its ends (m/s), the activation, the stiffness (N/m), the rest length (m) and the strain at
 /// full activation; the results are the numbers of [`Tensions`]. The uniform inputs are the law's settings.
+///
+/// At a kink in the rate, the slope is the largest one beside the kink. From rest, Newton's method would otherwise believe
+/// that an actuator at its limit keeps its force at any speed, and rounding would choose between the two slopes.
 #[derive(Clone, Debug)]
 pub(super) struct Slopes<L> {
     pub(super) law: L,
     /// The [softening](crate::lattice::Lattice::softening) of lengths, m^2.
     pub(super) softening: f64,
+}
+
+impl<L: BarForce> Slopes<L> {
+    /// The tension with its derivatives with respect to the length and to the rate.
+    #[inline(always)]
+    fn tension<R: Real>(
+        &self,
+        [length, rate]: [R; 2],
+        given: [R; 4],
+        settings: &Uniforms<R>,
+    ) -> Dual<R, 2> {
+        let mut constants = [Dual::<R, 2>::constant(R::zero()); MOST_UNIFORMS];
+        for k in 0..L::COUNT {
+            constants[k] = Dual::constant(settings[k]);
+        }
+        let mut numbers = [Dual::<R, 2>::constant(R::zero()); 4];
+        for k in 0..4 {
+            numbers[k] = Dual::constant(given[k]);
+        }
+        let bar = Bar::new(Dual::variable(length, 0), Dual::variable(rate, 1), numbers);
+        L::tension(&self.law.of(&constants), bar)
+    }
 }
 
 impl<L: BarForce> UniformKernel<8, 3> for Slopes<L> {
@@ -57,22 +86,17 @@ impl<L: BarForce> UniformKernel<8, 3> for Slopes<L> {
     ) -> [R; 3] {
         let edge = edge([dx, dy, dvx, dvy]);
         let length = edge.length(self.softening);
-        let mut constants = [Dual::<R, 2>::constant(R::zero()); MOST_UNIFORMS];
-        for k in 0..L::COUNT {
-            constants[k] = Dual::constant(settings[k]);
+        let rate = edge.rate(length);
+        let at = self.tension([length, rate], given, settings);
+        let [by_length, mut by_rate] = at.tangent;
+        if L::NEEDS_RATE {
+            for beside in [-BESIDE, BESIDE] {
+                let moved = [length, rate + R::lit(beside)];
+                let slope = self.tension(moved, given, settings).tangent[1];
+                by_rate = R::select(by_rate.less(slope), slope, by_rate);
+            }
         }
-        let mut numbers = [Dual::<R, 2>::constant(R::zero()); 4];
-        for k in 0..4 {
-            numbers[k] = Dual::constant(given[k]);
-        }
-        let moving = [length, edge.rate(length)];
-        let bar = Bar::new(
-            Dual::variable(moving[0], 0),
-            Dual::variable(moving[1], 1),
-            numbers,
-        );
-        let tension = L::tension(&self.law.of(&constants), bar);
-        [tension.value, tension.tangent[0], tension.tangent[1]]
+        [at.value, by_length, by_rate]
     }
 }
 

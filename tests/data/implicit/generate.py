@@ -10,6 +10,7 @@ import pathlib
 import numpy as np
 
 STICKIEST = 1e8  # bounds the drag of friction: this many times the trace of the node's block of the matrix
+REST = 1e-6  # a node that meets the ground rests there if it moves along the ground more slowly than this, m/s
 
 
 class Dual:
@@ -252,7 +253,7 @@ class Robot:
                 # on average, and a drag towards it. Nodes at rest stick; the others slide in their first pass.
                 time = bounded(-height / np.where(new, vn, -1.0), 0.0, dt)
                 impact = np.where(new, time, impact)
-                rests = new & (dot(t, v).real == 0) & (self.mu > 0)
+                rests = new & (size(dot(t, v)).real < REST) & (self.mu > 0)
                 slip_to = np.where((new | fresh) & ~stick & ~rests, impact / dt * vt, slip_to)
                 fresh = new
                 speed = size(vt - slip_to)
