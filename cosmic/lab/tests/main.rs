@@ -2,11 +2,7 @@
 
 mod child;
 mod export {
-    mod joint;
-    mod layers;
-    mod member;
     mod mujoco;
-    mod stl;
 }
 mod measure {
     mod errands;
@@ -16,7 +12,6 @@ mod report {
     mod bars;
     mod chart;
     mod gait;
-    mod lettering;
     mod motion;
     mod plot;
     mod sheet;

@@ -1,4 +1,4 @@
-//! The options of `export --mujoco`.
+//! The options of `export` for MuJoCo.
 
 use crate::arguments::{number, whole};
 use clap::Args;
@@ -6,7 +6,7 @@ use cosmic_lab::export::mujoco::{MOST_FRICTION, MujocoSettings};
 
 /// Settings of MuJoCo that scenes do not have. Except for friction, their values hardly change the distance walked.
 #[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "Options of --mujoco")]
+#[command(next_help_heading = "Options for MuJoCo")]
 pub(super) struct MujocoOptions {
     /// Coefficient of friction, at most 5 [default: the scene's coefficient, limited to 5]
     #[arg(long, value_name = "MU", value_parser = above_zero(MOST_FRICTION), allow_negative_numbers = true)]

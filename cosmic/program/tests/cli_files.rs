@@ -119,7 +119,6 @@ fn of_folder(folder: &Path, found: &mut Found) {
             }
             continue;
         }
-        // A file with a solid is not text and contains no names.
         let bytes = fs::read(&path).unwrap();
         let text = String::from_utf8_lossy(&bytes);
         let json = |text: &str| serde_json::from_str::<Value>(text).unwrap();
@@ -161,7 +160,7 @@ fn the_page_describes_all_files_of_runs_and_sweeps() {
     for command in [
         "optimize tiny.toml --starts 2 --search halving --out runs/halved",
         "optimize --from runs/halved --out runs/on",
-        "export runs/on --csv --svg --dxf --stl",
+        "export runs/on --csv --svg",
         "robustness runs/on --samples 1 --out runs/robustness.csv",
         "sweep plan tiny.toml --seeds 1 --out runs/s",
         "sweep run runs/s --index all",
@@ -190,7 +189,8 @@ fn the_page_describes_all_files_of_runs_and_sweeps() {
         COLUMNS,
         &table.fold(head, |text, row| text + &row),
     );
-    let rare = "bars.csv solid.csv start.json search.json check.json dropped_at entered loss_p50 merit_horizon";
+    let rare =
+        "bars.csv start.json search.json check.json dropped_at entered loss_p50 merit_horizon";
     for name in rare.split(' ') {
         assert!(names.contains(name), "no file of these runs has {name}");
     }

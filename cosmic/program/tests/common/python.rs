@@ -1,5 +1,5 @@
-//! Makes a virtual environment of Python, with the packages that read the files of `export`. It is made once, in the
-//! target folder.
+//! Makes a virtual environment of Python, with the packages that run the files of `export`. It is made once, in the target
+//! folder.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -7,17 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
-/// The packages of the environment: a simulator, packages that read drawings and solids, a package that unites solids,
-/// and their dependencies.
-const PACKAGES: [&str; 7] = [
-    "mujoco==4.0.*",
-    "numpy==2.*",
-    "ezdxf~=1.4",
-    "trimesh>=4",
-    "shapely>=2",
-    "networkx",
-    "manifold3d>=3",
-];
+/// The packages of the environment.
+const PACKAGES: [&str; 2] = ["mujoco==4.0.*", "numpy==2.*"];
 
 /// The messages that `pip` prints if it cannot reach the registry.
 const CUT_OFF: [&str; 3] = [
@@ -35,7 +26,7 @@ pub(crate) fn python() -> Option<&'static Path> {
     match &*PYTHON {
         Ok(python) => Some(python),
         Err(why) => {
-            let says = format!("SKIPPED: {why}: the files of `cosmic export` are not read back\n");
+            let says = format!("SKIPPED: {why}: the files of `cosmic export` are not run\n");
             // The text is written to standard error directly, because the test harness hides what passing tests print.
             io::stderr().write_all(says.as_bytes()).unwrap();
             None
