@@ -141,7 +141,7 @@ class Run:
         return path
 
     def report(self, path: Optional[_Path] = None) -> Path:
-        """Writes a page, pictures and an animation into the run's folder, or into a copy of the run
+        """Writes a page, a picture and an animation into the run's folder, or into a copy of the run
         in the new folder ``path``. Returns the path of the page."""
         folder = self.folder if path is None else self.save(path)
         _core.report(folder)

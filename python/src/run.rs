@@ -11,7 +11,7 @@ use cosmic::record::history::TABLE;
 use cosmic::record::run::SCENE;
 use cosmic::record::summary::SUMMARY;
 use cosmic::record::{DesignFile, TrajectoryFile};
-use cosmic_lab::report::{Animations, FRAME_WIDTH, RobotFiles, RunFiles};
+use cosmic_lab::report::{FRAME_WIDTH, RobotFiles, RunFiles};
 use numpy::PyArray3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -83,7 +83,7 @@ pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py,
 /// Writes the report of a run, and returns the paths of its files.
 #[pyfunction]
 pub(crate) fn report(py: Python, folder: PathBuf) -> PyResult<Vec<PathBuf>> {
-    let write = || cosmic_lab::report::write(&folder, &Animations::default(), &Registry::default());
+    let write = || cosmic_lab::report::write(&folder, &Registry::default());
     caught(|| py.detach(write).map_err(raised))
 }
 

@@ -76,7 +76,7 @@ def test_a_run_is_reported(run: cosmic.Run, tmp_path: Path) -> None:
     page = run.report(tmp_path / "walker")
     assert page == tmp_path / "walker/report.html" and "<html" in page.read_text()
     beside = {file.name for file in page.parent.iterdir()}
-    assert {"robot.svg", "convergence.svg", "gait.gif", "design.json"} <= beside
+    assert {"robot.svg", "gait.gif", "design.json"} <= beside
     shown = run._repr_html_()
     assert "onload=" in shown
     assert shown.startswith("<iframe srcdoc=") and "&lt;html" in shown and "0.0" in shown

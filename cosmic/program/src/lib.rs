@@ -18,7 +18,6 @@ mod verify;
 mod explain;
 mod report;
 mod walk;
-mod compare;
 mod robustness;
 mod mujoco;
 mod export;
@@ -59,7 +58,6 @@ enum Command {
     Explain(explain::Arguments),
     Report(report::Arguments),
     Walk(walk::Arguments),
-    Compare(compare::Arguments),
     Robustness(robustness::Arguments),
     Export(export::Arguments),
     Study(study::Arguments),
@@ -85,7 +83,6 @@ impl Command {
             Command::Explain(arguments) => arguments.run(registry, gpu),
             Command::Report(arguments) => arguments.run(registry),
             Command::Walk(arguments) => arguments.run(registry),
-            Command::Compare(arguments) => arguments.run(registry),
             Command::Robustness(arguments) => arguments.run(registry, gpu),
             Command::Export(arguments) => arguments.run(registry),
             Command::Study(arguments) => arguments.run(registry),

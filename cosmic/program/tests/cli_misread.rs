@@ -71,7 +71,7 @@ fn a_folder_that_is_not_a_run_is_refused() {
     for (command, file) in [
         ("report", "summary.json"),
         ("export --csv", "summary.json"),
-        ("compare", "summary.json"),
+        ("report run", "summary.json"),
         ("robustness", "design.json"),
         ("evaluate", "design.json"),
         ("resume", "snapshot.json"),

@@ -205,7 +205,7 @@ fn the_robot_of_an_unfinished_run_is_undecided() {
     }
     bench.ok("report part");
     let page = bench.read("part/report.html");
-    let compared = bench.ok("compare part whole").out;
+    let compared = bench.ok("report part whole").out;
     for text in [&said.out, &page, &compared] {
         has(text, &["undecided"]);
         for wrong in ["0 pieces", "0.00 N", "No edge is an actuator"] {

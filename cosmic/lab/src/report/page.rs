@@ -6,9 +6,9 @@ use super::files::{RobotFiles, RunFiles};
 use super::gait::Gait;
 use super::motion::Motion;
 use super::numbers::with_numbers;
-use super::{data, loads, robot, tiles, verdict, ways};
+use super::{data, loads, robot, tiles, verdict};
 use crate::table::{Table, decimals, escape};
-use crate::walk::{self, Walk, Way};
+use crate::walk::{self, Leg, Walk, Way};
 use cosmic::design::Material;
 use cosmic::record::{Summary, TrajectoryFile};
 use std::slice::from_ref;
@@ -78,15 +78,25 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, ways: &[Way]) -> String {
         include_str!("page/design.html"),
         &walks,
         "</div>\n",
-        &ways::section(ways),
+        &of_ways(ways),
         "<h2>For authors</h2>\n",
         &fold("Convergence", convergence),
         &fold("Mixtures of the edges", include_str!("page/ternary.html")),
         &numbers(summary, motion.deepest_cut()),
         &scene(&run.robot),
-        &script(&data::of_run(run, motion, gait.as_ref()), ONE_ROBOT),
+        &script(&data::of_run(run, motion, gait.as_ref(), ways), ONE_ROBOT),
     ];
     html(&run.title(), &body.concat())
+}
+
+/// Returns the section of a robot's ways to several goals; empty if there are none.
+fn of_ways(ways: &[Way]) -> String {
+    if ways.is_empty() {
+        return String::new();
+    }
+    let legs: Vec<Leg> = ways.iter().map(|way| way.leg).collect();
+    let table = walk::table(&legs).to_html();
+    format!(include_str!("page/ways.html"), table = table)
 }
 
 /// Returns the page of a robot's walk to goals. `motion` is the motion of the walk.
