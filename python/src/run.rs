@@ -7,7 +7,7 @@ use cosmic::design::{Design, Material};
 use cosmic::geometry::{Vector, flat, from_flat};
 use cosmic::lattice::{Lattice, State};
 use cosmic::policy::{Controller, NETWORK, TEMPO, frequency};
-use cosmic::record::history::TABLE;
+use cosmic::record::history::LINES;
 use cosmic::record::run::SCENE;
 use cosmic::record::summary::SUMMARY;
 use cosmic::record::{DesignFile, TrajectoryFile};
@@ -75,7 +75,7 @@ pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py,
     read.set_item("dt", trajectory.dt)?;
     read.set_item("omega", run.robot.omega)?;
     read.set_item("summary", text(&folder.join(SUMMARY)))?;
-    read.set_item("history", text(&folder.join(TABLE)))?;
+    read.set_item("history", text(&folder.join(LINES)))?;
     read.set_item("scene", text(&folder.join(SCENE)))?;
     Ok(read)
 }

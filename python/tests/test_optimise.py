@@ -56,6 +56,10 @@ def test_the_history_has_columns(run: cosmic.Run) -> None:
     assert 0 < measured.sum() < 40
     written = (run.folder / "history.jsonl").read_text().splitlines()
     assert [json.loads(line)["V"] for line in written] == history["V"].tolist()
+    # Numbers in lists are columns too. The gradients of the snap are missing.
+    lists = [json.loads(line)["measures"] for line in written]
+    assert lists == np.stack([history[f"measures.{k}"] for k in range(4)], axis=1).tolist()
+    assert np.isnan(history["controller_gradient"]).any() and "format" not in history
 
 
 def test_the_simulator_repeats_the_delivered_rollout(run: cosmic.Run) -> None:

@@ -132,16 +132,7 @@ fn of_folder(folder: &Path, found: &mut Found) {
             "jsonl" => text.lines().for_each(|line| of_json(&json(line), names)),
             "csv" => {
                 let head = text.lines().next().unwrap();
-                // The page describes the eight columns with this part in their names only once, as `elastic`.
-                let one = |name: &str| {
-                    if name.contains("_elastic_") {
-                        "elastic"
-                    } else {
-                        name
-                    }
-                    .to_owned()
-                };
-                names.extend(head.split(',').map(one));
+                names.extend(head.split(',').map(str::to_owned));
                 let head = format!("`{}`", head.replace(',', "`, `"));
                 found.tables.insert(name.clone(), head);
             }

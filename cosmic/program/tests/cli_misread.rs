@@ -47,7 +47,6 @@ fn a_file_without_a_robot_is_named_by_its_kind() {
         ("history.jsonl", "the history of a run"),
         ("designs.jsonl", "the history of a run's designs"),
         ("trajectory.json", "the motion of a robot"),
-        ("history.csv", "a table"),
     ] {
         let says = format!(
             "run/{file} is {kind} and contains no robot; the robot of this run is in run\n"

@@ -108,8 +108,8 @@ fn a_faulty_or_locked_run_does_not_stop_the_other_runs() {
     sweep("run s --index auto").ok();
     // Run 1 was finished. Now it loses its summary and one of its histories.
     fs::remove_file(run(1, "summary.json")).unwrap();
-    fs::remove_file(run(1, "history.csv")).unwrap();
-    sweep("run s --index 1").fails(4, &["history.csv"]);
+    fs::remove_file(run(1, "designs.jsonl")).unwrap();
+    sweep("run s --index 1").fails(4, &["designs.jsonl"]);
     fs::remove_file(run(0, "stray")).unwrap();
     sweep("run s --index all").fails(4, &["run 1, tiny-1: "]);
     assert_eq!(counts(&bench), [0, 1, 2, 0]);
@@ -397,7 +397,6 @@ fn a_pruned_sweep_has_the_same_results() {
     let names = [
         "trajectory.json",
         "history.jsonl",
-        "history.csv",
         "designs.jsonl",
         "snapshot.json",
     ];

@@ -8,7 +8,7 @@ use crate::codesign::{Delivery, Progress, Reliability, Standstill};
 use crate::design::Structure;
 use crate::error::{Error, Result, go_on, in_shell};
 use crate::geometry::Vector;
-use crate::keys::{Cell, Keyed, keys};
+use crate::keys::keys;
 use crate::lattice::Lattice;
 use crate::scene::{Departure, Scene};
 use crate::simulator::{Energy, Loads};
@@ -200,12 +200,6 @@ pub fn ratio(a: Option<f64>, b: Option<f64>) -> Option<f64> {
 }
 
 impl Summary {
-    /// The numbers of the summary for a table: one for each of the [`columns`](crate::keys::columns) of the summary's
-    /// keys. A number is `None` if the summary does not have it, for example because rollouts diverged.
-    pub fn numbers(&self) -> Vec<Option<f64>> {
-        self.cells().into_iter().map(Cell::number).collect()
-    }
-
     /// The robot's displacement without feedback divided by its displacement with feedback, as a [`ratio`]. `None` also
     /// for an unreliable robot.
     pub fn clock_keeps(&self) -> Option<f64> {

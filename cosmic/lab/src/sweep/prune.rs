@@ -2,7 +2,7 @@
 
 use super::{RunState, SweepPlan};
 use cosmic::error::{Error, Result};
-use cosmic::record::history::{DESIGNS, LINES, TABLE};
+use cosmic::record::history::{DESIGNS, LINES};
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::trajectory_file::TRAJECTORY;
 use std::fs;
@@ -32,7 +32,7 @@ pub fn prune(sweep: &Path, plan: &SweepPlan) -> Result<Pruned> {
         let folder = plan.folder(sweep, index);
         let histories: &[&str] = match RunState::of(&folder) {
             RunState::Waiting | RunState::Begun => continue,
-            RunState::Done if plan.study.is_none() => &[LINES, TABLE, DESIGNS],
+            RunState::Done if plan.study.is_none() => &[LINES, DESIGNS],
             RunState::Done | RunState::Diverged => &[],
         };
         let mut bytes = 0;
