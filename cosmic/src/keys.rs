@@ -18,6 +18,31 @@ pub struct Key {
     pub parts: Vec<Key>,
 }
 
+/// A column of tables that shows a key, or a part of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KeyColumn {
+    /// The heading.
+    pub name: &'static str,
+    /// The unit of the numbers; empty if there is none.
+    pub unit: &'static str,
+    /// The meaning in Markdown: the first sentence about the key.
+    pub says: &'static str,
+    /// The number of decimals in tables for people.
+    pub decimals: usize,
+}
+
+impl KeyColumn {
+    fn new(name: &'static str, key: &Key) -> Self {
+        let says = key.doc.split_once(". ").map_or(key.doc, |(first, _)| first);
+        Self {
+            name,
+            unit: key.unit,
+            says: says.trim_end_matches('.'),
+            decimals: if key.kind.starts_with("whole") { 0 } else { 3 },
+        }
+    }
+}
+
 /// A struct whose fields are the keys of a JSON object in a file.
 pub trait Keyed {
     /// Every key, in the order in which the file lists them.
@@ -31,6 +56,16 @@ pub trait Keyed {
 /// The names of all table columns that show `keys`, in the order of the keys.
 pub fn columns(keys: &[Key]) -> Vec<&'static str> {
     keys.iter().flat_map(|key| key.columns.clone()).collect()
+}
+
+/// The [`columns`] that show `keys`, with what the declarations say about them.
+pub fn described(keys: &[Key]) -> Vec<KeyColumn> {
+    let of_key = |key: &Key| match (&key.columns[..], &key.parts[..]) {
+        ([], _) => Vec::new(),
+        (names, []) => names.iter().map(|name| KeyColumn::new(name, key)).collect(),
+        (_, parts) => described(parts),
+    };
+    keys.iter().flat_map(of_key).collect()
 }
 
 /// The value of a key that is a column.

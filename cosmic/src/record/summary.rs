@@ -50,10 +50,10 @@ keys! {
         #[serde(default)]
         displacement_robust_p10: Option<f64>, "number or `null`", unit "m", columns ["displacement_robust_p10"];
         /// Median displacement from the starts of `displacement_p50` with half the time step.
-        displacement_half_step_p50: Option<f64>, "number or `null`", unit "m";
+        displacement_half_step_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_half_step_p50"];
         /// Median displacement from the starts of `displacement_p50` with another integrator: leapfrog if the scene's is
         /// symplectic Euler, otherwise symplectic Euler. `null` also if that needs more than 64 substeps.
-        displacement_integrator_p50: Option<f64>, "number or `null`", unit "m";
+        displacement_integrator_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_integrator_p50"];
         /// Median displacement with the controller of the last iteration, from the starts of `displacement_p50`.
         displacement_last_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_last_p50"];
         /// Median displacement without feedback, from the starts of `displacement_p50`: the controller observes the
@@ -67,7 +67,7 @@ keys! {
         /// Only with `controller.goals = "two"`: median displacement from the starts of `displacement_p50` with the goal
         /// behind the robot. Negative displacements are towards the goal.
         #[serde(skip_serializing_if = "Option::is_none", default)]
-        displacement_behind_p50: Option<f64>, "number or `null`", unit "m";
+        displacement_behind_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_behind_p50"];
         /// Median displacement from the other perturbed starts, those that the controller was chosen by. For tasks
         /// other than `far` it is minus the median loss. With two goals it is the median for the worse goal.
         displacement_selection_p50: Option<f64>, "number or `null`", unit "m";
@@ -90,7 +90,7 @@ keys! {
         /// Only for tasks other than `far`: the median loss over the starts of `displacement_p50`; if goals are given,
         /// over robots that vary a little and have sequences of goals. Absent if too many rollouts diverged.
         #[serde(skip_serializing_if = "Option::is_none", default)]
-        loss_p50: Option<f64>, "number", unit "the loss's";
+        loss_p50: Option<f64>, "number", unit "the loss's", columns ["loss_p50"];
         /// Only beside `loss_p50`: the same median for the same robot while its muscles rest. The verdict compares them.
         #[serde(skip_serializing_if = "Option::is_none", default)]
         loss_idle_p50: Option<f64>, "number", unit "the loss's";
@@ -116,7 +116,7 @@ keys! {
         /// The energy of the varied robot whose displacement is nearest to `displacement_robust_p50`, per distance of this
         /// median: the figures to quote. Absent if there is no median.
         #[serde(skip_serializing_if = "Option::is_none", default)]
-        energy_robust: Option<Energy>, "object", parts Energy;
+        energy_robust: Option<Energy>, "object", parts Energy as columns;
         /// Edges to which the snap gave another material than the dominant one.
         flips: usize, "whole number",
             columns ["flips"] of |s: &Summary| (!s.is_undecided()).then_some(s.flips);

@@ -151,7 +151,7 @@ keys! {
         /// Largest number of pairs of bars in a state that cross but do not cross at rest. `null` in files of earlier
         /// versions.
         #[serde(default)]
-        most_tangles: Option<usize>, "whole number or `null`";
+        most_tangles: Option<usize>, "whole number or `null`", columns ["most_tangles"];
     }
 }
 

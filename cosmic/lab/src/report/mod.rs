@@ -14,7 +14,6 @@ mod files;
 pub mod gait;
 mod loads;
 pub mod motion;
-mod numbers;
 mod page;
 pub mod picture;
 mod pixels;

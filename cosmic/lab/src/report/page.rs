@@ -2,10 +2,10 @@
 
 use serde_json::Value;
 
+use super::compare::with_numbers;
 use super::files::{RobotFiles, RunFiles};
 use super::gait::Gait;
 use super::motion::Motion;
-use super::numbers::with_numbers;
 use super::{data, loads, robot, tiles, verdict};
 use crate::table::{Table, decimals, escape};
 use crate::walk::{self, Leg, Walk, Way};
@@ -228,11 +228,11 @@ fn numbers(summary: &Summary, deepest_cut: Option<f64>) -> String {
     let table = with_numbers(Table::of("", "", from_ref(summary)), |run| run).done();
     let cells = table.columns.iter().zip(&table.rows[0].cells);
     let mut rows: Vec<[String; 2]> = cells
-        .map(|(column, cell)| [column.says.clone(), column.shown_with_unit(cell)])
+        .map(|(column, cell)| {
+            let says = format!("`{}`: {}", column.name, column.says);
+            [says, column.shown_with_unit(cell)]
+        })
         .collect();
-    let [x, y] = summary.displacement.map(|x| decimals(x, 3)).array();
-    let says = "displacement of one unperturbed rollout along the world's x and y axes";
-    rows.push([says.to_owned(), format!("{x} m, {y} m")]);
     rows.extend(deepest_cut.map(|depth| {
         let says = "largest depth of a bar below the ground between its nodes";
         [says.to_owned(), decimals(depth, 4) + " m"]

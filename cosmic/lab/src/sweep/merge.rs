@@ -231,13 +231,9 @@ struct Row<'r> {
 
 impl<'r> Row<'r> {
     fn of(MergedRun { run, summary }: &'r MergedRun) -> Self {
-        let numbers = |summary: &Summary| {
-            let more = [summary.loss_p50, summary.displacement_behind_p50];
-            summary.numbers().into_iter().chain(more).collect()
-        };
         Self {
             run,
-            numbers: summary.as_ref().map_or_else(Vec::new, numbers),
+            numbers: summary.as_ref().map_or_else(Vec::new, Keyed::numbers),
             verdict: summary.as_ref().and_then(Summary::verdict),
         }
     }
@@ -246,8 +242,7 @@ impl<'r> Row<'r> {
 /// The table with a row for each run and a column for each key that the sweep varies. Cells of missing numbers are
 /// empty.
 fn table(runs: &[MergedRun], keys: &[&str]) -> Table {
-    let mut names = columns(&Summary::keys());
-    names.extend(["loss_p50", "displacement_behind_p50"]);
+    let names = columns(&Summary::keys());
     let rows: Vec<Row> = runs.iter().map(Row::of).collect();
     Table::of("", "", &rows)
         .column("index", "", |row| row.run.index)
