@@ -196,7 +196,9 @@ def _columns(history: str) -> dict[str, npt.NDArray[Any]]:
 def _flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
     """The numbers and strings inside a JSON value, with their names."""
     if not isinstance(value, (dict, list)):
-        yield name, value
+        # An object may be missing as a whole; then all of its parts are.
+        if value is not None or "." not in name:
+            yield name, value
         return
     for key, part in value.items() if isinstance(value, dict) else enumerate(value):
         if key not in ("format", "version"):
