@@ -112,13 +112,13 @@ pub(super) fn of_walk(walk: &Walk, motion: &Motion, title: &str) -> String {
     html(title, &body.concat())
 }
 
-/// Returns the page that a notebook shows: the verdict, the four most important numbers of a run and the robot in
-/// motion.
+/// Returns the page that a notebook shows: the verdict, the most important numbers of a run and the robot in motion.
 pub fn player_page(run: &RunFiles) -> String {
     let motion = Motion::new(&run.robot, &run.trajectory);
     let body = [
         &verdict::to_html(&run.verdict()),
-        &figures(&run.summary),
+        &tiles::of_run(run, &motion),
+        &warning(&run.summary),
         include_str!("page/player.html"),
         &script(&data::of_motion(&motion), ONE_ROBOT),
     ];
@@ -176,37 +176,6 @@ fn scene(robot: &RobotFiles) -> String {
         "<details><summary>Scene: scene.toml, complete</summary><pre tabindex=\"0\">{}</pre></details>\n",
         escape(&robot.scene_text())
     )
-}
-
-/// Returns the four most important numbers of a run for a notebook, and a warning if the robot is unreliable.
-fn figures(summary: &Summary) -> String {
-    let metres = |x: Option<f64>| x.map_or("diverged".to_owned(), |x| decimals(x, 3) + " m");
-    let median = metres(summary.displacement_robust_p50);
-    let low = metres(summary.displacement_robust_p10);
-    let verdict = match summary.is_unreliable() {
-        true => "displacement, median: unreliable",
-        false => "displacement, median",
-    };
-    let kept = summary.clock_keeps();
-    let kept = kept.map_or("\u{2013}".to_owned(), |kept| {
-        format!("{:.0} %", 100.0 * kept)
-    });
-    let shares = [summary.volume, summary.actuator_volume];
-    let [solid, actuators] = shares.map(|share| format!("{:.1} %", 100.0 * share));
-    let cells = [
-        (median, verdict),
-        (low, "10 % quantile of robots that vary a little"),
-        (kept, "of it in open loop, without feedback"),
-        (
-            format!("{solid} / {actuators}"),
-            if summary.is_undecided() {
-                "of the undecided material is solid / is actuator"
-            } else {
-                "of the edges are solid / are actuators"
-            },
-        ),
-    ];
-    tiles::draw(&cells.map(|(number, says)| [number, says.to_owned()])) + &warning(summary)
 }
 
 /// Returns a paragraph that says why the robot is unreliable; empty for other robots.
