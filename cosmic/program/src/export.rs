@@ -1,13 +1,13 @@
 //! `cosmic export`.
 
-use crate::arguments::{Output, Settings};
-use crate::mujoco::MujocoOptions;
+use crate::arguments::{Output, Settings, number, whole};
 use crate::output::{answer_written, complain, note};
 use crate::source::{Source, design_of};
 use clap::Args;
 use cosmic::Registry;
 use cosmic::error::{Error, Result};
-use cosmic_lab::export::{mujoco, write_drawing, write_tables};
+use cosmic_lab::export::mujoco::{self, MOST_FRICTION, MujocoSettings};
+use cosmic_lab::export::{write_drawing, write_tables};
 use cosmic_lab::report::RunFiles;
 use std::path::{Path, PathBuf};
 
@@ -33,12 +33,25 @@ pub(super) struct Arguments {
     /// Folder for the files [default: `export` beside design.json]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Friction in MuJoCo, at most 5 [default: the scene's coefficient, limited to 5]
+    #[arg(long, value_name = "MU", value_parser = friction, allow_negative_numbers = true)]
+    friction: Option<f64>,
+    /// Mechanical steps per step of the controller in MuJoCo, at least as many as in the scene
+    #[arg(long, value_name = "N", default_value_t = MujocoSettings::default().substeps, value_parser = whole(1..=64_usize), allow_negative_numbers = true)]
+    substeps: usize,
+    /// Hold skeleton bars at their length in MuJoCo, by equality constraints; robots with implicit steps need it
+    #[arg(long)]
+    rigid: bool,
     #[command(flatten)]
     settings: Settings,
     #[command(flatten)]
     output: Output,
-    #[command(flatten)]
-    of_mujoco: MujocoOptions,
+}
+
+/// Parses a coefficient of friction for MuJoCo.
+fn friction(text: &str) -> std::result::Result<f64, String> {
+    let expected = format!("expected a number above 0, at most {MOST_FRICTION}");
+    number(text, |x| 0.0 < x && x <= MOST_FRICTION, expected)
 }
 
 /// The files that an option writes: their paths, or the reason why there are none.
@@ -68,7 +81,12 @@ impl Arguments {
 
     fn for_mujoco(&self, folder: &Path, registry: &Registry) -> Result<Vec<PathBuf>> {
         let case = Source::read(&self.run, &self.settings, registry)?.case;
-        mujoco::write(&case, &self.of_mujoco.settings(), folder)
+        let settings = MujocoSettings {
+            friction: self.friction,
+            substeps: self.substeps,
+            rigid: self.rigid,
+        };
+        mujoco::write(&case, &settings, folder)
     }
 
     /// Writes the tables and the drawing of a finished run, as far as they are asked for.

@@ -19,7 +19,6 @@ mod explain;
 mod report;
 mod walk;
 mod robustness;
-mod mujoco;
 mod export;
 mod study;
 mod sweep;
