@@ -7,7 +7,6 @@ use super::{data, page};
 use crate::table::{Cell, Column, Table, TableOf, escape};
 use cosmic::Registry;
 use cosmic::error::Result;
-use cosmic::keys::{KeyColumn, Keyed, described};
 use cosmic::lattice::Lattice;
 use cosmic::record::Summary;
 use cosmic::record::run::{DESIGN, SCENE, read_scene_to_show};
@@ -137,15 +136,22 @@ impl Comparison {
     }
 
     /// Returns a table of all numbers that a summary has.
-    fn whole(&self) -> TableOf<'_, ComparedRun> {
-        with_numbers(self.names(), |run| &run.summary)
+    fn whole(&self) -> Table {
+        let seed = Column::new("seed", "seed of the random generator");
+        let says = "whether the median describes the robot well";
+        let reliability = Column::new("reliability", says).decimals(0, "\u{2013}");
+        self.names()
+            .add(seed, |run| Cell::Count(run.summary.seed))
+            .add(reliability, |run| run.summary.verdict())
+            .keyed(|run| &run.summary)
+            .done()
     }
 
     /// Returns text for a terminal: a table of six columns, or of all with `all`, and then the verdict on each run.
     /// `shown` converts an item of a verdict to text, for example with a colour.
     pub fn to_text(&self, all: bool, shown: impl Fn(&Item) -> String) -> String {
         let table = match all {
-            true => self.whole().done(),
+            true => self.whole(),
             false => self.short(),
         };
         let verdict = |run: &ComparedRun| match &run.verdict {
@@ -175,7 +181,7 @@ impl Comparison {
     /// # Errors
     /// The errors of reading designs, scenes and trajectories.
     pub fn to_html(&self, registry: &Registry) -> Result<String> {
-        let (title, table) = ("Runs side by side", self.whole().done().to_html());
+        let (title, table) = ("Runs side by side", self.whole().to_html());
         let (verdicts, short) = (self.verdicts(), self.short().to_html());
         let with_lane = self
             .runs
@@ -216,38 +222,3 @@ fn name(folder: &Path) -> String {
 fn crossing_pairs(summary: &Summary) -> Option<f64> {
     Some(summary.loads.as_ref()?.most_tangles? as f64)
 }
-
-/// Adds a column for each number of a summary to a table of runs. Columns in which no run has a number are left out.
-pub(super) fn with_numbers<'r, S>(
-    table: TableOf<'r, S>,
-    of: impl Fn(&'r S) -> &'r Summary + Copy,
-) -> TableOf<'r, S> {
-    let says = "whether the median describes the robot well";
-    let reliability = Column::new("reliability", says).decimals(0, MISSING);
-    let mut table = table
-        .add(Column::new("seed", "seed of the random generator"), |run| {
-            Cell::Count(of(run).seed)
-        })
-        .add(reliability, |run| of(run).verdict());
-    let subjects = table.subjects();
-    for (
-        k,
-        KeyColumn {
-            name,
-            unit,
-            says,
-            decimals,
-        },
-    ) in described(&Summary::keys()).into_iter().enumerate()
-    {
-        let number = |run| of(run).numbers()[k];
-        if subjects.iter().any(|run| number(run).is_some()) {
-            let column = Column::new(name, says).unit(unit);
-            table = table.add(column.decimals(decimals, MISSING), number);
-        }
-    }
-    table
-}
-
-/// The text for a number that a run does not have.
-const MISSING: &str = "\u{2013}";

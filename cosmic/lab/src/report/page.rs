@@ -2,7 +2,6 @@
 
 use serde_json::Value;
 
-use super::compare::with_numbers;
 use super::files::{RobotFiles, RunFiles};
 use super::gait::Gait;
 use super::motion::Motion;
@@ -194,7 +193,8 @@ fn fold(title: &str, body: &str) -> String {
 /// Returns two folded sections: all numbers, and the departures from the paper. `deepest_cut` is the largest depth in metres
 /// to which a bar cuts into the ground; `None` if the ground has no corners.
 fn numbers(summary: &Summary, deepest_cut: Option<f64>) -> String {
-    let table = with_numbers(Table::of("", "", from_ref(summary)), |run| run).done();
+    let table = Table::of("", "", from_ref(summary));
+    let table = table.keyed(|summary| summary).done();
     let cells = table.columns.iter().zip(&table.rows[0].cells);
     let mut rows: Vec<[String; 2]> = cells
         .map(|(column, cell)| {
