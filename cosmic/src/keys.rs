@@ -18,13 +18,39 @@ pub struct Key {
     pub parts: Vec<Key>,
 }
 
+/// A column of tables that shows a key, or a part of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KeyColumn {
+    /// The heading.
+    pub name: &'static str,
+    /// The unit of the numbers; empty if there is none.
+    pub unit: &'static str,
+    /// The meaning in Markdown: the first sentence about the key.
+    pub says: &'static str,
+    /// The number of decimals in tables for people.
+    pub decimals: usize,
+}
+
+impl KeyColumn {
+    fn new(name: &'static str, key: &Key) -> Self {
+        let says = key.doc.split_once(". ").map_or(key.doc, |(first, _)| first);
+        Self {
+            name,
+            unit: key.unit,
+            says: says.trim_end_matches('.'),
+            decimals: if key.kind.starts_with("whole") { 0 } else { 3 },
+        }
+    }
+}
+
 /// A struct whose fields are the keys of a JSON object in a file.
 pub trait Keyed {
     /// Every key, in the order in which the file lists them.
     fn keys() -> Vec<Key>;
 
-    /// The values of all columns that show this struct, in the order of [`columns`].
-    fn cells(&self) -> Vec<Cell>;
+    /// The numbers of all columns that show this struct, in the order of [`columns`]. A number is `None` if the file does
+    /// not have it.
+    fn numbers(&self) -> Vec<Option<f64>>;
 }
 
 /// The names of all table columns that show `keys`, in the order of the keys.
@@ -32,62 +58,37 @@ pub fn columns(keys: &[Key]) -> Vec<&'static str> {
     keys.iter().flat_map(|key| key.columns.clone()).collect()
 }
 
-/// The content of a cell in a table.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Cell {
-    /// Text that is a fixed word.
-    Word(&'static str),
-    /// A whole number.
-    Count(usize),
-    /// A number.
-    Number(f64),
-    /// No value: the cell is empty.
-    Missing,
+/// The [`columns`] that show `keys`, with what the declarations say about them.
+pub fn described(keys: &[Key]) -> Vec<KeyColumn> {
+    let of_key = |key: &Key| match (&key.columns[..], &key.parts[..]) {
+        ([], _) => Vec::new(),
+        (names, []) => names.iter().map(|name| KeyColumn::new(name, key)).collect(),
+        (_, parts) => described(parts),
+    };
+    keys.iter().flat_map(of_key).collect()
 }
 
-impl Cell {
-    /// The number in the cell; `None` for a missing value or a word.
-    pub fn number(self) -> Option<f64> {
-        match self {
-            Self::Count(count) => Some(count as f64),
-            Self::Number(number) => Some(number),
-            Self::Word(_) | Self::Missing => None,
-        }
-    }
+/// The value of a key that is a column.
+pub trait Number {
+    /// The number in the column; `None` for a missing value.
+    fn number(self) -> Option<f64>;
+}
 
-    /// The cell as CSV. A number has the shortest decimals that read back to the same bits. A missing value is an empty
-    /// cell.
-    pub fn csv(self) -> String {
-        match self {
-            Self::Word(word) => word.to_owned(),
-            Self::Count(count) => count.to_string(),
-            Self::Number(number) => format!("{number:?}"),
-            Self::Missing => String::new(),
-        }
+impl Number for f64 {
+    fn number(self) -> Option<f64> {
+        Some(self)
     }
 }
 
-impl From<f64> for Cell {
-    fn from(number: f64) -> Self {
-        Self::Number(number)
+impl Number for usize {
+    fn number(self) -> Option<f64> {
+        Some(self as f64)
     }
 }
 
-impl From<usize> for Cell {
-    fn from(count: usize) -> Self {
-        Self::Count(count)
-    }
-}
-
-impl From<&'static str> for Cell {
-    fn from(word: &'static str) -> Self {
-        Self::Word(word)
-    }
-}
-
-impl<T: Into<Cell>> From<Option<T>> for Cell {
-    fn from(value: Option<T>) -> Self {
-        value.map_or(Self::Missing, T::into)
+impl<T: Number> Number for Option<T> {
+    fn number(self) -> Option<f64> {
+        self.and_then(T::number)
     }
 }
 
@@ -150,35 +151,35 @@ macro_rules! keys {
                 },)+]
             }
 
-            fn cells(&self) -> Vec<$crate::keys::Cell> {
-                let cells: Vec<Vec<$crate::keys::Cell>> = vec![$(
-                    $(keys!(@cells self, $field, [$($column),+] $(of $of)?),)?
+            fn numbers(&self) -> Vec<Option<f64>> {
+                let numbers: Vec<Vec<Option<f64>>> = vec![$(
+                    $(keys!(@numbers self, $field, [$($column),+] $(of $of)?),)?
                     $($(keys!(@parts self, $field, $Part, $flat),)?)?
                 )+];
-                cells.concat()
+                numbers.concat()
             }
         }
     };
-    (@cells $self:ident, $field:ident, [$column:literal]) => {
-        vec![$crate::keys::Cell::from($self.$field)]
+    (@numbers $self:ident, $field:ident, [$column:literal]) => {
+        vec![$crate::keys::Number::number($self.$field)]
     };
-    (@cells $self:ident, $field:ident, [$column:literal] of $of:expr) => {{
+    (@numbers $self:ident, $field:ident, [$column:literal] of $of:expr) => {{
         let of: fn(&Self) -> _ = $of;
-        vec![$crate::keys::Cell::from(of($self))]
+        vec![$crate::keys::Number::number(of($self))]
     }};
-    (@cells $self:ident, $field:ident, $columns:tt) => {
-        $self.$field.into_iter().map($crate::keys::Cell::from).collect()
+    (@numbers $self:ident, $field:ident, $columns:tt) => {
+        $self.$field.into_iter().map($crate::keys::Number::number).collect()
     };
-    (@cells $self:ident, $field:ident, $columns:tt of $of:expr) => {{
+    (@numbers $self:ident, $field:ident, $columns:tt of $of:expr) => {{
         let of: fn(&Self) -> _ = $of;
-        of($self).into_iter().map($crate::keys::Cell::from).collect()
+        of($self).into_iter().map($crate::keys::Number::number).collect()
     }};
     (@parts $self:ident, $field:ident, $Part:ty, $flat:ident) => {
         match &$self.$field {
-            Some(part) => $crate::keys::Keyed::cells(part),
+            Some(part) => $crate::keys::Keyed::numbers(part),
             None => {
                 let keys = <$Part as $crate::keys::Keyed>::keys();
-                $crate::keys::$flat(&keys).iter().map(|_| $crate::keys::Cell::Missing).collect()
+                vec![None; $crate::keys::$flat(&keys).len()]
             }
         }
     };

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import csv
 import html
-import io
 import json
 import os
 import shutil
 import tempfile
 import warnings
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Optional, Union
@@ -76,8 +74,9 @@ class Run:
     summary: dict[str, Any]
     """The numbers of ``summary.json``."""
     history: dict[str, npt.NDArray[Any]]
-    """The columns of ``history.csv``, with one row per iteration, ready for a data frame. Missing
-    numbers are NaN."""
+    """The numbers of ``history.jsonl`` as columns, with one row per iteration, ready for a data frame.
+    A number inside a list or an object has a name with dots, such as ``measures.0``. Missing numbers
+    are NaN."""
     trajectory: _Floats
     """Positions in the final rollout, shape ``(states, nodes, 2)``, m."""
     velocities: _Floats
@@ -141,7 +140,7 @@ class Run:
         return path
 
     def report(self, path: Optional[_Path] = None) -> Path:
-        """Writes a page, pictures and an animation into the run's folder, or into a copy of the run
+        """Writes a page, a picture and an animation into the run's folder, or into a copy of the run
         in the new folder ``path``. Returns the path of the page."""
         folder = self.folder if path is None else self.save(path)
         _core.report(folder)
@@ -185,17 +184,31 @@ def _unpacked(files: dict[str, bytes]) -> Run:
     return Run(keep.path, keep=keep)
 
 
-def _columns(table: str) -> dict[str, npt.NDArray[Any]]:
-    """The columns of a table: numbers if all cells are numbers, otherwise strings."""
-    rows = list(csv.reader(io.StringIO(table)))
-    return {name: _column(cells) for name, *cells in zip(*rows)} if rows else {}
+def _columns(history: str) -> dict[str, npt.NDArray[Any]]:
+    """The columns of a history of JSON lines: numbers, or strings."""
+    # A copy that was cut off may end in the middle of a line.
+    whole_lines = history[: history.rfind("\n") + 1].splitlines()
+    rows = [dict(_flat(json.loads(line))) for line in whole_lines]
+    names = dict.fromkeys(name for row in rows for name in row)
+    return {name: _column([row.get(name) for row in rows]) for name in names}
 
 
-def _column(cells: list[str]) -> npt.NDArray[Any]:
-    try:
-        return np.array([float(cell or "nan") for cell in cells])
-    except ValueError:
-        return np.array(cells)
+def _flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
+    """The numbers and strings inside a JSON value, with their names."""
+    if not isinstance(value, (dict, list)):
+        # An object may be missing as a whole; then all of its parts are.
+        if value is not None or "." not in name:
+            yield name, value
+        return
+    for key, part in value.items() if isinstance(value, dict) else enumerate(value):
+        if key not in ("format", "version"):
+            yield from _flat(part, f"{name}.{key}".lstrip("."))
+
+
+def _column(cells: list[Any]) -> npt.NDArray[Any]:
+    if any(isinstance(cell, str) for cell in cells):
+        return np.array(["" if cell is None else cell for cell in cells])
+    return np.array([float("nan") if cell is None else float(cell) for cell in cells])
 
 
 def load(folder: _Path) -> Run:

@@ -7,11 +7,11 @@ use cosmic::design::{Design, Material};
 use cosmic::geometry::{Vector, flat, from_flat};
 use cosmic::lattice::{Lattice, State};
 use cosmic::policy::{Controller, NETWORK, TEMPO, frequency};
-use cosmic::record::history::TABLE;
+use cosmic::record::history::LINES;
 use cosmic::record::run::SCENE;
 use cosmic::record::summary::SUMMARY;
 use cosmic::record::{DesignFile, TrajectoryFile};
-use cosmic_lab::report::{Animations, FRAME_WIDTH, RobotFiles, RunFiles};
+use cosmic_lab::report::{FRAME_WIDTH, RobotFiles, RunFiles};
 use numpy::PyArray3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -75,7 +75,7 @@ pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py,
     read.set_item("dt", trajectory.dt)?;
     read.set_item("omega", run.robot.omega)?;
     read.set_item("summary", text(&folder.join(SUMMARY)))?;
-    read.set_item("history", text(&folder.join(TABLE)))?;
+    read.set_item("history", text(&folder.join(LINES)))?;
     read.set_item("scene", text(&folder.join(SCENE)))?;
     Ok(read)
 }
@@ -83,7 +83,7 @@ pub(crate) fn load<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Bound<'py,
 /// Writes the report of a run, and returns the paths of its files.
 #[pyfunction]
 pub(crate) fn report(py: Python, folder: PathBuf) -> PyResult<Vec<PathBuf>> {
-    let write = || cosmic_lab::report::write(&folder, &Animations::default(), &Registry::default());
+    let write = || cosmic_lab::report::write(&folder, &Registry::default());
     caught(|| py.detach(write).map_err(raised))
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 from typing import Any
@@ -96,17 +97,16 @@ def same(a: Any, b: Any) -> bool:
     )
 
 
-def without_seconds(table: Path) -> list[list[str]]:
-    """The cells of `history.csv` without the wall times."""
-    rows = [line.split(",") for line in table.read_text().splitlines()]
-    seconds = rows[0].index("seconds")
-    return [row[:seconds] + row[seconds + 1 :] for row in rows]
+def without_seconds(history: Path) -> list[dict[str, Any]]:
+    """The lines of `history.jsonl` without the wall times."""
+    rows = [json.loads(line) for line in history.read_text().splitlines()]
+    return [{key: value for key, value in row.items() if key != "seconds"} for row in rows]
 
 
 def is_same_run(a: Path, b: Path) -> bool:
     """True if the files of two runs are equal except for wall times."""
     exact = all((a / name).read_bytes() == (b / name).read_bytes() for name in EXACT)
-    return exact and without_seconds(a / "history.csv") == without_seconds(b / "history.csv")
+    return exact and without_seconds(a / "history.jsonl") == without_seconds(b / "history.jsonl")
 
 
 def program() -> Path | None:

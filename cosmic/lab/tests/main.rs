@@ -1,16 +1,11 @@
 //! The tests of the crate `cosmic-lab`. They form one binary. A file here tests the file of the same name in `src`.
 
 mod export {
-    mod joint;
-    mod layers;
-    mod member;
     mod mujoco;
-    mod stl;
 }
 mod report {
     mod chart;
     mod gait;
-    mod lettering;
     mod motion;
     mod plot;
     mod sheet;

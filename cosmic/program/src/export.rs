@@ -1,192 +1,144 @@
 //! `cosmic export`.
 
-use crate::arguments::{Output, Settings, number};
-use crate::mujoco::MujocoOptions;
+use crate::arguments::{Output, Settings, number, whole};
 use crate::output::{answer_written, complain, note};
 use crate::source::{Source, design_of};
-use clap::{ArgGroup, Args};
+use clap::Args;
 use cosmic::Registry;
 use cosmic::error::{Error, Result};
-use cosmic_lab::export::{self, ExportFile, mujoco};
+use cosmic_lab::export::mujoco::{self, MOST_FRICTION, MujocoSettings};
+use cosmic_lab::export::{write_drawing, write_tables};
 use cosmic_lab::report::RunFiles;
 use std::path::{Path, PathBuf};
 
-/// Export a robot: a model for MuJoCo, or files for the workshop
+/// Export a robot: a model for MuJoCo, tables of its bars and nodes, and a drawing to scale
 ///
-/// Name at least one kind of file. If one kind cannot be made, the others are still written. Drawings and solids are in
-/// millimetres, tables in SI units. docs/files.md describes the files.
+/// Without --mujoco, --csv and --svg, writes all files that the robot can have. If one kind cannot be made, the others are
+/// still written. The drawing is in millimetres, tables are in SI units. docs/files.md describes the files. The Python module
+/// cosmic.workshop makes DXF and STL files from the tables.
 #[derive(Debug, Args)]
-#[command(group(ArgGroup::new("kind").required(true).multiple(true)))]
 pub(super) struct Arguments {
     /// The folder of a finished run; with `--mujoco` also a design.json, a scene or a reference case
     #[arg(value_name = "RUN")]
     run: String,
     /// Write a model for the simulator MuJoCo, its controller, and a Python program that runs them
-    #[arg(long, group = "kind")]
+    #[arg(long)]
     mujoco: bool,
     /// Write bars.csv and nodes.csv: ends, rest lengths, materials, strokes, peak forces, masses
-    #[arg(long, group = "kind")]
+    #[arg(long)]
     csv: bool,
-    /// Write pattern.svg: the bars as strips of plate with holes, layer by layer, to scale
-    #[arg(long, group = "kind")]
+    /// Write drawing.svg: the robot at rest, to scale, with the numbers of nodes and bars
+    #[arg(long)]
     svg: bool,
-    /// Write pattern.dxf: the same pattern
-    #[arg(long, group = "kind")]
-    dxf: bool,
-    /// Write robot.stl, skeleton.stl and actuators.stl: struts and joints; and solid.csv with their masses
-    #[arg(long, group = "kind")]
-    stl: bool,
     /// Folder for the files [default: `export` beside design.json]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Friction in MuJoCo, at most 5 [default: the scene's coefficient, limited to 5]
+    #[arg(long, value_name = "MU", value_parser = friction, allow_negative_numbers = true)]
+    friction: Option<f64>,
+    /// Mechanical steps per step of the controller in MuJoCo, at least as many as in the scene
+    #[arg(long, value_name = "N", default_value_t = MujocoSettings::default().substeps, value_parser = whole(1..=64_usize), allow_negative_numbers = true)]
+    substeps: usize,
+    /// Hold skeleton bars at their length in MuJoCo, by equality constraints; robots with implicit steps need it
+    #[arg(long)]
+    rigid: bool,
     #[command(flatten)]
     settings: Settings,
     #[command(flatten)]
     output: Output,
-    #[command(flatten)]
-    of_mujoco: MujocoOptions,
-    #[command(flatten)]
-    sizes: Sizes,
 }
 
-/// Sizes for the workshop.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Sizes for the workshop")]
-struct Sizes {
-    /// Width of the bars of the pattern, mm
-    #[arg(long, value_name = "MM", default_value_t = 12.0, value_parser = size, allow_negative_numbers = true)]
-    width: f64,
-    /// Diameter of the holes at the nodes of the pattern, mm
-    #[arg(long, value_name = "MM", default_value_t = 4.0, value_parser = size, allow_negative_numbers = true)]
-    hole: f64,
-    /// Thickness of the plate for the pattern, mm
-    #[arg(long, value_name = "MM", default_value_t = 3.0, value_parser = size, allow_negative_numbers = true)]
-    thickness: f64,
-    /// Minimum distance between bars in one layer of the pattern or one plane of the solid, mm
-    #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = size, allow_negative_numbers = true)]
-    gap: f64,
-    /// Radius of the skeleton struts of the solid, mm; the radius of actuators follows from the line densities
-    #[arg(long, value_name = "MM", default_value_t = 3.0, value_parser = size, allow_negative_numbers = true)]
-    radius: f64,
+/// Parses a coefficient of friction for MuJoCo.
+fn friction(text: &str) -> std::result::Result<f64, String> {
+    let expected = format!("expected a number above 0, at most {MOST_FRICTION}");
+    number(text, |x| 0.0 < x && x <= MOST_FRICTION, expected)
 }
 
-/// Parses a size in millimetres, from a micrometre to a kilometre.
-fn size(text: &str) -> std::result::Result<f64, String> {
-    let expected = "expected a number of millimetres from 0.001 to 1000000";
-    number(text, |x| (1e-3..=1e6).contains(&x), expected.to_owned())
-}
+/// The files that an option writes: their paths, or the reason why there are none.
+type Made = (&'static str, Result<Vec<PathBuf>>);
 
 impl Arguments {
     pub(super) fn run(&self, registry: &Registry) -> Result<()> {
+        let all = !(self.mujoco || self.csv || self.svg);
         let folder = self.out.clone();
         let folder =
             folder.unwrap_or_else(|| design_of(Path::new(&self.run)).with_file_name("export"));
-        let mut made = Made::default();
-        if self.csv || self.svg || self.dxf || self.stl {
-            let files = self.for_workshop(registry, &mut made.failed)?;
-            if !files.is_empty() {
-                made.written.extend(export::write(&folder, &files)?);
-            }
+        let mut made = match self.csv || self.svg || all {
+            true => self.of_run(&folder, all, registry)?,
+            false => Vec::new(),
+        };
+        if self.mujoco || all {
+            made.push(("--mujoco", self.for_mujoco(&folder, registry)));
         }
-        if self.mujoco {
-            match self.for_mujoco(&folder, registry) {
-                Ok(written) => made.written.extend(written),
-                Err(error) => made.failed.push(("--mujoco", error)),
-            }
+        let written = made.iter().filter_map(|(_, made)| made.as_ref().ok());
+        let written: Vec<&PathBuf> = written.flatten().collect();
+        let has_written = !written.is_empty();
+        if has_written {
+            answer_written(&self.output, &written)?;
         }
-        if !made.written.is_empty() {
-            answer_written(&self.output, &made.written)?;
-        }
-        made.judge()
+        judge(all, has_written, made)
     }
 
     fn for_mujoco(&self, folder: &Path, registry: &Registry) -> Result<Vec<PathBuf>> {
         let case = Source::read(&self.run, &self.settings, registry)?.case;
-        mujoco::write(&case, &self.of_mujoco.settings(), folder)
+        let settings = MujocoSettings {
+            friction: self.friction,
+            substeps: self.substeps,
+            rigid: self.rigid,
+        };
+        mujoco::write(&case, &settings, folder)
     }
 
-    /// Writes the files for the workshop. If one kind of file cannot be made, its option and the error are added to
-    /// `failed`.
-    fn for_workshop(
-        &self,
-        registry: &Registry,
-        failed: &mut Vec<(&'static str, Error)>,
-    ) -> Result<Vec<ExportFile>> {
+    /// Writes the tables and the drawing of a finished run, as far as they are asked for.
+    fn of_run(&self, folder: &Path, all: bool, registry: &Registry) -> Result<Vec<Made>> {
         if !self.settings.set.is_empty() {
             return Err(Error::Usage(
-                "--set works only with --mujoco: files for the workshop describe the finished run"
+                "--set works only with --mujoco alone: tables and drawing describe the finished run"
                     .into(),
             ));
         }
         let run = &RunFiles::read(Path::new(&self.run), registry)?;
-        if run.robot.design.design().layout().is_none() {
+        let robot = &run.robot;
+        if robot.design.design().layout().is_none() {
             note(
                 "warning: the design is undecided; the files give every edge its largest material, so their robot \
                  differs from the robot of the trajectory",
             );
         }
-        if let Some(says) = run
-            .robot
-            .left_out("the peak forces in bars.csv")
-            .filter(|_| self.csv)
-        {
-            note(&format!("warning: {says}"));
-        }
-        let sizes = &self.sizes.chosen();
-        type Make = fn(&RunFiles, &export::Sizes) -> Result<Vec<ExportFile>>;
-        let kinds: [(_, _, Make); 4] = [
-            ("--csv", self.csv, export::tables),
-            ("--svg", self.svg, export::pattern_svg),
-            ("--dxf", self.dxf, export::pattern_dxf),
-            ("--stl", self.stl, export::solid),
-        ];
-        let mut files = Vec::new();
-        for (option, _, make) in kinds.into_iter().filter(|(_, is_asked, _)| *is_asked) {
-            match make(run, sizes) {
-                Ok(made) => files.extend(made),
-                Err(error) => failed.push((option, error)),
+        let mut made = Vec::new();
+        if self.csv || all {
+            if let Some(says) = robot.left_out("the peak forces in bars.csv") {
+                note(&format!("warning: {says}"));
             }
+            made.push(("--csv", write_tables(run, folder)));
         }
-        Ok(files)
+        if self.svg || all {
+            made.push(("--svg", write_drawing(run, folder)));
+        }
+        Ok(made)
     }
 }
 
-/// The result of an export: the files that were written, and the options that failed.
-#[derive(Default)]
-struct Made {
-    written: Vec<PathBuf>,
-    /// The options whose files could not be written, each with its error.
-    failed: Vec<(&'static str, Error)>,
-}
-
-impl Made {
-    /// Returns an error if the files of an option could not be written. If several options failed, prints all errors
-    /// but the last and returns the last.
-    fn judge(self) -> Result<()> {
-        let is_alone = self.written.is_empty() && self.failed.len() == 1;
-        let named = |(option, error): (&str, Error)| match error {
-            Error::Usage(says) if !is_alone => {
-                Error::Usage(format!("{option}: {says} (its files were not written)"))
+/// Returns an error if files that were asked for could not be written. If several options failed, prints all errors but
+/// the last and returns the last. If no kind of files was named and the robot cannot have one kind, warns instead.
+fn judge(all: bool, has_written: bool, made: Vec<Made>) -> Result<()> {
+    let is_alone = made.len() == 1;
+    let mut failed = Vec::new();
+    for (option, made) in made {
+        match made {
+            Ok(_) => {}
+            Err(Error::Usage(says)) if all && has_written => {
+                note(&format!("warning: {option} was left out: {says}"));
             }
-            error => error,
-        };
-        let mut failed = self.failed.into_iter().map(named);
-        let Some(last) = failed.next_back() else {
-            return Ok(());
-        };
-        failed.for_each(|error| complain(&error));
-        Err(last)
-    }
-}
-
-impl Sizes {
-    fn chosen(&self) -> export::Sizes {
-        export::Sizes {
-            width: self.width,
-            hole: self.hole,
-            gap: self.gap,
-            thickness: self.thickness,
-            radius: self.radius,
+            Err(Error::Usage(says)) if !is_alone => failed.push(Error::Usage(format!(
+                "{option}: {says} (its files were not written)"
+            ))),
+            Err(error) => failed.push(error),
         }
     }
+    let Some(last) = failed.pop() else {
+        return Ok(());
+    };
+    failed.iter().for_each(complain);
+    Err(last)
 }

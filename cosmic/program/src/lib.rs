@@ -17,9 +17,7 @@ mod verify;
 mod explain;
 mod report;
 mod walk;
-mod compare;
 mod robustness;
-mod mujoco;
 mod export;
 mod sweep;
 mod scene;
@@ -54,7 +52,6 @@ enum Command {
     Explain(explain::Arguments),
     Report(report::Arguments),
     Walk(walk::Arguments),
-    Compare(compare::Arguments),
     Robustness(robustness::Arguments),
     Export(export::Arguments),
     Sweep(sweep::Arguments),
@@ -78,7 +75,6 @@ impl Command {
             Command::Explain(arguments) => arguments.run(registry),
             Command::Report(arguments) => arguments.run(registry),
             Command::Walk(arguments) => arguments.run(registry),
-            Command::Compare(arguments) => arguments.run(registry),
             Command::Robustness(arguments) => arguments.run(registry),
             Command::Export(arguments) => arguments.run(registry),
             Command::Sweep(arguments) => arguments.run(registry),

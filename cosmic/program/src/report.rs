@@ -1,56 +1,71 @@
 //! `cosmic report`.
 
 use crate::arguments::Output;
-use crate::output::{answer_written, note};
+use crate::output::{answer, answer_written, in_colour, note};
 use clap::Args;
 use cosmic::Registry;
-use cosmic::error::Result;
+use cosmic::error::{Error, Result};
 use cosmic::record::Summary;
-use cosmic_lab::report::{self, Animations, verdict_of};
-use std::path::PathBuf;
+use cosmic::record::files::write_atomic;
+use cosmic_lab::report::{self, Comparison, verdict_of};
+use std::path::{Path, PathBuf};
 
-/// Make a page, pictures and an animation of a finished run in its folder
+/// Make a page, a picture and an animation of a finished run in its folder; or compare several runs
 ///
-/// The animation is gait.gif; with only --mp4 it is a film instead. RUN can also be a design without a run: a folder
-/// with only design.json and scene.toml, or a design file with scene.toml beside it. Such a design gets no animation.
+/// RUN can also be a design without a run: a folder with only design.json and scene.toml, or a design file with
+/// scene.toml beside it. Such a design gets only a page.
+///
+/// Several runs are compared in a table of six columns, with a verdict on each robot. --out writes a page that shows the
+/// robots walking side by side.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
-    /// The folder of the run, or the folder or file of a design
-    #[arg(value_name = "RUN")]
-    run: PathBuf,
-    /// Make an animated GIF, 800 pixels wide with at most 250 frames (the default)
+    /// The folder of a run, or the folder or file of a design; or the folders of several runs
+    #[arg(value_name = "RUN", required = true)]
+    runs: Vec<PathBuf>,
+    /// Of several runs, write an HTML page to this file, with the verdicts, the robots in motion and the tables
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Of several runs, show all numbers in the table, not only the six columns
     #[arg(long)]
-    gif: bool,
-    /// Make an MP4 film, 1600 pixels wide; needs ffmpeg on the path
-    #[arg(long)]
-    mp4: bool,
-    /// Also make evolution.gif or evolution.mp4: the robot walking, from the first iteration to the last
-    #[arg(long)]
-    evolution: bool,
+    all: bool,
     #[command(flatten)]
     output: Output,
 }
 
 impl Arguments {
     pub(super) fn run(&self, registry: &Registry) -> Result<()> {
-        let animations = Animations {
-            gif: self.gif,
-            mp4: self.mp4,
-            evolution: self.evolution,
+        let [run] = &self.runs[..] else {
+            return self.compare(registry);
         };
-        let written = report::write(&self.run, &animations, registry)?;
+        if self.all || self.out.is_some() {
+            return Err(Error::Usage(
+                "--out and --all are for several runs; name at least two".into(),
+            ));
+        }
+        let written = report::write(run, registry)?;
         if !self.output.quiet && !self.output.json {
-            self.note_verdict(registry);
+            note_verdict(run, registry);
         }
         answer_written(&self.output, &written)
     }
 
-    /// Prints the verdict on standard error, if this is a run.
-    fn note_verdict(&self, registry: &Registry) {
-        if let Ok(summary) = Summary::read(&self.run)
-            && let Ok(verdict) = verdict_of(&self.run, &summary, registry)
-        {
-            note(&format!("verdict: {}", verdict.to_text()));
+    /// Prints a table of the runs, and writes the page of the comparison if it is asked for.
+    fn compare(&self, registry: &Registry) -> Result<()> {
+        let comparison = Comparison::read(&self.runs, registry)?;
+        if let Some(path) = &self.out {
+            let page = comparison.to_html(registry)?;
+            write_atomic(path, |file| file.write_all(page.as_bytes()))?;
         }
+        let text = comparison.to_text(self.all, in_colour);
+        answer(&self.output, &comparison, &text)
+    }
+}
+
+/// Prints the verdict on standard error, if this is a run.
+fn note_verdict(run: &Path, registry: &Registry) {
+    if let Ok(summary) = Summary::read(run)
+        && let Ok(verdict) = verdict_of(run, &summary, registry)
+    {
+        note(&format!("verdict: {}", verdict.to_text()));
     }
 }

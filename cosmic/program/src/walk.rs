@@ -8,7 +8,7 @@ use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::error::{Error, Result};
 use cosmic::policy::Goals;
-use cosmic_lab::report::{Animations, RobotFiles, write_walk};
+use cosmic_lab::report::{RobotFiles, write_walk};
 use cosmic_lab::table::plain;
 use cosmic_lab::walk::{self, Walk};
 use serde_json::json;
@@ -35,15 +35,9 @@ pub(super) struct Arguments {
     /// How long the robot walks, s [default: the scene's time, or longer, until the last goal had half of that time]
     #[arg(long, value_name = "S", value_parser = seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
-    /// Write walk.html, on which the robot walks, and an animation into this folder
+    /// Write walk.html, on which the robot walks, and the animation walk.gif into this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Make an animated GIF, 800 pixels wide with at most 250 frames (the default)
-    #[arg(long, requires = "out")]
-    gif: bool,
-    /// Make an MP4 film, 1600 pixels wide; needs ffmpeg on the path
-    #[arg(long, requires = "out")]
-    mp4: bool,
     #[command(flatten)]
     output: Output,
 }
@@ -96,12 +90,7 @@ impl Arguments {
             None => Vec::new(),
             Some(folder) => {
                 let title = format!("{} walks to goals", self.run.display());
-                let animations = Animations {
-                    gif: self.gif,
-                    mp4: self.mp4,
-                    evolution: false,
-                };
-                write_walk(folder, (&robot, &walk), &title, &animations)?
+                write_walk(folder, (&robot, &walk), &title)?
             }
         };
         self.show(&walk, &written)

@@ -167,5 +167,5 @@ fn floppy_modes_that_are_not_counted_are_reported_as_such() {
     let told = bench.ok("resume a").out;
     let says = "floppy modes not counted (more than 2000 bars)";
     has(&told, &[says]);
-    bench.ok("compare a");
+    bench.ok("report a a");
 }

@@ -105,7 +105,6 @@ fn of_folder(folder: &Path, found: &mut Found) {
             of_folder(&path, found);
             continue;
         }
-        // A file with a solid is not text and contains no names.
         let bytes = fs::read(&path).unwrap();
         let text = String::from_utf8_lossy(&bytes);
         let json = |text: &str| serde_json::from_str::<Value>(text).unwrap();
@@ -119,16 +118,7 @@ fn of_folder(folder: &Path, found: &mut Found) {
             "jsonl" => text.lines().for_each(|line| of_json(&json(line), names)),
             "csv" => {
                 let head = text.lines().next().unwrap();
-                // The page describes the eight columns with this part in their names only once, as `elastic`.
-                let one = |name: &str| {
-                    if name.contains("_elastic_") {
-                        "elastic"
-                    } else {
-                        name
-                    }
-                    .to_owned()
-                };
-                names.extend(head.split(',').map(one));
+                names.extend(head.split(',').map(str::to_owned));
                 let head = format!("`{}`", head.replace(',', "`, `"));
                 found.tables.insert(name.clone(), head);
             }
@@ -144,7 +134,7 @@ fn the_page_describes_all_files_of_runs_and_sweeps() {
     for command in [
         "optimize tiny.toml --starts 2 --out runs/several",
         "optimize --from runs/several --out runs/on",
-        "export runs/on --csv --svg --dxf --stl",
+        "export runs/on --csv --svg",
         "robustness runs/on --samples 1 --out runs/robustness.csv",
         "sweep run tiny.toml --out runs/s",
     ] {
@@ -165,7 +155,7 @@ fn the_page_describes_all_files_of_runs_and_sweeps() {
         COLUMNS,
         &table.fold(head, |text, row| text + &row),
     );
-    let rare = "bars.csv solid.csv start.json entered loss_p50 merit_horizon";
+    let rare = "bars.csv start.json entered loss_p50 merit_horizon";
     for name in rare.split(' ') {
         assert!(names.contains(name), "no file of these runs has {name}");
     }

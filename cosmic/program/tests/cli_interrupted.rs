@@ -267,7 +267,7 @@ fn a_history_that_lacks_rows_and_another_scene_are_refused() {
     let history = bench.read("a/history.jsonl");
     let (short, _) = history.trim_end().rsplit_once('\n').unwrap();
     bench.write("a/history.jsonl", short);
-    let files = ["history.jsonl", "history.csv", "designs.jsonl"];
+    let files = ["history.jsonl", "designs.jsonl"];
     let histories = || files.map(|name| bench.read(&format!("a/{name}")));
     let before = histories();
     let says = "history.jsonl: expected 24 lines up to the snapshot, found 22";
@@ -287,7 +287,7 @@ fn resume_refuses_a_run_whose_history_is_missing() {
     let bench = nearly_finished();
     // Every unfinished run has a file of this name.
     bench.write("a/.cosmic-lock", "");
-    for name in ["history.jsonl", "history.csv", "designs.jsonl"] {
+    for name in ["history.jsonl", "designs.jsonl"] {
         let file = format!("a/{name}");
         let history = bench.read(&file);
         bench.remove(&file);

@@ -6,7 +6,7 @@ use std::fs;
 /// The commands that need the scene of a finished run.
 const READERS: [&str; 7] = [
     "report a",
-    "compare a a",
+    "report a a",
     "robustness a --samples 1",
     "evaluate a",
     "evaluate a/design.json",

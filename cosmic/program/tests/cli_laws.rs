@@ -89,7 +89,7 @@ fn without_it(bench: &Bench, sets: &str) {
     let says = format!("because this program does not have the law `{name}`");
     assert_eq!(page.contains(&says), is_law);
     bench.ok("report a/design.json --json");
-    let told = bench.ok("compare a b --out both.html");
+    let told = bench.ok("report a b --out both.html");
     has(&told.out, &["distance, m"]);
     assert!(bench.read("both.html").contains("\"name\":\"b\""));
     let told = bench.ok("export a --csv --svg");

@@ -47,7 +47,6 @@ fn a_file_without_a_robot_is_named_by_its_kind() {
         ("history.jsonl", "the history of a run"),
         ("designs.jsonl", "the history of a run's designs"),
         ("trajectory.json", "the motion of a robot"),
-        ("history.csv", "a table"),
     ] {
         let says = format!(
             "run/{file} is {kind} and contains no robot; the robot of this run is in run\n"
@@ -71,7 +70,7 @@ fn a_folder_that_is_not_a_run_is_refused() {
     for (command, file) in [
         ("report", "summary.json"),
         ("export --csv", "summary.json"),
-        ("compare", "summary.json"),
+        ("report run", "summary.json"),
         ("robustness", "design.json"),
         ("evaluate", "design.json"),
         ("resume", "snapshot.json"),

@@ -400,7 +400,7 @@ fn settings_that_the_model_cannot_express_are_refused() {
     }
     let friction = "expected a number above 0, at most 5";
     for (more, code, says) in [
-        ("stability", 2, "--mujoco"),
+        ("stability", 2, "this command needs a run"),
         ("stability --mujoco --friction 6", 2, friction),
         (
             "stability --mujoco --substeps 0",

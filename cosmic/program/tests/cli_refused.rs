@@ -80,8 +80,6 @@ fn gradients_that_are_not_finite_are_counted_and_skipped() {
     assert!(skipped > 0 && summary["displacement_p50"].is_number());
     let says = format!("{skipped} gradients skipped");
     has(&said.error, &[&says]);
-    let table = bench.read("a/history.csv");
-    assert!(table.contains("NaN") || table.contains("inf"));
 }
 
 #[test]
@@ -190,9 +188,6 @@ fn an_unstable_time_step_can_be_allowed_and_gives_a_warning() {
     let check = &bench.rows("a/history.jsonl")[0]["time_step"];
     let limit = check["exact"]["dt"].as_f64().unwrap();
     assert!(check["dt"] == 0.05 && limit < 0.05 && check["exact"]["node"].is_u64());
-    let table = bench.read("a/history.csv");
-    let (head, _) = table.split_once('\n').unwrap();
-    has(head, &[",dt_over_bound,dt_over_limit,"]);
     let quiet = bench.optimize("b", "--allow-unstable --quiet --iterations 2");
     assert!(!quiet.error.contains("warning"), "{quiet:?}");
     // A scene can also allow an unstable time step itself.

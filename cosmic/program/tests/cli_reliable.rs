@@ -23,7 +23,7 @@ fn an_unreliable_robot_is_marked_and_shown_without_percentages() {
         bench.write("a/summary.json", summary.to_string());
         let told = bench.ok("resume a").out;
         bench.ok("report a");
-        let table = bench.ok("compare a").out;
+        let table = bench.ok("report a a").out;
         (told, bench.read("a/report.html"), table)
     };
     let (told, page, table) = shown("unreliable", 1.0);

@@ -68,7 +68,7 @@ fn every_command_that_takes_a_scene_takes_settings() {
         "robustness earth",
         "resume earth",
         "export earth --csv",
-        "compare a earth",
+        "report a earth",
     ] {
         let says = "`earth` is a scene, but this command needs a run; make one with: cosmic optimize earth";
         bench.fails(line, 2, &[says]);

@@ -156,7 +156,6 @@ fn wrong_goals_and_times_are_refused() {
             "--seconds is 0, but it must be more than 0",
         ),
         ("--seconds 2000", "it must take at most 1250 s"),
-        ("--gif", "--out <DIR>"),
     ] {
         BENCH.fails(&format!("walk run {options}"), 2, &[says]);
     }

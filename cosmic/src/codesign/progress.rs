@@ -7,11 +7,11 @@ use super::schedule::{Pass, Phase};
 use super::slope::Slope;
 use crate::design::Design;
 use crate::error::{Error, Result, fits};
-use crate::keys::{Cell, keys};
+use crate::keys::keys;
 use crate::objective::AugmentedLagrangian;
 use crate::optimiser::{AdamState, MmaDiagnostics, MmaState};
 use crate::policy::Controller;
-use crate::simulator::{StepCheck, StepLimit};
+use crate::simulator::StepCheck;
 
 /// A run ends after this number of iterations if its loss was never finite.
 const WITHOUT_LOSS: usize = 10;
@@ -205,17 +205,14 @@ keys! {
     #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
     struct Record {
         /// The number of the iteration, counted from 1. With `--from`, the first number is one more than `entered`.
-        iteration: usize, "whole number", columns ["iteration"];
+        iteration: usize, "whole number";
         /// `co_design`, `attraction`, `snap` or `fine_tuning`.
-        phase: Phase, "text", columns ["phase"] of |r: &Record| r.phase.name();
+        phase: Phase, "text";
         /// What was updated, `design` or `controller`; `null` for the snap.
-        pass: Option<Pass>, "text or `null`", columns ["pass"] of |r: &Record| r.pass.map(|pass| match pass {
-            Pass::Design => "design",
-            Pass::Controller => "controller",
-        });
+        pass: Option<Pass>, "text or `null`";
         /// Displacement along the ground of a full rollout at the start of the iteration. Every tenth iteration
         /// of the co-design and every iteration of the fine-tuning has a full rollout. `null` if it diverged.
-        displacement: Option<f64>, "number or `null`", unit "m", columns ["displacement"];
+        displacement: Option<f64>, "number or `null`", unit "m";
         /// True if the full rollout diverged, for example because a node exceeded `physics.speed_bound`; absent
         /// otherwise.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -226,7 +223,7 @@ keys! {
         stuck: bool, "true";
         /// Displacement along the ground in the rollout that the gradient is computed from. `null` if the robot flies
         /// apart in that rollout; the gradient is used in either case.
-        displacement_horizon: Option<f64>, "number or `null`", unit "m", columns ["displacement_horizon"];
+        displacement_horizon: Option<f64>, "number or `null`", unit "m";
         /// Only for tasks other than `far`: minus the loss over the horizon.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         merit_horizon: Option<f64>, "number", unit "the loss's";
@@ -236,76 +233,37 @@ keys! {
         #[serde(skip_serializing_if = "Option::is_none")]
         loss_horizon: Option<f64>, "number or `null`", unit "the loss's";
         /// The number of simulated steps that the gradient was computed over.
-        horizon: usize, "whole number", unit "steps", columns ["horizon"];
+        horizon: usize, "whole number", unit "steps";
         /// Share of solid material.
-        volume as "V": f64, "number", columns ["V"];
+        volume as "V": f64, "number";
         /// Share of actuators.
-        actuator_volume as "V_act": f64, "number", columns ["V_act"];
+        actuator_volume as "V_act": f64, "number";
         /// The binarisation measure, and the overlap of each pair of materials: 01 is void with skeleton, 02
         /// void with actuator, 12 skeleton with actuator.
-        measures: [f64; 4], "four numbers", columns ["g_bin", "g_01", "g_02", "g_12"];
+        measures: [f64; 4], "four numbers";
         /// By how much the measures exceed their thresholds.
-        violations: [f64; 4], "four numbers",
-            columns ["violation_g_bin", "violation_g_01", "violation_g_02", "violation_g_12"];
+        violations: [f64; 4], "four numbers";
         /// Multipliers of the augmented Lagrangian after the iteration.
-        multipliers: [f64; 4], "four numbers",
-            columns ["multiplier_g_bin", "multiplier_g_01", "multiplier_g_02", "multiplier_g_12"];
+        multipliers: [f64; 4], "four numbers";
         /// Penalties of the augmented Lagrangian after the iteration.
-        penalties: [f64; 4], "four numbers",
-            columns ["penalty_g_bin", "penalty_g_01", "penalty_g_02", "penalty_g_12"];
+        penalties: [f64; 4], "four numbers";
         /// Norm of the gradient of the loss with respect to the design, for the performance and the stability
         /// projection, before it is bounded; `null` if the projection has no share in the update. The
         /// loss of a task counts in units of the lattice's scale.
-        design_gradient: [Option<f64>; 2], "two numbers or `null`s", unit "the loss's",
-            columns ["design_gradient_performance", "design_gradient_stability"];
+        design_gradient: [Option<f64>; 2], "two numbers or `null`s", unit "the loss's";
         /// Norm of the gradient of the loss with respect to the controller, before it is bounded; `null` if the
         /// learning rate is zero, or if settling took an update back. The loss of a task counts in units of
         /// the lattice's scale.
-        controller_gradient: Option<f64>, "number or `null`", unit "the loss's",
-            columns ["controller_gradient"];
+        controller_gradient: Option<f64>, "number or `null`", unit "the loss's";
         /// How the MMA subproblem of each projection's design update was solved. `newton_steps` is the number of
         /// Newton steps on the dual, `residual` the largest violation of the optimality conditions. `elastic` has a
         /// number for each constraint, in the scale of the constraints: by how much the subproblem had to violate it.
         /// The volume bounds come first (V at most, V at least, V_act at most, V_act at least), then the measures if
         /// they are constraints.
-        mma: [Option<MmaDiagnostics>; 2], "two objects or `null`s",
-            columns [
-                "mma_performance_newton_steps", "mma_performance_residual",
-                "mma_performance_elastic_V_most", "mma_performance_elastic_V_least",
-                "mma_performance_elastic_V_act_most", "mma_performance_elastic_V_act_least",
-                "mma_stability_newton_steps", "mma_stability_residual",
-                "mma_stability_elastic_V_most", "mma_stability_elastic_V_least",
-                "mma_stability_elastic_V_act_most", "mma_stability_elastic_V_act_least"
-            ] of |r: &Record| r.mma.iter().flat_map(|mma| solved(mma.as_ref())).collect::<Vec<_>>();
+        mma: [Option<MmaDiagnostics>; 2], "two objects or `null`s";
         /// Gradients skipped in this iteration because they or their loss were not finite.
-        skipped: usize, "whole number", columns ["skipped"];
-        /// The time step compared with the vibrations of the design after the iteration. In the table: the ratio of
-        /// the time step to the longest stable one, by `bound` and by `exact`. A ratio of 1 or more means that the
-        /// time step is too long.
-        time_step: Option<StepCheck>, "object or `null`", parts StepCheck,
-            columns ["dt_over_bound", "dt_over_limit"] of |r: &Record| {
-                let share = |check: StepCheck, limit: Option<StepLimit>| Some(limit?.share(check.dt));
-                [
-                    r.time_step.and_then(|check| share(check, Some(check.bound))),
-                    r.time_step.and_then(|check| share(check, check.exact)),
-                ]
-            };
+        skipped: usize, "whole number";
+        /// The time step compared with the vibrations of the design after the iteration.
+        time_step: Option<StepCheck>, "object or `null`", parts StepCheck;
     }
-}
-
-/// The cells of the table for one subproblem: the number of Newton steps, the residual, and the four `elastic` numbers
-/// of the volume bounds.
-fn solved(mma: Option<&MmaDiagnostics>) -> [Cell; 6] {
-    let Some(mma) = mma else {
-        return [Cell::Missing; 6];
-    };
-    let elastic = |k: usize| Cell::Number(mma.elastic[k]);
-    [
-        Cell::Count(mma.newton_steps),
-        Cell::Number(mma.residual),
-        elastic(0),
-        elastic(1),
-        elastic(2),
-        elastic(3),
-    ]
 }

@@ -89,16 +89,6 @@ impl<const D: usize> Segment<D> {
 }
 
 impl Segment<2> {
-    /// The smallest distance between the points of two segments; 0 where they cross.
-    pub fn distance(&self, other: &Self) -> f64 {
-        if self.crosses(other) {
-            return 0.0;
-        }
-        let to_self = [other.from, other.to].map(|end| self.distance_to(end));
-        let to_other = [self.from, self.to].map(|end| other.distance_to(end));
-        to_self.into_iter().chain(to_other).fold(f64::MAX, f64::min)
-    }
-
     /// True if two segments cross at a point that is not an end of either.
     pub fn crosses(&self, other: &Self) -> bool {
         self.side(other.from) * self.side(other.to) < 0.0

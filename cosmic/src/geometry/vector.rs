@@ -278,16 +278,6 @@ impl Vector<f64, 2> {
     pub fn cross(self, other: Self) -> f64 {
         self.0[0] * other.0[1] - self.0[1] * other.0[0]
     }
-
-    /// The unit vector at an angle (radians) from the first axis towards the second.
-    pub fn at_angle(angle: f64) -> Self {
-        Self([angle.cos(), angle.sin()])
-    }
-
-    /// The angle of this vector in radians, from the first axis towards the second.
-    pub fn angle(self) -> f64 {
-        self.0[1].atan2(self.0[0])
-    }
 }
 
 /// Formats the vector like an array.

@@ -1,7 +1,7 @@
 //! The functions that begin, continue and deliver runs in folders.
 
 use super::files::copy_files;
-use super::history::{DESIGNS, LINES, TABLE};
+use super::history::{DESIGNS, LINES};
 use super::multistart;
 use super::run::{Lock, Observer, Run, SCENE, begin, keep_scene, take_up};
 use super::snapshot::{RunPlan, SNAPSHOT, Snapshot};
@@ -157,7 +157,7 @@ pub fn deliver_so_far(
     let lock = begin_or_replace(into, folder)?;
     let mut plan = snapshot.plan.clone();
     plan.iterations = Some(done);
-    copy_files(folder, into, &[LINES, TABLE, DESIGNS])?;
+    copy_files(folder, into, &[LINES, DESIGNS])?;
     Snapshot::save(into, &plan, snapshot.seconds, Some(progress))?;
     let copy = Snapshot::read(into, registry)?;
     Run::open(lock, copy, Some(codesign))?.finish(&mut ())

@@ -8,7 +8,7 @@ use crate::codesign::{Delivery, Progress, Reliability, Standstill};
 use crate::design::Structure;
 use crate::error::{Error, Result, go_on, in_shell};
 use crate::geometry::Vector;
-use crate::keys::{Cell, Keyed, keys};
+use crate::keys::keys;
 use crate::lattice::Lattice;
 use crate::scene::Scene;
 use crate::simulator::{Energy, Loads};
@@ -48,10 +48,10 @@ keys! {
         /// 10 % quantile of the displacements of `displacement_robust_p50`.
         displacement_robust_p10: Option<f64>, "number or `null`", unit "m", columns ["displacement_robust_p10"];
         /// Median displacement from the starts of `displacement_p50` with half the time step.
-        displacement_half_step_p50: Option<f64>, "number or `null`", unit "m";
+        displacement_half_step_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_half_step_p50"];
         /// Median displacement from the starts of `displacement_p50` with another integrator: leapfrog if the scene's is
         /// symplectic Euler, otherwise symplectic Euler. `null` also if that needs more than 64 substeps.
-        displacement_integrator_p50: Option<f64>, "number or `null`", unit "m";
+        displacement_integrator_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_integrator_p50"];
         /// Median displacement with the controller of the last iteration, from the starts of `displacement_p50`.
         displacement_last_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_last_p50"];
         /// Median displacement without feedback, from the starts of `displacement_p50`: the controller observes the
@@ -80,7 +80,7 @@ keys! {
         /// Only for tasks other than `far`: the median loss over the starts of `displacement_p50`; if goals are given,
         /// over robots that vary a little and have sequences of goals. Absent if too many rollouts diverged.
         #[serde(skip_serializing_if = "Option::is_none")]
-        loss_p50: Option<f64>, "number", unit "the loss's";
+        loss_p50: Option<f64>, "number", unit "the loss's", columns ["loss_p50"];
         /// Only beside `loss_p50`: the same median for the same robot while its muscles rest. The verdict compares them.
         #[serde(skip_serializing_if = "Option::is_none")]
         loss_idle_p50: Option<f64>, "number", unit "the loss's";
@@ -101,7 +101,7 @@ keys! {
         /// The energy of the varied robot whose displacement is nearest to `displacement_robust_p50`, per distance of this
         /// median: the figures to quote. Absent if there is no median.
         #[serde(skip_serializing_if = "Option::is_none")]
-        energy_robust: Option<Energy>, "object", parts Energy;
+        energy_robust: Option<Energy>, "object", parts Energy as columns;
         /// Edges to which the snap gave another material than the dominant one.
         flips: usize, "whole number",
             columns ["flips"] of |s: &Summary| (!s.undecided).then_some(s.flips);
@@ -176,12 +176,6 @@ pub fn ratio(a: Option<f64>, b: Option<f64>) -> Option<f64> {
 }
 
 impl Summary {
-    /// The numbers of the summary for a table: one for each of the [`columns`](crate::keys::columns) of the summary's
-    /// keys. A number is `None` if the summary does not have it, for example because rollouts diverged.
-    pub fn numbers(&self) -> Vec<Option<f64>> {
-        self.cells().into_iter().map(Cell::number).collect()
-    }
-
     /// The robot's displacement without feedback divided by its displacement with feedback, as a [`ratio`]. `None` also
     /// for an unreliable robot.
     pub fn clock_keeps(&self) -> Option<f64> {

@@ -14,19 +14,19 @@ keys! {
     #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
     struct Energy {
         /// Mass of all nodes with a bar or a payload. Half of each bar belongs to either of its nodes.
-        mass: f64, "number", unit "kg";
+        mass: f64, "number", unit "kg", columns ["mass"];
         /// Mean power of all actuators together, where they give power to the robot. The work of an impulse is its product
         /// with the mean of the velocities before and after the push.
-        power: f64, "number", unit "W";
+        power: f64, "number", unit "W", columns ["power"];
         /// Like `power`, less the power that actuators take from the robot.
         net_power: f64, "number", unit "W";
         /// Air that the cylinders together take from the supply in a second, as a volume at 1 bar: a chamber at every
         /// movement. `null` unless `[parts]` has a bore.
         air: Option<f64>, "number or `null`", unit "m3/s";
         /// Energy per distance: `power` divided by the speed; `null` if the robot stays in place.
-        per_metre: Option<f64>, "number or `null`", unit "J/m";
+        per_metre: Option<f64>, "number or `null`", unit "J/m", columns ["per_metre"];
         /// Cost of transport: the energy per distance and weight; `null` also without gravity.
-        cost_of_transport: Option<f64>, "number or `null`";
+        cost_of_transport: Option<f64>, "number or `null`", columns ["cost_of_transport"];
     }
 }
 

@@ -144,7 +144,7 @@ keys! {
         /// Mean number of pairs of bars in a state that cross but do not cross at rest.
         tangles: f64, "number";
         /// Largest number of pairs of bars in a state that cross but do not cross at rest.
-        most_tangles: usize, "whole number";
+        most_tangles: usize, "whole number", columns ["most_tangles"];
     }
 }
 

@@ -79,7 +79,7 @@ fn a_delivery_overwrites_no_other_run_and_no_other_files() {
     optimise(&run, &plan(1), &mut StopAfter(4)).unwrap_err();
     optimise(&other, &plan(2), &mut StopAfter(6)).unwrap_err();
     fs::create_dir(&foreign).unwrap();
-    fs::write(foreign.join("history.csv"), "my own").unwrap();
+    fs::write(foreign.join("my.csv"), "my own").unwrap();
     // The folder of the run itself is refused too, because a delivery would end the run.
     for into in [&other, &foreign, &run] {
         let before = files(into);

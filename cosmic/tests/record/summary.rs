@@ -1,5 +1,5 @@
 use crate::small::tiny;
-use cosmic::keys::{Keyed, columns};
+use cosmic::keys::{Keyed, columns, described};
 use cosmic::record::summary::Summary;
 use cosmic::record::{RunPlan, optimise};
 
@@ -23,6 +23,21 @@ fn a_summary_has_the_declared_keys_and_a_number_for_every_column() {
         summary.numbers()[at.unwrap()]
     };
     assert_eq!(summary.numbers().len(), columns(&keys).len());
+    let for_people = described(&keys);
+    assert!(
+        for_people
+            .iter()
+            .map(|column| column.name)
+            .eq(columns(&keys))
+    );
+    let of = |name: &str| {
+        let column = for_people.iter().find(|column| column.name == name);
+        column.map(|column| (column.unit, column.decimals, column.says))
+    };
+    let says = "Number of nodes in the lowest row with a bar";
+    assert_eq!(of("feet"), Some(("", 0, says)));
+    let says = "10 % quantile of the displacements of `displacement_p50`";
+    assert_eq!(of("displacement_p10"), Some(("m", 3, says)));
     assert_eq!(number("displacement_y"), Some(summary.displacement.up()));
     assert_eq!(number("feet"), summary.structure.map(|s| s.feet as f64));
     assert_eq!(number("seconds"), Some(summary.seconds));

@@ -1,107 +1,39 @@
-//! Writes files with which other programs use a finished robot: a model for MuJoCo; and, for a workshop, tables, a flat
-//! pattern and a solid.
+//! Writes files with which other programs use a finished robot: a model for MuJoCo, two tables and a drawing to scale.
 //!
-//! Files for the workshop show the bars at rest, without void edges. Positions are measured along and above the ground
-//! from the lattice's lower left corner. Drawings and solids are in millimetres, tables in SI units.
+//! Tables and drawing show the bars at rest, without void edges, in the frame of the ground: positions are measured along
+//! and above it from the lattice's lower left corner.
 
-mod sizes;
-pub mod member;
-pub mod layers;
-mod pattern;
-mod csv;
-mod svg;
-mod dxf;
-pub mod stl;
-pub mod joint;
-mod frame;
+mod member;
+mod tables;
+mod drawing;
 mod controller;
 pub mod mujoco;
 
+use crate::files::write_texts;
 use crate::report::RunFiles;
 use cosmic::error::Result;
-use cosmic::record::files::{make_folder, write_atomic};
-use frame::Frame;
+use cosmic::record::files::make_folder;
 use member::members;
-use pattern::Pattern;
-pub use sizes::Sizes;
 use std::path::{Path, PathBuf};
 
-/// A file that an export writes: its name and its content.
-pub struct ExportFile {
-    name: &'static str,
-    bytes: Vec<u8>,
-}
-
-impl ExportFile {
-    fn new(name: &'static str, bytes: impl Into<Vec<u8>>) -> Self {
-        let bytes = bytes.into();
-        Self { name, bytes }
-    }
-}
-
-/// Returns `bars.csv` and `nodes.csv`: the bars and nodes, with peak forces and masses.
+/// Writes `bars.csv` and `nodes.csv`, the bars and nodes with peak forces and masses, into a folder. Returns the paths.
 ///
 /// # Errors
-/// [`Error::Usage`](cosmic::Error::Usage) for a robot without solid bars.
-pub fn tables(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
+/// [`Error::Usage`](cosmic::Error::Usage) for a robot without solid bars; [`Error::Write`](cosmic::Error::Write).
+pub fn write_tables(run: &RunFiles, folder: &Path) -> Result<Vec<PathBuf>> {
     let members = members(&run.robot)?;
-    // If the robot has no flat pattern, the tables are still useful: the workshop may make the robot in another way.
-    let pattern = Pattern::new(&members, sizes).ok();
-    let bars = csv::bars(run, &members, pattern.as_ref(), sizes)?;
-    let nodes = csv::nodes(&run.robot, &members, pattern.as_ref(), sizes);
-    Ok(vec![
-        ExportFile::new("bars.csv", bars.to_csv()),
-        ExportFile::new("nodes.csv", nodes.to_csv()),
-    ])
-}
-
-/// Returns `pattern.svg`: the flat pattern.
-///
-/// # Errors
-/// [`Error::Usage`](cosmic::Error::Usage) for sizes that do not fit the robot, or a robot that cannot be stacked from
-/// plates.
-pub fn pattern_svg(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
-    let pattern = Pattern::new(&members(&run.robot)?, sizes)?;
-    Ok(vec![ExportFile::new("pattern.svg", svg::draw(&pattern))])
-}
-
-/// Returns `pattern.dxf`: the pattern of [`pattern_svg`] as DXF.
-///
-/// # Errors
-/// The errors of [`pattern_svg`].
-pub fn pattern_dxf(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
-    let pattern = Pattern::new(&members(&run.robot)?, sizes)?;
-    Ok(vec![ExportFile::new("pattern.dxf", dxf::draw(&pattern))])
-}
-
-/// Returns four files: `robot.stl`, the whole solid; `skeleton.stl` and `actuators.stl`, the struts and joints of one
-/// material; and `solid.csv`, the volumes, densities and masses of these parts.
-///
-/// # Errors
-/// [`Error::Usage`](cosmic::Error::Usage) for struts that are too thick for the robot.
-pub fn solid(run: &RunFiles, sizes: &Sizes) -> Result<Vec<ExportFile>> {
-    let frame = Frame::new(&run.robot, members(&run.robot)?, sizes)?;
-    let solids = [
-        ("robot.stl", frame.prisms(|_| true)),
-        ("skeleton.stl", frame.prisms(|kind| !kind.is_actuator())),
-        ("actuators.stl", frame.prisms(|kind| kind.is_actuator())),
-    ];
-    let file = |(name, prisms): (_, Vec<_>)| ExportFile::new(name, stl::binary(&prisms));
-    let mut files: Vec<_> = solids.into_iter().map(file).collect();
-    files.push(ExportFile::new("solid.csv", frame.table().to_csv()));
-    Ok(files)
-}
-
-/// Writes files into a folder, which is created if necessary, and returns their paths.
-///
-/// # Errors
-/// [`Error::Write`](cosmic::Error::Write).
-pub fn write(folder: &Path, files: &[ExportFile]) -> Result<Vec<PathBuf>> {
+    let bars = tables::bars(run, &members)?.to_csv();
+    let nodes = tables::nodes(&run.robot, &members).to_csv();
     make_folder(folder)?;
-    let write = |file: &ExportFile| {
-        let path = folder.join(file.name);
-        write_atomic(&path, |out| out.write_all(&file.bytes))?;
-        Ok(path)
-    };
-    files.iter().map(write).collect()
+    write_texts(folder, [("bars.csv", bars), ("nodes.csv", nodes)])
+}
+
+/// Writes `drawing.svg`, the robot to scale with the numbers of its nodes and bars, into a folder. Returns the path.
+///
+/// # Errors
+/// The errors of [`write_tables`].
+pub fn write_drawing(run: &RunFiles, folder: &Path) -> Result<Vec<PathBuf>> {
+    let drawing = drawing::draw(&run.robot, &members(&run.robot)?);
+    make_folder(folder)?;
+    write_texts(folder, [("drawing.svg", drawing)])
 }

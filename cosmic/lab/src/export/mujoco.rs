@@ -42,14 +42,6 @@ pub struct MujocoSettings {
     /// The number of mechanical steps in each step of the controller. If the scene
     /// has more, the model has as many as the scene.
     pub substeps: usize,
-    /// The time constant of a contact, in seconds. MuJoCo uses two mechanical steps if that is longer.
-    pub contact_time: f64,
-    /// Ratio of frictional to normal impedance. Large values reduce creep.
-    pub impedance_ratio: f64,
-    /// The largest number of iterations of the contact solver in a step.
-    pub iterations: usize,
-    /// The solver stops when its improvement is below this tolerance.
-    pub tolerance: f64,
     /// Whether skeleton bars are rigid: equality constraints take the place of their springs and dampers.
     pub rigid: bool,
 }
@@ -59,10 +51,6 @@ impl Default for MujocoSettings {
         Self {
             friction: None,
             substeps: 4,
-            contact_time: 0.002,
-            impedance_ratio: 100.0,
-            iterations: 100,
-            tolerance: 1e-8,
             rigid: false,
         }
     }
@@ -200,13 +188,6 @@ impl<'c> Robot<'c> {
     fn model(&self) -> String {
         let physics = &self.case.physics;
         let dt = physics.dt / self.substeps() as f64;
-        let MujocoSettings {
-            contact_time,
-            impedance_ratio,
-            iterations,
-            tolerance,
-            ..
-        } = self.settings;
         let (gravity, friction) = (-physics.gravity, self.friction());
         let bodies: String = self.nodes.iter().map(|&node| self.node(node, dt)).collect();
         let of_bar = |&edge: &usize| self.tendon(edge) + &self.stops(edge);
@@ -229,13 +210,13 @@ impl<'c> Robot<'c> {
   <!-- Nodes n0, n1, ... and edges e0, e1, ... have their numbers of design.json. Void edges are left
        out. qpos has two coordinates a node, along the ground and above it. -->
   <option timestep=\"{dt}\" gravity=\"0 0 {gravity}\" integrator=\"Euler\" solver=\"Newton\"
-    cone=\"elliptic\" impratio=\"{impedance_ratio}\" iterations=\"{iterations}\" tolerance=\"{tolerance}\">
+    cone=\"elliptic\" impratio=\"100\" iterations=\"100\" tolerance=\"0.00000001\">
     <flag eulerdamp=\"disable\"/>
   </option>
   <default>
     <joint type=\"slide\"/>
     <geom type=\"sphere\" size=\"{radius}\" contype=\"1\" conaffinity=\"0\" friction=\"{friction} 0 0\"
-      solref=\"{contact_time} 1\" solimp=\"0.95 0.99 {depth}\" rgba=\"0.2 0.2 0.2 1\"/>
+      solref=\"0.002 1\" solimp=\"0.95 0.99 {depth}\" rgba=\"0.2 0.2 0.2 1\"/>
     <tendon width=\"{thin}\" rgba=\"0.2 0.2 0.2 1\"/>
     <default class=\"actuator\"><tendon width=\"{thick}\" rgba=\"0.1 0.4 0.8 1\"/></default>
   </default>

@@ -1,11 +1,7 @@
-//! Rollouts as animations: a GIF, or a film that ffmpeg encodes.
+//! A rollout as an animation: a GIF. It has no text: the page of the run shows times and distances.
 
-use std::fs;
 use std::io::{self, Write};
-use std::process::{Child, Command, Stdio};
-use std::thread;
 
-use cosmic::error::{Error, Result};
 use cosmic::geometry::{Range, Vector};
 use cosmic::record::TrajectoryFile;
 use cosmic::verdict::SKELETON_STRAINS;
@@ -15,14 +11,11 @@ use tiny_skia::{Pixmap, PremultipliedColorU8};
 use super::files::RobotFiles;
 use super::motion::{BEYOND, Motion, PAYLOAD, SKELETON, strained, strained_skeleton};
 use super::picture::{Colour, PAPER, Picture};
-use super::view::{EARTH, GOAL, MARK, View, label};
-use crate::child;
-use crate::table::decimals;
+use super::view::{EARTH, GOAL, MARK, View};
 
-/// The width and height of a [`frame`] in pixels. `GIF_SIZE` and `FILM_SIZE` are the sizes of a GIF and of a film.
+/// The width and height of a [`frame`] in pixels. `GIF_SIZE` is the size of a GIF.
 const FRAME_SIZE: [u16; 2] = [480, 240];
 const GIF_SIZE: [u16; 2] = [800, 334];
-const FILM_SIZE: [u16; 2] = [1600, 668];
 /// The width of a [`frame`] in pixels.
 pub const FRAME_WIDTH: usize = FRAME_SIZE[0] as usize;
 
@@ -36,111 +29,57 @@ const GROUND: f64 = 0.78;
 /// The fraction of the frame's height that stays free above the robot.
 const ABOVE: f64 = 0.1;
 
-/// The pace of an animation: the time between two frames (`every`, in seconds), and the largest number of frames
-/// (`most`). A rollout that needs more frames is shown faster.
-#[derive(Clone, Copy)]
-pub(super) struct Pace {
-    every: f64,
-    most: f64,
-}
-
-pub(super) const GIF: Pace = Pace {
-    every: 0.08,
-    most: 250.0,
-};
-pub(super) const FILM: Pace = Pace {
-    every: 0.04,
-    most: 2000.0,
-};
+/// The time between two frames of a GIF, in seconds, and the largest number of frames. A rollout that needs more frames
+/// is shown faster.
+const EVERY: f64 = 0.08;
+const MOST: f64 = 250.0;
 /// How many seconds the last frame is shown.
 const STAYS: f64 = 1.0;
 
-/// A frame of an animation, not yet drawn: a state of a motion and a label. The label may be empty.
-pub(super) struct Shot<'m> {
-    motion: &'m Motion<'m>,
-    index: usize,
-    label: String,
-}
-
-/// Returns the frames of the first `seconds` seconds of a rollout. The label of each frame is the text `says`, then the
-/// time, the distance travelled in metres and, for robots that take goals, the place of the goal in metres.
-pub(super) fn shots<'m>(
-    motion: &'m Motion<'m>,
-    pace: Pace,
-    seconds: f64,
-    says: &str,
-) -> Vec<Shot<'m>> {
-    let every = pace.every.max(motion.duration().min(seconds) / pace.most);
-    let along = |index: usize| {
-        motion
-            .ground()
-            .along(motion.payload(&motion.states()[index]))
+/// Draws the state `index` of a motion as pixels. Returns `None` if memory is short.
+fn draw(motion: &Motion, index: usize, size: [u16; 2]) -> Option<Pixmap> {
+    let state = &motion.states()[index];
+    let scale = f64::from(size[1]) / ROWS;
+    let width = f64::from(size[0]) / scale;
+    let x = motion.camera(index).forward();
+    let height = SIDES * motion.robot.lattice.side();
+    // The camera rises with a robot that jumps out of the frame.
+    let jump = motion.top(index) - (GROUND - ABOVE) * height;
+    let view = View {
+        motion,
+        // The ground below the robot appears in the lower part of the frame, in the middle of its width.
+        corner: Vector::new([x, motion.floor(x).max(jump)]),
+        origin: Vector::new([0.5 * width, GROUND * ROWS]),
+        scale: ROWS / height,
     };
-    let shot = |index: usize| {
-        let [time, metres] = [(motion.time(index), 1), (along(index) - along(0), 2)]
-            .map(|(x, digits)| decimals(x, digits));
-        let goal = motion.flag(index).map_or(String::new(), |flag| {
-            format!("   to {} m", decimals(flag.along, 2))
-        });
-        let label = format!("{says}{time} s   {metres} m{goal}").replace('\u{2212}', "-");
-        Shot {
-            motion,
-            index,
-            label,
-        }
-    };
-    let (_, moments) = motion.every(every);
-    let moments = moments.into_iter();
-    let within = moments.take_while(|index| motion.time(*index) <= seconds);
-    within.map(shot).collect()
-}
-
-impl Shot<'_> {
-    /// Draws the frame as pixels. Returns `None` if memory is short.
-    fn draw(&self, size: [u16; 2]) -> Option<Pixmap> {
-        let (motion, state) = (self.motion, &self.motion.states()[self.index]);
-        let scale = f64::from(size[1]) / ROWS;
-        let width = f64::from(size[0]) / scale;
-        let x = motion.camera(self.index).forward();
-        let height = SIDES * motion.robot.lattice.side();
-        // The camera rises with a robot that jumps out of the frame.
-        let jump = motion.top(self.index) - (GROUND - ABOVE) * height;
-        let view = View {
-            motion,
-            // The ground below the robot appears in the lower part of the frame, in the middle of its width.
-            corner: Vector::new([x, motion.floor(x).max(jump)]),
-            origin: Vector::new([0.5 * width, GROUND * ROWS]),
-            scale: ROWS / height,
-        };
-        let mut picture = Picture::default();
-        let across = Range::new(x, x).widened(0.5 * width / view.scale);
-        view.draw_ground(&mut picture, across);
-        view.draw_marks(&mut picture, across);
-        if let Some(flag) = motion.flag(self.index) {
-            view.draw_flag(&mut picture, flag.foot, width);
-        }
-        view.draw_path(&mut picture, &motion.path()[..=self.index]);
-        view.draw_robot(&mut picture, &motion.bars(state), motion.payload(state));
-        picture.text([12.0, 24.0], &self.label[..], label(14.0));
-        picture.to_pixels([width, ROWS], scale)
+    let mut picture = Picture::default();
+    let across = Range::new(x, x).widened(0.5 * width / view.scale);
+    view.draw_ground(&mut picture, across);
+    view.draw_marks(&mut picture, across);
+    if let Some(flag) = motion.flag(index) {
+        view.draw_flag(&mut picture, flag.foot, width);
     }
+    view.draw_path(&mut picture, &motion.path()[..=index]);
+    view.draw_robot(&mut picture, &motion.bars(state), motion.payload(state));
+    picture.to_pixels([width, ROWS], scale)
 }
 
-/// Writes shots as a GIF at the pace [`GIF`].
+/// Writes a motion as a GIF.
 ///
 /// # Errors
 /// Errors of writing to `file`.
-pub(super) fn write_gif(shots: &[Shot], file: &mut dyn Write) -> io::Result<()> {
+pub(super) fn write_gif(motion: &Motion, file: &mut dyn Write) -> io::Result<()> {
     let palette = Palette::new();
     let [width, height] = GIF_SIZE;
     let mut encoder = Encoder::new(file, width, height, palette.shades.as_flattened())
         .map_err(io::Error::other)?;
     let endless = encoder.set_repeat(Repeat::Infinite);
     endless.map_err(io::Error::other)?;
-    let pictures = shots.iter().map_while(|shot| shot.draw(GIF_SIZE));
+    let (_, shown) = motion.every(EVERY.max(motion.duration() / MOST));
+    let pictures = (shown.iter()).map_while(|&index| draw(motion, index, GIF_SIZE));
     for (k, picture) in pictures.enumerate() {
-        let is_last = k + 1 == shots.len();
-        let seconds = if is_last { STAYS } else { GIF.every };
+        let is_last = k + 1 == shown.len();
+        let seconds = if is_last { STAYS } else { EVERY };
         let pixels = picture.pixels().iter();
         let frame = Frame {
             width,
@@ -154,66 +93,13 @@ pub(super) fn write_gif(shots: &[Shot], file: &mut dyn Write) -> io::Result<()> 
     Ok(())
 }
 
-/// Encodes shots with ffmpeg as an MP4 film at the pace [`FILM`].
-///
-/// [`Error::Read`] if ffmpeg is not on the path or fails. If it fails, the error contains ffmpeg's message.
-pub(super) fn film(shots: &[Shot]) -> Result<Vec<u8>> {
-    let failed = |error| Error::reading("ffmpeg's film")(error);
-    let folder = tempfile::tempdir().map_err(failed)?;
-    let path = folder.path().join("film.mp4");
-    let [width, height] = FILM_SIZE;
-    let rate = 1.0 / FILM.every;
-    let input = format!("-f rawvideo -pix_fmt rgba -s {width}x{height} -r {rate} -i -");
-    // Players need the pixel format yuv420p, and the index at the beginning of the file.
-    let output = "-f mp4 -pix_fmt yuv420p -movflags +faststart";
-    let options = format!("-y -loglevel error {input} {output}");
-    let child = Command::new("ffmpeg")
-        .args(options.split(' '))
-        .arg(&path)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn();
-    let child = child.map_err(|error| {
-        let says = format!("{error}; a film needs ffmpeg on the path: install it, or use --gif");
-        Error::reading("ffmpeg")(io::Error::other(says))
-    })?;
-    feed(child, shots)
-        .and_then(|()| fs::read(&path))
-        .map_err(failed)
-}
-
-/// Draws the frames and writes them to ffmpeg. Waits until ffmpeg has ended.
-fn feed(mut ffmpeg: Child, shots: &[Shot]) -> io::Result<()> {
-    let mut input = ffmpeg.stdin.take();
-    let output = thread::spawn(move || ffmpeg.wait_with_output());
-    let mut write = |frame: Pixmap| input.as_mut()?.write_all(frame.data()).ok();
-    let frames = shots.iter().map_while(|shot| shot.draw(FILM_SIZE));
-    // If ffmpeg stops reading, its standard error says why, so errors of writing are ignored here.
-    let _all_written = frames.map(&mut write).all(|written| written.is_some());
-    drop(input);
-    let output = output.join().expect("waiting for a child does not panic")?;
-    if output.status.success() {
-        return Ok(());
-    }
-    let says = child::reason(&output.stderr);
-    Err(io::Error::other(format!("ffmpeg: {says}")))
-}
-
 /// Draws one state of a rollout. Returns 240 rows of 480 pixels: the top row comes first, and each row runs from left
 /// to right. A pixel is three bytes: red, green, blue. Returns `None` if memory is short.
 ///
 /// # Panics
 /// If the trajectory has no state `index`.
 pub fn frame(robot: &RobotFiles, trajectory: &TrajectoryFile, index: usize) -> Option<Vec<u8>> {
-    let motion = &Motion::new(robot, trajectory);
-    let label = String::new();
-    let shot = Shot {
-        motion,
-        index,
-        label,
-    };
-    let drawn = shot.draw(FRAME_SIZE)?;
+    let drawn = draw(&Motion::new(robot, trajectory), index, FRAME_SIZE)?;
     Some(drawn.pixels().iter().flat_map(rgb).collect())
 }
 

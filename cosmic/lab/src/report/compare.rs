@@ -2,10 +2,9 @@
 
 use super::files::{RobotFiles, read_trajectory};
 use super::motion::Motion;
-use super::numbers::{Shown, with_numbers, with_six};
 use super::verdict::line;
 use super::{data, page};
-use crate::table::{Table, TableOf, escape};
+use crate::table::{Cell, Column, Table, TableOf, escape};
 use cosmic::Registry;
 use cosmic::error::Result;
 use cosmic::lattice::Lattice;
@@ -41,13 +40,6 @@ struct ComparedRun {
 }
 
 impl ComparedRun {
-    fn shown(&self) -> Shown<'_> {
-        Shown {
-            summary: &self.summary,
-            seconds: self.seconds,
-        }
-    }
-
     /// Returns the data from which the page draws one run: the robot and its motion.
     fn lane(&self, registry: &Registry) -> Result<Value> {
         let robot = RobotFiles::read(&self.folder.join(DESIGN), registry)?;
@@ -104,16 +96,60 @@ impl Comparison {
         Table::of("", "", &self.runs).column("run", "", |run| &run.name[..])
     }
 
-    /// Returns a table of six columns.
+    /// Returns a table of six columns: the run, the objective, the speed, the mass, the energy and the bars that pass
+    /// through each other. If one of the runs has a loss, the loss is the objective, and the displacement replaces the
+    /// energy.
     fn short(&self) -> Table {
-        with_six(self.names(), ComparedRun::shown).done()
+        let column = |name, unit, decimals, missing: &'static str| {
+            Column::new(name, "").unit(unit).decimals(decimals, missing)
+        };
+        let has_loss = self.runs.iter().any(|run| run.summary.loss_p50.is_some());
+        let far = |run: &ComparedRun| run.summary.displacement_robust_p50;
+        let mut table = self.names();
+        if has_loss {
+            table = table.add(column("loss", "", 4, "\u{2013}"), |run| {
+                run.summary.loss_p50
+            });
+        }
+        table = table
+            .add(column("distance", "m", 3, "diverged"), far)
+            .add(column("speed", "m/s", 3, "not known"), |run| {
+                Some(far(run)? / run.seconds?)
+            })
+            .add(column("mass", "kg", 3, "not known"), |run| {
+                Some(run.summary.quoted_energy()?.mass)
+            });
+        if !has_loss {
+            table = table.add(column("energy", "J/m", 1, "not known"), |run| {
+                run.summary.quoted_energy()?.per_metre
+            });
+        }
+        let pairs = |run: &ComparedRun| match run.summary.undecided {
+            true => Cell::from("undecided"),
+            false => crossing_pairs(&run.summary).into(),
+        };
+        table
+            .add(column("crossing pairs", "", 0, "not known"), pairs)
+            .done()
+    }
+
+    /// Returns a table of all numbers that a summary has.
+    fn whole(&self) -> Table {
+        let seed = Column::new("seed", "seed of the random generator");
+        let says = "whether the median describes the robot well";
+        let reliability = Column::new("reliability", says).decimals(0, "\u{2013}");
+        self.names()
+            .add(seed, |run| Cell::Count(run.summary.seed))
+            .add(reliability, |run| run.summary.reliability.word())
+            .keyed(|run| &run.summary)
+            .done()
     }
 
     /// Returns text for a terminal: a table of six columns, or of all with `all`, and then the verdict on each run.
     /// `shown` converts an item of a verdict to text, for example with a colour.
     pub fn to_text(&self, all: bool, shown: impl Fn(&Item) -> String) -> String {
         let table = match all {
-            true => with_numbers(self.names(), |run| &run.summary).done(),
+            true => self.whole(),
             false => self.short(),
         };
         let verdict = |run: &ComparedRun| match &run.verdict {
@@ -143,8 +179,7 @@ impl Comparison {
     /// # Errors
     /// The errors of reading designs, scenes and trajectories.
     pub fn to_html(&self, registry: &Registry) -> Result<String> {
-        let table = with_numbers(self.names(), |run| &run.summary);
-        let (title, table) = ("Runs side by side", table.done().to_html());
+        let (title, table) = ("Runs side by side", self.whole().to_html());
         let (verdicts, short) = (self.verdicts(), self.short().to_html());
         let with_lane = self
             .runs
@@ -179,4 +214,9 @@ fn name(folder: &Path) -> String {
     let path = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
     let last = path.file_name().unwrap_or(path.as_os_str());
     last.to_string_lossy().into_owned()
+}
+
+/// The largest number of pairs of bars that pass through each other at a time.
+fn crossing_pairs(summary: &Summary) -> Option<f64> {
+    Some(summary.loads.as_ref()?.most_tangles as f64)
 }

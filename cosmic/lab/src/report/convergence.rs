@@ -1,31 +1,17 @@
-//! Charts of an optimisation's history over the iterations.
+//! The data of the charts of an optimisation's history over the iterations, which the page draws.
 
 use super::files::RunFiles;
 use super::gait::brief;
-use super::picture::{Colour, Font, MUTED, Pen, Picture};
-use super::plot::{Axes, Axis, Line, range};
 use crate::table::Cell;
-use cosmic::codesign::{Phase, Record};
-use cosmic::geometry::{Range, Vector};
+use cosmic::codesign::Record;
 use serde::Serialize;
 
-const WIDTH: f64 = 960.0;
-const LEFT: f64 = 64.0;
-const TOP: f64 = 66.0;
-/// The height of a chart without its titles, in pixels.
-const HEIGHT: f64 = 130.0;
-/// The height of a chart with its titles, in pixels.
-const PITCH: f64 = 182.0;
-
-/// A chart of numbers over the iterations. It is drawn as a part of a picture, or its data are written into a page.
+/// A chart of numbers over the iterations.
 #[derive(Serialize)]
 pub(super) struct Chart {
     /// The id of the HTML canvas on which a page draws the chart.
     id: &'static str,
     title: &'static str,
-    /// A text that explains the dashed lines.
-    #[serde(skip)]
-    note: &'static str,
     series: Vec<Series>,
     /// The numbers at which dashed lines are drawn.
     levels: Vec<f64>,
@@ -100,7 +86,6 @@ pub(super) fn charts(run: &RunFiles) -> Vec<Chart> {
         Chart {
             id: "displacement",
             title,
-            note: " (dashed: median of the final robot)",
             series: displacements(run),
             levels: run.summary.displacement_robust_p50.into_iter().collect(),
             log: false,
@@ -108,7 +93,6 @@ pub(super) fn charts(run: &RunFiles) -> Vec<Chart> {
         Chart {
             id: "volumes",
             title: "Share of edges",
-            note: " (dashed: bounds before they widen)",
             series: vec![
                 series(run, "solid", 0, |r| Some(r.volume)),
                 series(run, "actuators", 1, |r| Some(r.actuator_volume)),
@@ -119,7 +103,6 @@ pub(super) fn charts(run: &RunFiles) -> Vec<Chart> {
         Chart {
             id: "measures",
             title: "Binarisation measures, overlaps by pair",
-            note: "",
             series: measures.into(),
             levels: Vec::new(),
             log: false,
@@ -127,7 +110,6 @@ pub(super) fn charts(run: &RunFiles) -> Vec<Chart> {
         Chart {
             id: "gradients",
             title: "Norm of the gradient before any bound",
-            note: "",
             series: vec![
                 series(run, "design", 0, |r| r.design_gradient[0]),
                 series(run, "design, stability", 2, |r| r.design_gradient[1]),
@@ -147,118 +129,8 @@ fn objective(run: &RunFiles) -> Option<Chart> {
     Some(Chart {
         id: "objective",
         title: "Objective: loss, less is better",
-        note: " (dashed: median of the final robot)",
         series: vec![series(run, "gradient's horizon", 1, loss)],
         levels: run.summary.loss_p50.into_iter().collect(),
         log: false,
     })
-}
-
-/// Draws the charts of displacement, volumes, binarisation measures and gradients. Behind them, bands show the phases.
-pub(super) fn draw(run: &RunFiles) -> String {
-    let history = &run.history;
-    let mut picture = Picture::default();
-    let before = history.first().map_or(0, |record| record.iteration - 1);
-    let along = Range::new(before as f64, (before + history.len().max(1)) as f64);
-    let charts = charts(run);
-    let last = charts.len() - 1;
-    for (k, chart) in charts.iter().enumerate() {
-        let lines = chart.lines(before);
-        let axes = Axes {
-            origin: Vector::new([LEFT, TOP + k as f64 * PITCH]),
-            size: Vector::new([WIDTH - LEFT - 24.0, HEIGHT]),
-            x: Axis::linear(along),
-            y: Axis {
-                range: chart.range(&lines),
-                log: chart.log,
-            },
-        };
-        draw_phases(&mut picture, &axes, history, k == 0);
-        axes.draw(&mut picture, &[chart.title, chart.note].concat());
-        for level in &chart.levels {
-            let ends = [along.low, along.high].map(|x| axes.place(Vector::new([x, *level])));
-            picture.line(ends, Pen::dashed(MUTED, 1.0, "4 4"));
-        }
-        axes.draw_lines(&mut picture, &lines);
-        if k == last {
-            axes.draw_along(&mut picture, "iteration");
-        }
-    }
-    picture.to_svg(
-        [WIDTH, TOP + charts.len() as f64 * PITCH + 14.0],
-        "Displacement, volumes, binarisation measures and gradients over the iterations",
-    )
-}
-
-impl Chart {
-    /// Returns the lines of the chart. The history begins after `before` iterations, so its first number is drawn at
-    /// iteration `before + 1`.
-    fn lines(&self, before: usize) -> Vec<Line> {
-        let number = |cell: &Cell| match cell {
-            Cell::Missing => None,
-            Cell::Number(y) => Some(*y),
-            _ => Some(f64::NAN),
-        };
-        let line = |series: &Series| {
-            let numbers = series.numbers.iter().enumerate();
-            let points = numbers.filter_map(|(k, y)| Some([(before + k + 1) as f64, number(y)?]));
-            Line::new(series.name.to_owned(), series.colour, "", points)
-        };
-        self.series.iter().map(line).collect()
-    }
-
-    /// Returns the range of the vertical axis. A linear axis begins at zero, or at the least number if that is
-    /// negative. On a logarithmic axis, zeros are drawn at the lower edge. A few extreme numbers do not widen a linear
-    /// axis: they are drawn at its ends.
-    fn range(&self, lines: &[Line]) -> Range {
-        let numbers = lines.iter().flat_map(|line| &line.points).map(|p| p.up());
-        if self.log {
-            return range(numbers.filter(|v| *v > 0.0), Range::new(0.1, 10.0));
-        }
-        let numbers: Vec<f64> = numbers.chain(self.levels.iter().copied()).collect();
-        let most = robust(&numbers);
-        let numbers = numbers.into_iter().filter(|x| most.contains(*x));
-        let range = range(numbers, Range::default());
-        let wide = range.widened(0.06 * range.size());
-        let low = if range.low < 0.0 { wide.low } else { range.low };
-        Range::new(low, wide.high)
-    }
-}
-
-/// Returns a range that contains most of the numbers: from the 2 % quantile to the 98 % quantile, widened on either side by
-/// its size. Infinite if these quantiles are equal. `page/charts.js` computes the same range.
-fn robust(numbers: &[f64]) -> Range {
-    let finite = numbers.iter().copied().filter(|x| x.is_finite());
-    let mut sorted: Vec<f64> = finite.collect();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let last = sorted.len().saturating_sub(1) as f64;
-    let at = |share: f64| sorted.get((share * last).round() as usize).copied();
-    let ends = at(0.02).zip(at(0.98)).filter(|(low, high)| low < high);
-    let ends = ends.map(|(low, high)| Range::new(low, high));
-    match ends {
-        Some(middle) => middle.widened(middle.size()),
-        None => Range::new(f64::NEG_INFINITY, f64::INFINITY),
-    }
-}
-
-/// Draws the phases of the run as bands behind a chart. If `named` is true, writes the names of the phases above the
-/// bands.
-fn draw_phases(picture: &mut Picture, axes: &Axes, history: &[Record], named: bool) {
-    for part in history.chunk_by(|a, b| a.phase == b.phase) {
-        let [first, last] = [&part[0], &part[part.len() - 1]];
-        let from = axes.across(first.iteration as f64 - 1.0);
-        let to = axes.across(last.iteration as f64);
-        let (name, colour) = match first.phase {
-            Phase::CoDesign => ("co-design", 0xf3f6fa),
-            Phase::Attraction => ("attraction", 0xe6edf5),
-            Phase::Snap => ("snap", 0x9fb3c8),
-            Phase::FineTuning => ("controller alone", 0xf6f4ee),
-        };
-        let top = axes.origin[1];
-        let size = [(to - from).max(1.5), axes.size[1]];
-        picture.rectangle([from, top], size, Colour::hex(colour));
-        if named {
-            picture.text([0.5 * (from + to), top - 34.0], name, Font::CAPTION);
-        }
-    }
 }

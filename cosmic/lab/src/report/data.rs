@@ -6,6 +6,7 @@ use super::convergence::charts;
 use super::files::{RobotFiles, RunFiles};
 use super::gait::{Gait, brief};
 use super::motion::{Flag, Motion};
+use crate::walk::Way;
 use cosmic::design::Design;
 use cosmic::geometry::{Range, Vector};
 use cosmic::lattice::State;
@@ -27,7 +28,7 @@ pub(super) fn of_motion(motion: &Motion) -> Value {
 }
 
 /// Returns the data of a run's page.
-pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<&Gait>) -> Value {
+pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<&Gait>, ways: &[Way]) -> Value {
     let mut walks = vec![walk(motion)];
     walks.extend(run.designs.iter().map(|row| row.walk.clone()));
     let design = |row: &DesignRow| {
@@ -38,6 +39,7 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<&Gait>) -> Va
     data["iteration"] = run.summary.delivered_iteration.into();
     data["designs"] = run.designs.iter().map(design).collect();
     data["history"] = history(run);
+    data["ways"] = ways.iter().map(way).collect();
     if let Some(gait) = gait {
         let (_, states) = motion.every(FRAME);
         data["gait"] = gait.last_periods(motion);
@@ -62,6 +64,12 @@ fn of_walks(motion: &Motion, robot: &RobotFiles, walks: &[Option<Walk>]) -> Valu
 fn goal(flag: &Flag) -> [f64; 4] {
     let [x, y] = flag.foot.array();
     [flag.from, x, y, flag.along]
+}
+
+/// Returns the data of the robot's way to a goal: when it ends, and its path.
+fn way(Way { leg, path }: &Way) -> Value {
+    let path: Vec<_> = path.iter().map(|point| point.map(brief)).collect();
+    json!({ "goal": leg.goal, "until": leg.until, "path": path })
 }
 
 /// Returns the data of one run, for a page on which several runs share one ground. Distances are measured along the

@@ -1,4 +1,4 @@
-//! Reports on finished runs: pictures, an animation, one page of HTML, and tables of several runs.
+//! Reports on finished runs: one page of HTML, a picture and an animation of a run, and tables of several runs.
 //!
 //! A report reads the files of a run's folder. It simulates only the ways to nine goals, for robots that take goals,
 //! with [`walk`](crate::walk). There are two renderers. `page/drawing.js` draws on the canvases of all pages, including
@@ -9,14 +9,10 @@ pub mod chart;
 mod compare;
 mod convergence;
 mod data;
-mod evolution;
 mod files;
 pub mod gait;
-mod layout;
-pub mod lettering;
 mod loads;
 pub mod motion;
-mod numbers;
 mod page;
 pub mod picture;
 mod pixels;
@@ -27,7 +23,6 @@ mod svg;
 mod tiles;
 mod verdict;
 mod view;
-mod ways;
 mod work;
 
 pub use animation::{FRAME_WIDTH, frame};
@@ -36,4 +31,4 @@ pub use files::{ForeignScene, RobotFiles, RunFiles};
 pub(crate) use loads::loads;
 pub use page::player_page;
 pub use verdict::verdict_of;
-pub use work::{Animations, write, write_walk};
+pub use work::{write, write_walk};

@@ -5,10 +5,9 @@ use serde_json::Value;
 use super::files::{RobotFiles, RunFiles};
 use super::gait::Gait;
 use super::motion::Motion;
-use super::numbers::with_numbers;
-use super::{data, loads, robot, tiles, verdict, ways};
+use super::{data, loads, robot, tiles, verdict};
 use crate::table::{Table, decimals, escape};
-use crate::walk::{self, Walk, Way};
+use crate::walk::{self, Leg, Walk, Way};
 use cosmic::design::Material;
 use cosmic::record::{Summary, TrajectoryFile};
 use cosmic::scene::{Departure, Scene};
@@ -79,16 +78,26 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, ways: &[Way]) -> String {
         include_str!("page/design.html"),
         &walks,
         "</div>\n",
-        &ways::section(ways),
+        &of_ways(ways),
         "<h2>For authors</h2>\n",
         &fold("Convergence", convergence),
         &fold("Mixtures of the edges", include_str!("page/ternary.html")),
         &numbers(summary, motion.deepest_cut()),
         &departures(&run.robot.scene),
         &scene(&run.robot),
-        &script(&data::of_run(run, motion, gait.as_ref()), ONE_ROBOT),
+        &script(&data::of_run(run, motion, gait.as_ref(), ways), ONE_ROBOT),
     ];
     html(&run.title(), &body.concat())
+}
+
+/// Returns the section of a robot's ways to several goals; empty if there are none.
+fn of_ways(ways: &[Way]) -> String {
+    if ways.is_empty() {
+        return String::new();
+    }
+    let legs: Vec<Leg> = ways.iter().map(|way| way.leg).collect();
+    let table = walk::table(&legs).to_html();
+    format!(include_str!("page/ways.html"), table = table)
 }
 
 /// Returns the page of a robot's walk to goals. `motion` is the motion of the walk.
@@ -104,13 +113,13 @@ pub(super) fn of_walk(walk: &Walk, motion: &Motion, title: &str) -> String {
     html(title, &body.concat())
 }
 
-/// Returns the page that a notebook shows: the verdict, the four most important numbers of a run and the robot in
-/// motion.
+/// Returns the page that a notebook shows: the verdict, the most important numbers of a run and the robot in motion.
 pub fn player_page(run: &RunFiles) -> String {
     let motion = Motion::new(&run.robot, &run.trajectory);
     let body = [
         &verdict::to_html(&run.verdict()),
-        &figures(&run.summary),
+        &tiles::of_run(run, &motion),
+        &warning(&run.summary),
         include_str!("page/player.html"),
         &script(&data::of_motion(&motion), ONE_ROBOT),
     ];
@@ -170,37 +179,6 @@ fn scene(robot: &RobotFiles) -> String {
     )
 }
 
-/// Returns the four most important numbers of a run for a notebook, and a warning if the robot is unreliable.
-fn figures(summary: &Summary) -> String {
-    let metres = |x: Option<f64>| x.map_or("diverged".to_owned(), |x| decimals(x, 3) + " m");
-    let median = metres(summary.displacement_robust_p50);
-    let low = metres(summary.displacement_robust_p10);
-    let verdict = match summary.is_unreliable() {
-        true => "displacement, median: unreliable",
-        false => "displacement, median",
-    };
-    let kept = summary.clock_keeps();
-    let kept = kept.map_or("\u{2013}".to_owned(), |kept| {
-        format!("{:.0} %", 100.0 * kept)
-    });
-    let shares = [summary.volume, summary.actuator_volume];
-    let [solid, actuators] = shares.map(|share| format!("{:.1} %", 100.0 * share));
-    let cells = [
-        (median, verdict),
-        (low, "10 % quantile of robots that vary a little"),
-        (kept, "of it in open loop, without feedback"),
-        (
-            format!("{solid} / {actuators}"),
-            if summary.undecided {
-                "of the undecided material is solid / is actuator"
-            } else {
-                "of the edges are solid / are actuators"
-            },
-        ),
-    ];
-    tiles::draw(&cells.map(|(number, says)| [number, says.to_owned()])) + &warning(summary)
-}
-
 /// Returns a paragraph that says why the robot is unreliable; empty for other robots.
 fn warning(summary: &Summary) -> String {
     summary.unreliable().map_or(String::new(), |reason| {
@@ -217,14 +195,15 @@ fn fold(title: &str, body: &str) -> String {
 /// Returns a folded section with all numbers. `deepest_cut` is the largest depth in metres to which a bar cuts into the
 /// ground; `None` if the ground has no corners.
 fn numbers(summary: &Summary, deepest_cut: Option<f64>) -> String {
-    let table = with_numbers(Table::of("", "", from_ref(summary)), |run| run).done();
+    let table = Table::of("", "", from_ref(summary));
+    let table = table.keyed(|summary| summary).done();
     let cells = table.columns.iter().zip(&table.rows[0].cells);
     let mut rows: Vec<[String; 2]> = cells
-        .map(|(column, cell)| [column.says.clone(), column.shown_with_unit(cell)])
+        .map(|(column, cell)| {
+            let says = format!("`{}`: {}", column.name, column.says);
+            [says, column.shown_with_unit(cell)]
+        })
         .collect();
-    let [x, y] = summary.displacement.map(|x| decimals(x, 3)).array();
-    let says = "displacement of one unperturbed rollout along the world's x and y axes";
-    rows.push([says.to_owned(), format!("{x} m, {y} m")]);
     rows.extend(deepest_cut.map(|depth| {
         let says = "largest depth of a bar below the ground between its nodes";
         [says.to_owned(), decimals(depth, 4) + " m"]

@@ -1,6 +1,5 @@
-//! Paints pictures as pixels.
+//! Paints pictures as pixels, without their texts.
 
-use super::lettering::letters;
 use super::picture::{Colour, PAPER, Pen, Picture, Place, Shape};
 use cosmic::geometry::{Bounds, Segment, Vector};
 use tiny_skia::{
@@ -58,12 +57,8 @@ impl Canvas {
                 let sides = sides.map(PathBuilder::from_rect);
                 self.area(sides, *fill, &Pen::new(*fill, 0.0));
             }
-            Shape::Text(place, text, font) => {
-                let width = if font.bold { 0.16 } else { 0.1 } * font.size;
-                for stroke in letters(text, *place, *font) {
-                    self.line(&stroke, &Pen::new(font.colour, width));
-                }
-            }
+            // Animations have no text.
+            Shape::Text(..) => {}
         }
     }
 

@@ -148,28 +148,6 @@ impl Axes {
         let middle = 0.5 * (self.origin[0] + right);
         picture.text([middle, bottom + 36.0], label, Font::MIDDLE);
     }
-
-    /// Draws the lines of the chart. Their names are written to the right of the title.
-    pub(super) fn draw_lines(&self, picture: &mut Picture, lines: &[Line]) {
-        let mut left = (self.origin + self.size)[0];
-        let y = self.origin[1] - 10.0;
-        for Line { name, colour, .. } in lines.iter().rev() {
-            // In a font of 12 pixels, an average letter is about 6 pixels wide.
-            left -= 6.4 * name.chars().count() as f64 + 12.0;
-            picture.text([left, y], &name[..], Font::PLAIN);
-            left -= 22.0;
-            picture.line(
-                [[left, y - 4.0], [left + 16.0, y - 4.0]],
-                Pen::new(*colour, 3.0),
-            );
-        }
-        for line in lines {
-            let parts = line.points.split(|point| !point.is_finite());
-            for part in parts.filter(|part| !part.is_empty()) {
-                picture.line(part.iter().map(|&point| self.place(point)), line.pen());
-            }
-        }
-    }
 }
 
 /// Returns a range that contains the range `always` and all finite `numbers`. The width of the result is not 0.

@@ -12,7 +12,7 @@ use cosmic::verdict::{mass, plain};
 const NOT_KNOWN: &str = "not known";
 
 /// Returns tiles of a number and its meaning, as HTML.
-pub(super) fn draw(tiles: &[[String; 2]]) -> String {
+fn draw(tiles: &[[String; 2]]) -> String {
     let tile = |[number, says]: &[String; 2]| {
         format!("<div><b>{number}</b><span>{}</span></div>", escape(says))
     };

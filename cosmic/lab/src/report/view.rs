@@ -1,7 +1,7 @@
 //! Draws a robot on its ground, for still pictures and animations.
 
 use super::motion::{DrawnEdge, Motion, PAYLOAD, SKELETON};
-use super::picture::{Colour, Font, PAPER, Pen, Picture, Place};
+use super::picture::{Colour, PAPER, Pen, Picture, Place};
 use cosmic::geometry::{Range, Vector};
 
 /// The colour of the band below the ground's line.
@@ -47,7 +47,7 @@ impl View<'_> {
     }
 
     /// Draws a mark at every tenth of a metre along the ground, counted from the payload's start, and a longer mark
-    /// with a number at every metre. On lattices of other sizes than a few decimetres, and if there were too many
+    /// at every metre. On lattices of other sizes than a few decimetres, and if there were too many
     /// marks, both distances are multiplied by a power of ten.
     pub(super) fn draw_marks(&self, picture: &mut Picture, across: Range) {
         let motion = self.motion;
@@ -63,10 +63,6 @@ impl View<'_> {
             let is_long = k % 10 == 0;
             let bottom = top + Vector::new([0.0, if is_long { 14.0 } else { 5.0 }]);
             picture.line([top, bottom], Pen::new(MARK, 1.0));
-            if is_long {
-                let (metres, place) = (k as f64 / per_metre, bottom + Vector::new([4.0, 0.0]));
-                picture.text(place, format!("{metres} m"), label(10.0));
-            }
         }
     }
 
@@ -120,12 +116,4 @@ impl View<'_> {
 
 pub(super) fn draw_payload(picture: &mut Picture, place: impl Into<Place>, radius: f64) {
     picture.disc(place, radius, PAYLOAD, Pen::new(PAPER, 1.2));
-}
-
-/// Returns the font of labels in animations.
-pub(super) fn label(size: f64) -> Font {
-    Font {
-        size,
-        ..Font::PLAIN
-    }
 }

@@ -75,8 +75,7 @@ impl<'p> MergedRun<'p> {
         let is_done = folder.join(SUMMARY).exists();
         let summary = is_done.then(|| Summary::read(&folder)).transpose()?;
         let numbers = summary.as_ref().map(|summary| {
-            let numbers = summary.numbers().into_iter();
-            numbers.chain([summary.loss_p50]).collect()
+            summary.numbers()
         });
         Ok(Self {
             index,
@@ -96,8 +95,7 @@ impl<'p> MergedRun<'p> {
 /// The table with a row for each run and a column for each key that the sweep varies.
 fn results(runs: &[MergedRun], keys: &[&str]) -> Table {
     let mut names = columns(&Summary::keys());
-    names.push("loss_p50");
-    Table::of("", "", runs)
+        Table::of("", "", runs)
         .column("index", "", |run| run.index)
         .column("trial", "", |run| &run.trial.name[..])
         .columns(keys, "", |run, k| swept(run.trial.swept.get(keys[k])))

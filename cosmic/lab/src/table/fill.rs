@@ -1,6 +1,7 @@
 //! Builds tables column by column.
 
 use super::{Cell, Column, Row, Standing, Table};
+use cosmic::keys::{Keyed, described};
 
 /// A table under construction, which has one row for each subject. A subject is any value from which the cells of its
 /// row are computed.
@@ -51,6 +52,25 @@ impl<'a, S> TableOf<'a, S> {
         self
     }
 
+    /// Adds the columns that a file declares, except those in which no subject has a number. `of` returns the file of a
+    /// subject.
+    pub fn keyed<K: Keyed + 'a>(mut self, of: impl Fn(&'a S) -> &'a K) -> Self {
+        let numbers = self.subjects.iter().map(|subject| of(subject).numbers());
+        let numbers: Vec<Vec<Option<f64>>> = numbers.collect();
+        for (k, declared) in described(&K::keys()).into_iter().enumerate() {
+            if numbers.iter().all(|numbers| numbers[k].is_none()) {
+                continue;
+            }
+            let column = Column::new(declared.name, declared.says).unit(declared.unit);
+            let column = column.decimals(declared.decimals, "\u{2013}");
+            self.table.columns.push(column);
+            for (row, numbers) in self.table.rows.iter_mut().zip(&numbers) {
+                row.cells.push(numbers[k].into());
+            }
+        }
+        self
+    }
+
     /// Sets the decimals, and the text for missing numbers, of all columns added so far; see [`Column::decimals`].
     pub fn decimals(mut self, decimals: usize, missing: &'static str) -> Self {
         let columns = self.table.columns.into_iter();
@@ -75,11 +95,6 @@ impl<'a, S> TableOf<'a, S> {
             }
         }
         self
-    }
-
-    /// The subjects, one for each row.
-    pub(crate) fn subjects(&self) -> &'a [S] {
-        self.subjects
     }
 
     /// Returns the finished table.

@@ -1,21 +1,12 @@
-//! The tests' virtual environment of Python, with the packages that read the files of `export`.
+//! The tests' virtual environment of Python, with the packages that run the files of `export`.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::LazyLock;
 
-/// The packages of the environment: a simulator, packages that read drawings and solids, a package that unites solids,
-/// and their dependencies.
-const PACKAGES: [&str; 7] = [
-    "mujoco==4.0.*",
-    "numpy==2.*",
-    "ezdxf~=1.4",
-    "trimesh>=4",
-    "shapely>=2",
-    "networkx",
-    "manifold3d>=3",
-];
+/// The packages of the environment.
+const PACKAGES: [&str; 2] = ["mujoco==4.0.*", "numpy==2.*"];
 
 /// The path of the environment's Python, or the reason why there is none.
 static PYTHON: LazyLock<Result<PathBuf, String>> = LazyLock::new(make);
@@ -26,7 +17,7 @@ pub(crate) fn python() -> Option<&'static Path> {
     match &*PYTHON {
         Ok(python) => Some(python),
         Err(why) => {
-            let says = format!("SKIPPED: {why}: the files of `cosmic export` are not read back\n");
+            let says = format!("SKIPPED: {why}: the files of `cosmic export` are not run\n");
             // The text is written to standard error directly, because the test harness hides what passing tests print.
             io::stderr().write_all(says.as_bytes()).unwrap();
             None

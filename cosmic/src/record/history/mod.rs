@@ -1,13 +1,11 @@
-//! The history of a run: `history.jsonl` and `history.csv` have a line for each iteration; `designs.jsonl` has the
-//! designs of some iterations and how they walk.
+//! The history of a run: `history.jsonl` has a line for each iteration; `designs.jsonl` has the designs of some
+//! iterations and how they walk.
 
 mod walk;
 mod rows;
 mod appended;
 mod write;
 
-pub use rows::{
-    DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, TABLE, read, read_lines,
-};
+pub use rows::{DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, read, read_lines};
 pub use walk::Walk;
 pub use write::History;

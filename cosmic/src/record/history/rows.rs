@@ -1,9 +1,8 @@
-//! The lines of `history.jsonl`, `history.csv` and `designs.jsonl`.
+//! The lines of `history.jsonl` and `designs.jsonl`.
 
 use super::walk::Walk;
 use crate::codesign::Record;
 use crate::error::Result;
-use crate::keys::{Cell, Key, Keyed, columns};
 use crate::reading::read_whole;
 use crate::record::format::{Format, parse_stamped};
 use serde::de::DeserializeOwned;
@@ -15,8 +14,6 @@ pub const FORMAT: Format = Format::new("cosmic-history", 1);
 
 /// The name of the file with the history as JSON lines.
 pub const LINES: &str = "history.jsonl";
-/// The name of the file with the history as a table.
-pub const TABLE: &str = "history.csv";
 
 /// The format of every line of `designs.jsonl`.
 pub const DESIGNS_FORMAT: Format = Format::new("cosmic-designs", 1);
@@ -54,7 +51,7 @@ pub(super) fn design_rows(entered: usize, iteration: usize) -> usize {
     tens + usize::from(iteration >= first && !first.is_multiple_of(DESIGNS_EVERY))
 }
 
-/// A line of `history.jsonl`, and a row of `history.csv`.
+/// A line of `history.jsonl`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HistoryRow {
     /// The record of the iteration.
@@ -62,35 +59,6 @@ pub struct HistoryRow {
     pub record: Record,
     /// Wall time of the run so far without interruptions, in seconds.
     pub seconds: f64,
-}
-
-impl Keyed for HistoryRow {
-    fn keys() -> Vec<Key> {
-        let seconds = Key {
-            name: "seconds",
-            kind: "number",
-            unit: "s",
-            doc: "Wall time since the run began, without interruptions.",
-            columns: vec!["seconds"],
-            parts: Vec::new(),
-        };
-        [Record::keys(), vec![seconds]].concat()
-    }
-
-    fn cells(&self) -> Vec<Cell> {
-        [self.record.cells(), vec![Cell::Number(self.seconds)]].concat()
-    }
-}
-
-/// The first line of the table, with the names of its columns.
-pub(super) fn header() -> String {
-    columns(&HistoryRow::keys()).join(",") + "\n"
-}
-
-/// The line of the table for an iteration.
-pub(super) fn line(row: &HistoryRow) -> String {
-    let cells: Vec<String> = row.cells().into_iter().map(Cell::csv).collect();
-    cells.join(",") + "\n"
 }
 
 /// Reads at most `most` iterations from the beginning of a run's `history.jsonl`. Later lines are not read, because a

@@ -1,9 +1,7 @@
 //! [`History`], which writes the history of a run.
 
 use super::appended::Appended;
-use super::rows::{
-    DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, TABLE, design_rows, header, line,
-};
+use super::rows::{DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, design_rows};
 use crate::codesign::Record;
 use crate::error::Result;
 use std::path::Path;
@@ -12,7 +10,6 @@ use std::path::Path;
 #[derive(Debug)]
 pub struct History {
     lines: Appended,
-    table: Appended,
     designs: Appended,
     /// The number of the iteration before the run's first one.
     entered: usize,
@@ -31,22 +28,15 @@ impl History {
         let open = |name| Appended::open(folder.join(name), begins);
         let mut history = Self {
             lines: open(LINES)?,
-            table: open(TABLE)?,
             designs: open(DESIGNS)?,
             entered,
         };
-        // The table has one line more, its header.
         let ends = [
             history.lines.end(rows)?,
             history.designs.end(design_rows(entered, entered + rows))?,
-            history.table.end(rows + usize::from(!begins))?,
         ];
         history.lines.cut(ends[0])?;
         history.designs.cut(ends[1])?;
-        history.table.cut(ends[2])?;
-        if begins {
-            history.table.append(&header())?;
-        }
         Ok(history)
     }
 
@@ -54,7 +44,6 @@ impl History {
     pub fn append(&mut self, record: &Record, seconds: f64) -> Result<()> {
         let record = record.clone();
         let row = HistoryRow { record, seconds };
-        self.table.append(&line(&row))?;
         self.lines.append(&FORMAT.line(&row))
     }
 
@@ -73,7 +62,7 @@ impl History {
     /// Flushes the lines to the disk. This is called before a snapshot is written, so that even after a power cut the
     /// files have the lines of all iterations that the snapshot counts.
     pub(in crate::record) fn sync(&self) -> Result<()> {
-        let files = [&self.lines, &self.table, &self.designs];
+        let files = [&self.lines, &self.designs];
         files.into_iter().try_for_each(Appended::sync)
     }
 }

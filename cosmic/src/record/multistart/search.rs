@@ -5,7 +5,7 @@ use crate::codesign::{CoDesign, first_best};
 use crate::error::{Error, Result};
 use crate::record::design_file::DESIGN;
 use crate::record::files::{copy_files, sweep, write_json};
-use crate::record::history::{DESIGNS, LINES, TABLE};
+use crate::record::history::{DESIGNS, LINES};
 use crate::record::run::{Lock, Observer, begin, keep_scene};
 use crate::record::snapshot::{RunPlan, Snapshot};
 use crate::record::summary::{self, DIVERGED, SUMMARY, Start, Summary};
@@ -83,7 +83,7 @@ pub(in crate::record) fn search(
     // If several starts have equal ranks, the first wins. The score of the best start is not the figure to quote: as
     // the highest of many scores, it is too optimistic. The figure to quote comes from other perturbed starts.
     let best = delivered.swap_remove(first_best(delivered.iter().map(Summary::rank)));
-    let files = [DESIGN, TRAJECTORY, LINES, TABLE, DESIGNS];
+    let files = [DESIGN, TRAJECTORY, LINES, DESIGNS];
     copy_files(&folder_of(folder, best.seed), folder, &files)?;
     let summary = Summary {
         starts,
