@@ -94,7 +94,7 @@ impl<'p> MergedRun<'p> {
 
 /// The table with a row for each run and a column for each key that the sweep varies.
 fn results(runs: &[MergedRun], keys: &[&str]) -> Table {
-    let mut names = columns(&Summary::keys());
+    let names = columns(&Summary::keys());
         Table::of("", "", runs)
         .column("index", "", |run| run.index)
         .column("trial", "", |run| &run.trial.name[..])
