@@ -87,7 +87,7 @@ impl Plan {
     /// Reads the plan in the folder of a sweep.
     ///
     /// # Errors
-    /// The errors of [`read_json`] and [`check_shape`](Self::check_shape).
+    /// The errors of [`read_json`]; [`Error::Usage`] for a plan with too many runs or two trials of the same name.
     pub fn read(folder: &Path) -> Result<Self> {
         let plan: Self = read_json(&folder.join(SWEEP), FORMAT)?;
         plan.check_shape().map(|()| plan)
