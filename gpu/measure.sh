@@ -17,7 +17,6 @@ fi
 out=$(mktemp -d)
 
 "$PROGRAM" devices
-"$PROGRAM" explain earth --device gpu
 "$PROGRAM" bench earth --robots 256,1024,4096 --steps 256
 
 # search NAME ARGUMENTS…

@@ -72,24 +72,6 @@ fn commands_use_a_device() {
     let folder = folder.path();
     std::fs::write(folder.join("tiny.toml"), SCENE).unwrap();
     println!("{}", ok(folder, "devices"));
-    let explained = ok(folder, "explain tiny.toml --device gpu");
-    println!("{explained}");
-    for words in [
-        "on the GPU",
-        "adapter",
-        "gradients of controllers",
-        "robots at once",
-    ] {
-        assert!(explained.contains(words), "{explained}");
-    }
-    let implicit = ok(
-        folder,
-        "explain tiny.toml --set physics.integrator=implicit --device gpu",
-    );
-    assert!(
-        implicit.contains("not possible: ") && implicit.contains("solves linear equations"),
-        "{implicit}"
-    );
     ok(
         folder,
         "optimize tiny.toml --starts 3 --device gpu --out run",

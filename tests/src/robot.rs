@@ -6,7 +6,7 @@ use cosmic::geometry::{Ground, Vector};
 use cosmic::lattice::State;
 use cosmic::scene::{PhysicsSettings, Scene};
 use cosmic::simulator::Span;
-use cosmic_lab::verify::check_gradients;
+use cosmic_lab::check::check_gradients;
 
 /// A robot of 3x2 nodes that falls to the ground while it moves forward. All its edges have different mixtures.
 /// `settings` is TOML that changes the paper's scene. The rollout of 90 steps is long enough to land and to push off,

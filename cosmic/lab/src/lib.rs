@@ -10,7 +10,7 @@
 //! - [`report`]: pages, plots and pictures of runs.
 //! - [`export`]: files of a robot for other programs: MuJoCo and the workshop.
 //! - [`measure`]: measurements of finished runs: in changed scenes, on the way to unseen goals, and in MuJoCo.
-//! - [`verify`]: errors of trajectories and gradients and their cost; stability of extreme robots.
+//! - [`check`]: the plan of a step, gradients, distances, errors against run time, and extreme robots.
 //! - [`sweep`]: many runs from a frozen plan.
 //! - [`study`]: the experiments that a TOML file describes, compared with published numbers.
 
@@ -23,7 +23,7 @@ pub mod walk;
 pub mod report;
 pub mod export;
 pub mod measure;
-pub mod verify;
+pub mod check;
 pub mod sweep;
 pub mod study;
 

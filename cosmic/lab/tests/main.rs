@@ -14,7 +14,6 @@ mod measure {
 }
 mod report {
     mod bars;
-    mod chart;
     mod gait;
     mod lettering;
     mod motion;
@@ -36,13 +35,10 @@ mod table {
     mod grid;
     mod words;
 }
-mod verify {
+mod check {
     mod accuracy;
-    mod chaos;
-    mod clock;
     mod distance;
-    mod gradcheck;
-    mod gradients;
+    mod gradient;
     mod stability;
 }
 mod walk;

@@ -2,11 +2,9 @@
 
 use crate::output::{lines_of, print, print_json};
 use clap::{Args, ValueEnum};
-use cosmic::case::Case;
 use cosmic::error::{Error, Result};
 use cosmic::population::Populations;
-use cosmic::scene::Scene;
-use serde_json::{Value, json};
+use serde_json::json;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 
@@ -22,12 +20,6 @@ pub trait GpuSupport: Send + Sync {
     /// # Errors
     /// [`Error::Usage`] if there is none, or if it cannot be opened.
     fn open(&self, threads: Option<NonZeroUsize>) -> Result<Arc<dyn Populations>>;
-
-    /// Describes how a robot runs on the adapter: names of facts, with numbers or texts. `scene` has the loss.
-    ///
-    /// # Errors
-    /// Like [`open`](Self::open); [`Error::Usage`] if the robot cannot run on the adapter.
-    fn explain(&self, case: &Case, scene: &Scene) -> Result<Vec<(&'static str, Value)>>;
 }
 
 /// The GPU support of the program, if it has any.
@@ -65,11 +57,6 @@ pub(super) struct On {
 }
 
 impl On {
-    /// True if the user asks for a GPU.
-    pub(super) fn is_gpu(&self) -> bool {
-        self.device == Device::Gpu
-    }
-
     /// Opens the device; `None` for the processor.
     pub(super) fn open(
         &self,

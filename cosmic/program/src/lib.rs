@@ -13,9 +13,7 @@ mod device;
 mod optimize;
 mod resume;
 mod evaluate;
-mod gradcheck;
-mod verify;
-mod explain;
+mod check;
 mod report;
 mod walk;
 mod compare;
@@ -54,9 +52,7 @@ enum Command {
     Optimize(optimize::Arguments),
     Resume(resume::Arguments),
     Evaluate(evaluate::Arguments),
-    Gradcheck(gradcheck::Arguments),
-    Verify(verify::Arguments),
-    Explain(explain::Arguments),
+    Check(check::Arguments),
     Report(report::Arguments),
     Walk(walk::Arguments),
     Compare(compare::Arguments),
@@ -80,9 +76,7 @@ impl Command {
             Command::Optimize(arguments) => arguments.run(registry, gpu),
             Command::Resume(arguments) => arguments.run(registry, gpu),
             Command::Evaluate(arguments) => arguments.run(registry),
-            Command::Gradcheck(arguments) => arguments.run(registry),
-            Command::Verify(arguments) => arguments.run(registry),
-            Command::Explain(arguments) => arguments.run(registry, gpu),
+            Command::Check(arguments) => arguments.run(registry),
             Command::Report(arguments) => arguments.run(registry),
             Command::Walk(arguments) => arguments.run(registry),
             Command::Compare(arguments) => arguments.run(registry),
@@ -118,10 +112,8 @@ fn command(registry: &Registry) -> clap::Command {
     let with_default = |command: clap::Command, argument| {
         command.mut_arg(argument, |argument| argument.default_value(default))
     };
-    let mut command = Cli::command();
-    for name in ["gradcheck", "verify", "explain"] {
-        command = command.mut_subcommand(name, |command| with_default(command, "source"));
-    }
+    let command = Cli::command();
+    let command = command.mut_subcommand("check", |command| with_default(command, "source"));
     command.mut_subcommand("sweep", |sweep| {
         sweep.mut_subcommand("plan", |plan| with_default(plan, "scenes"))
     })

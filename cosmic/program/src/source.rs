@@ -38,6 +38,8 @@ pub(super) struct Source {
     pub(super) case: Case,
     /// The robot's scene; `None` if the robot comes from a reference case.
     pub(super) scene: Option<Scene>,
+    /// True for the robot of a run or a design, false for a scene or a case.
+    pub(super) is_delivered: bool,
 }
 
 impl Source {
@@ -88,6 +90,7 @@ impl Source {
         Ok(Self {
             case: Case::parse_with(registry, &name, text)?,
             scene: None,
+            is_delivered: false,
         })
     }
 
@@ -95,6 +98,7 @@ impl Source {
         Ok(Self {
             case: Case::of_scene(&scene, SEED)?,
             scene: Some(scene),
+            is_delivered: false,
         })
     }
 
@@ -111,12 +115,13 @@ impl Source {
         Ok(Self {
             case: fitted((path, bytes), |file| design.case(&scene, file))?,
             scene: Some(scene),
+            is_delivered: true,
         })
     }
 }
 
 /// The formats of files that contain no robot, each with a description.
-const OTHERS: [(&str, &str); 12] = [
+const OTHERS: [(&str, &str); 11] = [
     ("cosmic-summary", "the summary of a run"),
     ("cosmic-snapshot", "the saved state of a run"),
     ("cosmic-history", "the history of a run"),
@@ -125,7 +130,6 @@ const OTHERS: [(&str, &str); 12] = [
     ("cosmic-search", "the record of a search over starts"),
     ("cosmic-sweep-plan", "the plan of a sweep"),
     ("cosmic-sweep-results", "the results of a sweep"),
-    ("cosmic-verification", "the results of `cosmic verify`"),
     ("cosmic-robustness", "the results of `cosmic robustness`"),
     ("cosmic-truss", "a lattice for `lattice.file` of a scene"),
     ("cosmic-mujoco", "a controller for MuJoCo"),

@@ -11,7 +11,6 @@ fn a_program_without_gpu_support_names_the_one_that_has_it() {
         "cargo run --release --manifest-path gpu/Cargo.toml -- ",
     ];
     bench.fails("devices", 2, &words);
-    bench.fails("explain tiny.toml --device gpu", 2, &words);
     bench.fails("robustness a --device gpu", 2, &words);
     bench.fails("resume a --device gpu", 2, &words);
     bench

@@ -6,7 +6,6 @@
 
 mod animation;
 mod bars;
-pub mod chart;
 mod compare;
 mod convergence;
 mod data;
