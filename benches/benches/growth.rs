@@ -8,12 +8,12 @@ use std::time::Instant;
 
 use autodiff::Memory;
 use benches::machine::{row, seconds, section};
+use benches::robot::{MEASURED_STEPS, Subject, memory_of};
 use cosmic::case::Case;
 use cosmic::codesign::{CoDesign, Quantiles};
 use cosmic::inputs::{CONTROLLER, DESIGN};
 use cosmic::parallel::{Crew, in_parallel};
 use cosmic::scene::Scene;
-use cosmic_lab::verify::{MEASURED_STEPS, Subject, measured};
 
 /// The sizes of the lattice: the number of nodes in a row, which is also the number of rows.
 const SIZES: [usize; 7] = [4, 6, 8, 10, 12, 16, 20];
@@ -113,7 +113,7 @@ fn budgets(subject: &Subject) -> String {
 
 /// Returns the peak memory for the gradients of a design optimisation, with both projections.
 fn megabytes(subject: &Subject) -> f64 {
-    let (_, _, bytes) = measured(|| subject.two_gradients());
+    let bytes = memory_of(|| subject.two_gradients());
     bytes.map_or(f64::NAN, |bytes| bytes as f64 * 1e-6)
 }
 

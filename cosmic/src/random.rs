@@ -14,7 +14,7 @@ pub enum Purpose {
     /// Perturbed initial states by which the result of a run is judged. They differ from the states by which it was
     /// chosen.
     Judgement = 2,
-    /// Perturbed initial states, directions and random lattices for the command `verify`.
+    /// Perturbed initial states, directions and random lattices for the command `check`.
     Verification = 3,
     /// The side of a tilted initial design that gets less material.
     Tilt = 5,

@@ -1,10 +1,11 @@
 //! Helpers for the tests of both crates together: reference files, comparisons with them, and small robots.
 
+mod bare;
 pub mod laws;
 pub mod readers;
 mod robot;
 
-pub use cosmic_lab::verify::Bare;
+pub use bare::Bare;
 pub use robot::{assert_smooth, least_height, robot, robot_of, states};
 
 use std::fmt::Display;

@@ -6,7 +6,7 @@ use cosmic::geometry::{Ground, Vector};
 use cosmic::lattice::State;
 use cosmic::scene::{PhysicsSettings, Scene};
 use cosmic::simulator::Span;
-use cosmic_lab::verify::check_gradients;
+use cosmic_lab::check::check_gradients;
 
 use crate::laws;
 

@@ -8,7 +8,7 @@ use cosmic::geometry::Vector;
 use cosmic::laws::ContactLaw;
 use cosmic::projection::Projection;
 use cosmic::scene::{GroundSettings, Integrator, ProfileKind, Scene, StartKind, VoidEdges};
-use cosmic_lab::verify::check_gradients;
+use cosmic_lab::check::check_gradients;
 use cosmic_tests::laws;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};

@@ -7,7 +7,7 @@ use cosmic::design::Material;
 use cosmic::geometry::Vector;
 use cosmic::objective::Loss;
 use cosmic::simulator::{Span, Trajectory};
-use cosmic_lab::verify::check_gradients_of;
+use cosmic_lab::check::check_gradients_of;
 use cosmic_tests::{numbers, references, robot, workspace};
 
 /// The integrators, each as settings in TOML.

@@ -10,7 +10,7 @@ use cosmic::policy::Goals;
 use cosmic::random::{Purpose, stream};
 use cosmic::scene::Scene;
 use cosmic::simulator::{Span, Trajectory};
-use cosmic_lab::verify::check_gradients_of;
+use cosmic_lab::check::check_gradients_of;
 
 /// A small robot that observes its goals, and its scene.
 fn robot(settings: &str) -> (Scene, Case) {

@@ -1,5 +1,5 @@
 //! The integrators that a scene may choose: their order of accuracy and their substeps. Stable time steps are tested in
-//! other places: with the laws, and by `verify`.
+//! other places: with the laws, and by `check`.
 
 use cosmic::lattice::State;
 use cosmic::scene::{Integrator, PhysicsSettings};

@@ -84,9 +84,9 @@ fn a_crate_outside_of_the_workspace_has_a_law_of_its_own() {
     ];
     for name in ["mud", "tendon"] {
         let mut law = Command::new(binaries.join(name));
-        law.arg("gradcheck");
+        law.arg("check");
         let check = done(law.args(short.iter().flat_map(|s| ["--set", s])));
-        assert!(check.contains(&format!("gradient of {name}")), "{check}");
+        assert!(check.starts_with(&format!("{name}: ")), "{check}");
         assert!(check.contains("negative control"), "{check}");
     }
 }

@@ -15,7 +15,7 @@ use cosmic::scene::{Integrator, PhysicsSettings, Scene, stable_step};
 use cosmic::settings::within;
 use cosmic::simulator::Store;
 use cosmic::simulator::stability::Vibration;
-use cosmic_lab::verify::check_gradients;
+use cosmic_lab::check::check_gradients;
 use cosmic_tests::{Bare, laws, robot_of, states};
 
 cosmic::settings! {
@@ -239,7 +239,7 @@ fn gradients_of_own_laws_are_right_in_every_mode() {
     ] {
         let check = check_gradients(&robot(settings), None, 90, &Options::default());
         assert!(check.failures().is_empty(), "{settings}:\n{check}");
-        let smooth = |group: &&cosmic_lab::verify::Group| group.verdict == Verdict::Smooth;
+        let smooth = |group: &&cosmic_lab::check::Group| group.verdict == Verdict::Smooth;
         let smooth = check.groups.iter().filter(smooth).count();
         assert!(
             smooth >= 5 && check.control.is_some(),

@@ -10,7 +10,7 @@ use cosmic::objective::Displacement;
 use cosmic::policy::{Block, Network, Policy, PolicyStep, Sizes, observation};
 use cosmic::scene::Scene;
 use cosmic::simulator::{Span, Trajectory};
-use cosmic_lab::verify::{Plan, check_gradients_of};
+use cosmic_lab::check::{check_gradients_of, terms};
 
 /// The policies to test: three from the model, one that is defined in this file, and the policy `gaits` of a robot that
 /// is its own mirror image.
@@ -274,9 +274,9 @@ fn a_policy_feels_its_bars() {
 }
 
 #[test]
-fn explain_shows_hidden_units_only_of_networks() {
+fn the_plan_shows_hidden_units_only_of_networks() {
     let row = |policy: &str| {
-        let terms = Plan::of(&robot(policy, "")).terms;
+        let terms = terms(&robot(policy, ""));
         let term = terms.into_iter().nth(1).unwrap();
         (term.name, term.why)
     };

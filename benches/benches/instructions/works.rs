@@ -7,8 +7,8 @@ use autodiff::{Kernel, Model, Program, Real, Rollout, gradient};
 use benches::adbench::{self, Case};
 use benches::machine::built_in;
 use benches::objectives::Problem;
+use benches::robot::{MEASURED_STEPS, Subject, TwoMatvecs};
 use cosmic::inputs::{CONTROLLER, DESIGN};
-use cosmic_lab::verify::{MEASURED_STEPS, Subject, TwoMatvecs};
 
 /// A piece of work whose instructions are counted. A process sets it up once, and then repeats it.
 pub(crate) struct CountedWork {

@@ -8,7 +8,7 @@
 //! - [`walk`]: robots that walk to the goals that they are given.
 //! - [`report`]: pages, plots and pictures of runs.
 //! - [`export`]: files of a robot for other programs: MuJoCo and the workshop.
-//! - [`verify`]: errors of trajectories and gradients and their cost; stability of extreme robots.
+//! - [`check`]: the plan of a step, gradients, distances, errors against run time, and extreme robots.
 //! - [`sweep`]: a run for every combination of scenes, settings and seeds, and the table of the results.
 
 mod files;
@@ -19,7 +19,7 @@ pub mod robustness;
 pub mod walk;
 pub mod report;
 pub mod export;
-pub mod verify;
+pub mod check;
 pub mod sweep;
 
 pub use cosmic::{Error, Result};

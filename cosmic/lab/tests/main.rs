@@ -4,7 +4,6 @@ mod export {
     mod mujoco;
 }
 mod report {
-    mod chart;
     mod gait;
     mod motion;
     mod plot;
@@ -21,13 +20,10 @@ mod table {
     mod grid;
     mod words;
 }
-mod verify {
+mod check {
     mod accuracy;
-    mod chaos;
-    mod clock;
     mod distance;
-    mod gradcheck;
-    mod gradients;
+    mod gradient;
     mod stability;
 }
 mod walk;

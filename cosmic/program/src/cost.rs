@@ -5,7 +5,7 @@ use cosmic::error::Result;
 use cosmic::record::RunPlan;
 use cosmic::scene::{GradientPrecision, Scene};
 use cosmic::simulator::Span;
-use cosmic_lab::verify::measured;
+use cosmic_lab::check;
 use std::fmt;
 
 /// The processor time of an iteration, in full rollouts in f64. An iteration computes one or two gradients over a part of
@@ -65,9 +65,7 @@ fn seconds_of_step(scene: &Scene) -> Result<f64> {
     let (task, design) = (case.task(), case.own_design());
     let seconds = |steps: usize| {
         let span = Span::from_start(vec![steps]);
-        let (_, seconds, _) =
-            measured(|| task.rollout(&design, &case.controller, &case.start, &span));
-        seconds
+        check::seconds(|| task.rollout(&design, &case.controller, &case.start, &span))
     };
     let measured = (0..3).map(|_| seconds(more) - seconds(less));
     let least = measured.fold(f64::INFINITY, f64::min).max(0.0);

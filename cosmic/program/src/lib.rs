@@ -12,9 +12,7 @@ mod cost;
 mod optimize;
 mod resume;
 mod evaluate;
-mod gradcheck;
-mod verify;
-mod explain;
+mod check;
 mod report;
 mod walk;
 mod robustness;
@@ -47,9 +45,7 @@ enum Command {
     Optimize(optimize::Arguments),
     Resume(resume::Arguments),
     Evaluate(evaluate::Arguments),
-    Gradcheck(gradcheck::Arguments),
-    Verify(verify::Arguments),
-    Explain(explain::Arguments),
+    Check(check::Arguments),
     Report(report::Arguments),
     Walk(walk::Arguments),
     Robustness(robustness::Arguments),
@@ -70,9 +66,7 @@ impl Command {
             Command::Optimize(arguments) => arguments.run(registry),
             Command::Resume(arguments) => arguments.run(registry),
             Command::Evaluate(arguments) => arguments.run(registry),
-            Command::Gradcheck(arguments) => arguments.run(registry),
-            Command::Verify(arguments) => arguments.run(registry),
-            Command::Explain(arguments) => arguments.run(registry),
+            Command::Check(arguments) => arguments.run(registry),
             Command::Report(arguments) => arguments.run(registry),
             Command::Walk(arguments) => arguments.run(registry),
             Command::Robustness(arguments) => arguments.run(registry),
@@ -105,10 +99,8 @@ fn command(registry: &Registry) -> clap::Command {
     let with_default = |command: clap::Command, argument| {
         command.mut_arg(argument, |argument| argument.default_value(default))
     };
-    let mut command = Cli::command();
-    for name in ["gradcheck", "verify", "explain"] {
-        command = command.mut_subcommand(name, |command| with_default(command, "source"));
-    }
+    let command = Cli::command();
+    let command = command.mut_subcommand("check", |command| with_default(command, "source"));
     command.mut_subcommand("sweep", |sweep| {
         sweep.mut_subcommand("run", |run| with_default(run, "spec"))
     })

@@ -38,6 +38,8 @@ pub(super) struct Source {
     pub(super) case: Case,
     /// The robot's scene; `None` if the robot comes from a reference case.
     pub(super) scene: Option<Scene>,
+    /// True for the robot of a run or a design, false for a scene or a case.
+    pub(super) is_delivered: bool,
 }
 
 impl Source {
@@ -88,6 +90,7 @@ impl Source {
         Ok(Self {
             case: Case::parse_with(registry, &name, text)?,
             scene: None,
+            is_delivered: false,
         })
     }
 
@@ -95,6 +98,7 @@ impl Source {
         Ok(Self {
             case: Case::of_scene(&scene, SEED)?,
             scene: Some(scene),
+            is_delivered: false,
         })
     }
 
@@ -111,6 +115,7 @@ impl Source {
         Ok(Self {
             case: fitted((path, bytes), |file| design.case(&scene, file))?,
             scene: Some(scene),
+            is_delivered: true,
         })
     }
 }
@@ -123,7 +128,6 @@ const OTHERS: [(&str, &str); 11] = [
     ("cosmic-designs", "the history of a run's designs"),
     ("cosmic-trajectory", "the motion of a robot"),
     ("cosmic-sweep", "the plan of a sweep"),
-    ("cosmic-verification", "the results of `cosmic verify`"),
     ("cosmic-robustness", "the results of `cosmic robustness`"),
     ("cosmic-truss", "a lattice for `lattice.file` of a scene"),
     ("cosmic-mujoco", "a controller for MuJoCo"),

@@ -18,7 +18,7 @@ fn all_commands_use_the_learned_frequency() {
     assert!(omega != 10.0 && (omega - 10.0).abs() < 1.0, "{omega}");
     // Evaluated again, the robot has the displacement of the run.
     bench.evaluated("a");
-    bench.ok("gradcheck a --steps 64");
+    bench.ok("check a --steps 64");
 
     bench.ok("export a --mujoco --out e --set physics.contact=none");
     assert_eq!(bench.json("e/controller.json")["omega"], omega);

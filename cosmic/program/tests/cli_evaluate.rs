@@ -236,11 +236,9 @@ fn missing_and_unwritable_files_exit_with_4() {
     ] {
         evaluate(&folder, line).fails(4, &[says]);
     }
-    for command in ["explain", "gradcheck", "verify"] {
-        let told = folder.cosmic(&format!("{command} stabilty"));
-        told.fails(4, &["did you mean `stability`?"]);
-        assert_eq!(told.out, "");
-    }
+    let told = folder.cosmic("check stabilty");
+    told.fails(4, &["did you mean `stability`?"]);
+    assert_eq!(told.out, "");
 }
 
 /// Runs `cosmic` with piped input.
@@ -263,7 +261,7 @@ fn scenes_and_cases_come_through_pipes() {
         let piped = piped("evaluate /dev/stdin", folder.read(name).as_bytes());
         assert_eq!(piped.out, evaluate(&folder, name).out);
     }
-    piped("gradcheck /dev/stdin", b"[physics]\nsteps = -1\n").fails(2, &[]);
+    piped("check /dev/stdin", b"[physics]\nsteps = -1\n").fails(2, &[]);
 }
 
 #[test]

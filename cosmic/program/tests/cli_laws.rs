@@ -53,9 +53,8 @@ fn works_with_its_program(name: &str, sets: &str) -> Bench {
     let scene = bench.read("a/scene.toml");
     has(&scene, &[sets]);
     run(&format!("optimize --iterations 3 --out b --quiet {SHORT}"));
-    let check = run(&format!("gradcheck {SHORT}"));
-    has(&check, &["negative control"]);
-    assert!(run("explain a").contains("computed in every step"));
+    let check = run(&format!("check {SHORT}"));
+    has(&check, &["computed in every step", "negative control"]);
     run("report a");
     let page = bench.read("a/report.html");
     assert!(page.contains("id=\"stage\""));
@@ -175,7 +174,7 @@ fn rhythm_is_a_policy() {
         assert_eq!(design["controller"][name].as_array().map(Vec::len), edges);
     }
     let program = built().join("examples/rhythm");
-    let line = format!("gradcheck {SHORT} --set controller.policy=\"reflex\"");
+    let line = format!("check {SHORT} --set controller.policy=\"reflex\"");
     has(&run_of(&program, &bench, &line), &["stretch", "touch"]);
     for line in ["evaluate a/design.json", "report a"] {
         let told = bench.cosmic(line);

@@ -1,6 +1,7 @@
 //! Files, folders and numbers that a command cannot use. Each error says what is wrong and what to do.
 
 use crate::common::{Bench, scene};
+use crate::program::has;
 use cosmic::case::Case;
 use std::fs;
 
@@ -51,7 +52,7 @@ fn a_file_without_a_robot_is_named_by_its_kind() {
         let says = format!(
             "run/{file} is {kind} and contains no robot; the robot of this run is in run\n"
         );
-        for command in ["evaluate", "explain", "gradcheck"] {
+        for command in ["evaluate", "check"] {
             bench.fails(&format!("{command} run/{file}"), 2, &[&says]);
         }
     }
@@ -167,8 +168,8 @@ fn a_path_with_an_equals_sign_is_a_path_on_the_command_line() {
     bench.write("tiny+friction=0.6-0/truss.json", truss);
     for begin in ["", "./"] {
         let file = format!("lattice.file={begin}tiny+friction=0.6-0/truss.json");
-        let shown = bench.cosmic(&format!("explain tiny.toml --json --set {file}"));
-        assert_eq!(shown.json()["rollout"]["nodes"], 3);
+        let shown = bench.cosmic(&format!("check tiny.toml --steps 16 --set {file}"));
+        has(&shown.out, &["truss.json, 3 nodes"]);
     }
 }
 

@@ -36,7 +36,7 @@ fn errors_about_numbers_out_of_range_say_what_is_allowed() {
     let seeds = "expected a whole number from 0 to 18446744073709551615";
     let threads = "expected a whole number from 1 to 1024";
     let counts = "expected a whole number, 1 or more";
-    let directions = "expected a whole number from 1 to 65535";
+    let samples = "expected a whole number from 1 to 65535";
     for (line, allowed) in [
         ("optimize tiny.toml --starts 0", counts),
         ("optimize tiny.toml --starts -3", counts),
@@ -46,8 +46,8 @@ fn errors_about_numbers_out_of_range_say_what_is_allowed() {
         ("optimize tiny.toml --threads 1025", threads),
         ("optimize tiny.toml --seed -1", seeds),
         ("resume a --threads -1", threads),
-        ("gradcheck --seed -1", seeds),
-        ("gradcheck --directions 0", directions),
+        ("check --seed -1", seeds),
+        ("robustness a --samples 0", samples),
         ("robustness a --seed -1", seeds),
         ("robustness a --start -1", "expected a number from 0 to 1"),
         ("sweep run --out s --first-seed -1", seeds),

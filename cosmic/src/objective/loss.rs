@@ -8,7 +8,7 @@ use crate::simulator::Trajectory;
 ///
 /// A loss is written once, for any number type [`Real`]. Its gradient is computed by automatic differentiation, so no
 /// adjoint has to be written. [`CoDesign::with_loss`](crate::codesign::CoDesign::with_loss) designs robots that
-/// minimise the loss, on several threads at once. `cosmic_lab::verify::check_gradients_of` checks that the gradient is
+/// minimise the loss, on several threads at once. `cosmic_lab::check::check_gradients_of` checks that the gradient is
 /// the derivative of the values. A `floor` or a branch on a value can make the gradient wrong.
 pub trait Loss: Send + Sync {
     /// The states that the loss reads in a rollout of `steps` steps. A state is given by its number of steps: the steps

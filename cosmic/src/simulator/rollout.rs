@@ -164,28 +164,6 @@ impl Simulator {
         seen.into_iter().map(of_edges).collect()
     }
 
-    /// Like [`rollout`](Simulator::rollout), but without checkpoints and SIMD lanes. If the numbers are variables,
-    /// every operation of every step becomes an entry of the tape, and cotangents are not limited. Tests and benchmarks
-    /// compare the gradients of `rollout`, and their cost, with this method.
-    ///
-    /// # Panics
-    /// Like [`rollout`](Simulator::rollout).
-    pub fn rollout_in_full<R: Real>(
-        &self,
-        body: &Body<R>,
-        controller: &Controller<R>,
-        start: &State<R>,
-        span: &Span,
-    ) -> Trajectory<R> {
-        let surroundings = self.surroundings();
-        let planned = self.planned(&surroundings, body, controller, start);
-        let Planned { model, parameters } = planned.metered(span);
-        let start_of_all = model.started(self.flatten(start));
-        let rollout = self.plan(model, span);
-        let seen = rollout.unrolled(&start_of_all, &slices(&parameters));
-        self.trajectory(&seen, span, &surroundings, body, start)
-    }
-
     /// Converts the observed states to a trajectory. `seen` has the states as flat arrays, one after the other.
     pub(super) fn trajectory<R: Real>(
         &self,

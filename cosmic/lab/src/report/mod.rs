@@ -5,7 +5,6 @@
 //! the page in the folder `web`. `Picture` is a list of shapes that becomes an SVG file or a frame of an animation.
 
 mod animation;
-pub mod chart;
 mod compare;
 mod convergence;
 mod data;

@@ -1,35 +1,62 @@
-//! Writes the tables and figures of a verification as an HTML page, as JSON, CSV and SVG files, and as text.
+//! Writes the results of a check as text, as JSON, as an HTML page with charts, and as CSV files.
 
-use super::chart::LogChart;
 use super::page;
 use crate::files::write_texts;
 use crate::table::{Standing, Table, aligned, escape, prose};
 use cosmic::error::{Error, Result};
-use cosmic::record::files::{Format, make_folder, write_json};
+use cosmic::record::files::make_folder;
 use cosmic::verdict::{Item as Answer, Level};
+use serde::Serialize;
 use serde_json::{Value, json};
-use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-/// The format of a sheet's JSON file.
-pub const FORMAT: Format = Format {
-    name: "cosmic-verification",
-    version: 1,
-};
+/// A chart, which the page draws.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Chart {
+    /// The heading: the quantity of the vertical axis, with its unit.
+    pub title: String,
+    /// The quantity of the horizontal axis, with its unit.
+    pub along: String,
+    /// Whether the horizontal axis and the vertical axis are logarithmic.
+    pub is_log: [bool; 2],
+    /// The lines.
+    pub lines: Vec<Line>,
+}
+
+/// A line of a chart.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Line {
+    /// The name in the legend.
+    pub name: String,
+    /// The points. The page leaves out points that are not finite.
+    pub points: Vec<[f64; 2]>,
+}
+
+impl Line {
+    /// A line with this name and these points.
+    pub fn new(name: &str, points: impl Iterator<Item = [f64; 2]>) -> Self {
+        Self {
+            name: name.to_owned(),
+            points: points.collect(),
+        }
+    }
+}
 
 /// A section of a sheet.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Section {
     /// The heading.
     pub title: String,
-    /// Answers in plain words, each with its level. They come before everything else.
-    pub verdict: Vec<Answer>,
-    /// Explanations that come before the tables. Each is a sentence or two.
+    /// The results as text for a terminal, in place of the tables and notes.
+    pub text: String,
+    /// Answers in plain words, each with its level.
+    pub answers: Vec<Answer>,
+    /// Explanations for the page that come before the tables.
     pub notes: Vec<String>,
     /// The tables. Each is also written as a file `name.csv`.
     pub tables: Vec<Table>,
-    /// The charts. Each is also written as a file `name.svg`.
-    pub figures: Vec<LogChart>,
+    /// The charts of the page.
+    pub charts: Vec<Chart>,
     /// The number of checks.
     pub checks: usize,
     /// The failed checks, each in a few words.
@@ -47,49 +74,34 @@ impl Section {
     }
 
     fn to_json(&self) -> Value {
-        let table = |table: &Table| table.with_standings().to_json();
         json!({
             "title": self.title,
-            "verdict": self.verdict,
-            "notes": self.notes,
+            "answers": self.answers,
             "checks": self.checks,
             "failures": self.failures,
-            "tables": self.tables.iter().map(table).collect::<Vec<_>>(),
+            "tables": self.tables.iter().map(Table::to_json).collect::<Vec<_>>(),
         })
     }
 
     /// How many checks there are, and how many of them failed.
-    fn outcome(&self) -> String {
+    fn outcome(&self) -> Answer {
         let (checks, failed) = (self.checks, self.failures.len());
         let noun = if checks == 1 { "check" } else { "checks" };
-        format!("{checks} {noun}, {failed} failed")
-    }
-
-    fn to_text(&self) -> String {
-        let mut text = format!("\n{}\n", self.title.to_uppercase());
-        text.extend(self.notes.iter().map(|note| format!("- {note}\n")));
-        for table in &self.tables {
-            text += &format!("\n{}\n{}", table.title, marked(table));
-        }
-        text += &format!("\n{}\n", self.outcome());
-        text.extend(self.failures.iter().map(|failure| format!("! {failure}\n")));
-        text
+        let level = if failed == 0 { Level::Good } else { Level::Bad };
+        let title = &self.title;
+        Answer::limit(format!("{title}: {checks} {noun}, {failed} failed"), level)
     }
 
     fn to_html(&self) -> String {
-        let mut html = format!(
-            "<h2>{}</h2>\n<p><b>{}.</b></p>\n",
-            escape(&self.title),
-            self.outcome()
-        );
+        let mut html = format!("<h2>{}</h2>\n", escape(&self.title));
         let failed = |failure: &String| format!("<p>Failed: {}</p>\n", prose(failure));
         html.extend(self.failures.iter().map(failed));
         let note = |note: &String| format!("<p>{}</p>\n", prose(note));
         html.extend(self.notes.iter().map(note));
-        for figure in &self.figures {
-            let (svg, caption) = (figure.draw(), prose(&figure.caption));
-            html += &format!("{svg}<p class=\"muted\">{caption}</p>\n");
-        }
+        html.extend(self.charts.iter().map(|chart| {
+            let title = escape(&chart.title);
+            format!("<canvas class=\"chart\" role=\"img\" aria-label=\"{title}\"></canvas>\n")
+        }));
         for table in &self.tables {
             let (title, rows) = (prose(&table.title), table.to_html());
             html += &format!(
@@ -101,7 +113,7 @@ impl Section {
 }
 
 /// Returns a table as text for a terminal. A row with the scene's own settings begins with `*`, a failed row with `!`.
-fn marked(table: &Table) -> String {
+pub(crate) fn marked(table: &Table) -> String {
     let mark = |standing| match standing {
         Standing::Plain => ' ',
         Standing::Default => '*',
@@ -115,12 +127,12 @@ fn marked(table: &Table) -> String {
     aligned(&lines)
 }
 
-/// The results of a verification.
+/// The results of a check.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sheet {
     /// The heading.
     pub title: String,
-    /// A sentence that describes the case.
+    /// A few words that describe the case.
     pub subject: String,
     /// The sections.
     pub sections: Vec<Section>,
@@ -153,82 +165,61 @@ impl Sheet {
         })
     }
 
-    /// The verdict of all sections: their answers, and for each section whether its checks hold.
-    fn verdict(&self) -> Vec<Answer> {
-        let answers = self.sections.iter().flat_map(|section| &section.verdict);
-        let checks = |section: &Section| {
-            let level = match section.failures.is_empty() {
-                true => Level::Good,
-                false => Level::Bad,
-            };
-            Answer::limit(format!("{}: {}", section.title, section.outcome()), level)
-        };
-        let checks = self.sections.iter().map(checks);
-        answers.cloned().chain(checks).collect()
-    }
-
-    /// Returns the verdict as text for a terminal, a line for each answer. `shown` converts an answer to text, for example
-    /// with a colour.
-    pub fn verdict_text(&self, shown: impl Fn(&Answer) -> String) -> String {
-        let lines = self.verdict();
-        let lines = lines.iter().map(|answer| format!("{}\n", shown(answer)));
-        let failures = self.sections.iter().flat_map(|section| &section.failures);
-        let failures = failures.map(|failure| format!("! {failure}\n"));
-        let lines: String = lines.chain(failures).collect();
-        format!("{}: {}\n\n{lines}", self.title, self.subject)
-    }
-
-    /// Returns the verdict, the notes and the tables as text for a terminal. A row with the scene's own settings begins
-    /// with `*`, a failed row with `!`.
-    pub fn to_text(&self) -> String {
-        let sections: String = self.sections.iter().map(Section::to_text).collect();
-        self.verdict_text(|answer| answer.text.clone()) + &sections
+    /// Returns the sheet as text for a terminal. `shown` converts an answer to text, for example with a colour.
+    pub fn to_text(&self, shown: impl Fn(&Answer) -> String) -> String {
+        let mut text = format!("{}: {}\n", self.title, self.subject);
+        for section in &self.sections {
+            text += &format!("\n{}\n{}", section.title.to_uppercase(), section.text);
+            text.extend(section.answers.iter().map(|answer| shown(answer) + "\n"));
+        }
+        text.push('\n');
+        let outcomes = self
+            .sections
+            .iter()
+            .map(|section| shown(&section.outcome()));
+        text + &outcomes.collect::<Vec<_>>().join("\n") + "\n"
     }
 
     /// Returns one HTML page that loads nothing from elsewhere.
     pub fn to_html(&self) -> String {
         let (title, subject) = (escape(&self.title), escape(&self.subject));
         let sections: String = self.sections.iter().map(Section::to_html).collect();
-        let answer = |Answer { text, level, .. }: &Answer| {
-            format!("<li class=\"{}\">{}</li>\n", level.name(), escape(text))
+        let answers = self.sections.iter().flat_map(|section| &section.answers);
+        let outcomes = self.sections.iter().map(Section::outcome);
+        let answers = answers.cloned().chain(outcomes);
+        let answer = |Answer { text, level, .. }: Answer| {
+            format!("<li class=\"{}\">{}</li>\n", level.name(), escape(&text))
         };
-        let answers: String = self.verdict().iter().map(answer).collect();
-        let verdict = format!("<ul class=\"answers\">\n{answers}</ul>\n");
-        let body = format!(
-            "{STYLE}<h1>{title}</h1>\n<p class=\"muted\">{subject}</p>\n{verdict}{sections}<p \
-             class=\"muted\">Blue rows have the scene's own settings. Red rows failed. Hover over a \
-             column's heading for its meaning.</p>\n"
-        );
-        page::html(&self.title, &body)
+        let answers: String = answers.map(answer).collect();
+        let charts = self.sections.iter().flat_map(|section| &section.charts);
+        let charts = json!(charts.collect::<Vec<_>>());
+        let body = [
+            STYLE,
+            &format!("<h1>{title}</h1>\n<p class=\"muted\">{subject}</p>\n"),
+            &format!("<ul class=\"answers\">\n{answers}</ul>\n{sections}"),
+            "<p class=\"muted\">Blue rows have the scene's own settings. Red rows failed. Hover over a column's heading \
+             for its meaning.</p>\n",
+            &page::script(&charts, include_str!("page/check.js")),
+        ];
+        page::html(&self.title, &body.concat())
     }
 
-    /// Writes `verify.html`, `verify.json`, a CSV file for every table and an SVG file for every chart into a folder,
-    /// and returns the paths. A table that is in several sections is written once.
+    /// Writes `check.html` and a CSV file for every table into a folder, and returns the paths.
     ///
     /// # Errors
     /// [`Error::Write`].
     pub fn write(&self, folder: &Path) -> Result<Vec<PathBuf>> {
         make_folder(folder)?;
-        let mut texts = vec![("verify.html".to_owned(), self.to_html())];
-        for section in &self.sections {
-            let csv = |table: &Table| table.with_standings().to_csv();
-            let tables = section.tables.iter();
-            texts.extend(tables.map(|t| (format!("{}.csv", t.name), csv(t))));
-            let figures = section.figures.iter();
-            texts.extend(figures.map(|f| (format!("{}.svg", f.name), f.draw())));
-        }
-        let mut seen = HashSet::new();
-        texts.retain(|text| seen.insert(text.clone()));
-        let json = folder.join("verify.json");
-        write_json(&json, FORMAT, &self.to_json())?;
-        let mut written = vec![json];
-        written.extend(write_texts(folder, texts)?);
-        Ok(written)
+        let tables = self.sections.iter().flat_map(|section| &section.tables);
+        let tables = tables.map(|table| (format!("{}.csv", table.name), table.to_csv()));
+        let page = ("check.html".to_owned(), self.to_html());
+        write_texts(folder, std::iter::once(page).chain(tables))
     }
 }
 
 /// The styles of the page: scrolling for wide tables, and colours for marked rows.
 const STYLE: &str = "<style>.wide { overflow-x: auto; } .wide td, .wide th { padding-right: 18px; }\n\
+    .chart { height: 340px; }\n\
     tr.default td { background: #eaf3fb; font-weight: 600; }\n\
     tr.failed td { background: #fdecea; color: #a3260b; }\n\
     @media screen and (prefers-color-scheme: dark) { tr.default td { background: #14304a; } tr.failed td { background: #45201b; color: #ffb4a8; } }\n\

@@ -51,19 +51,6 @@ pub struct Table {
 }
 
 impl Table {
-    /// Returns a copy of the table with one more column at the end. The column shows the emphasis of each row.
-    pub fn with_standings(&self) -> Self {
-        let mut table = self.clone();
-        table.columns.push(Column::new(
-            "standing",
-            "plain, default (the scene's own settings) or failed",
-        ));
-        for row in &mut table.rows {
-            row.cells.push(row.standing.name().into());
-        }
-        table
-    }
-
     /// The table as CSV: a line of names, then a line for each row.
     pub fn to_csv(&self) -> String {
         let head = self.columns.iter().map(|column| quoted(&column.name));

@@ -1,9 +1,9 @@
 use cosmic::verdict::{Item, Level};
-use cosmic_lab::report::sheet::{Section, Sheet};
+use cosmic_lab::report::sheet::{Chart, Line, Section, Sheet};
 use cosmic_lab::table::{Standing, Table};
 
 #[test]
-fn a_failed_row_is_marked_on_the_page_and_in_text() {
+fn a_failed_row_is_marked_on_the_page_and_charts_are_drawn() {
     let table = Table::of("errors", "Errors", &["one, <two>", "none"])
         .column("method", "what was done", |name| *name)
         .mark(Standing::Default, |name| name.starts_with("one"))
@@ -13,20 +13,33 @@ fn a_failed_row_is_marked_on_the_page_and_in_text() {
         title: "T".to_owned(),
         subject: "s".to_owned(),
         sections: vec![Section {
-            verdict: vec![Item::limit("it <holds>", Level::Bad)],
+            title: "Part".to_owned(),
+            text: "short\n".to_owned(),
+            answers: vec![Item::limit("it <holds>", Level::Bad)],
             notes: vec!["Read `this`.".to_owned()],
             tables: vec![table],
-            ..Section::default()
+            charts: vec![Chart {
+                title: "error, <m>".to_owned(),
+                along: "time, s".to_owned(),
+                is_log: [true, true],
+                lines: vec![Line::new("a < b", [[1.0, f64::NAN]].into_iter())],
+            }],
+            checks: 2,
+            failures: vec!["none".to_owned()],
         }],
     };
     let page = sheet.to_html();
     assert!(page.contains("<tr class=\"failed\">") && page.contains("one, &lt;two&gt;"));
-    assert!(page.contains("Read <code>this</code>.") && !page.contains('`'));
+    assert!(page.contains("Read <code>this</code>."));
     assert!(page.contains("<li class=\"bad\">it &lt;holds&gt;</li>") && page.contains("<details>"));
-    let verdict = sheet.verdict_text(|answer| answer.text.clone());
-    assert_eq!(verdict, "T: s\n\nit <holds>\n: 0 checks, 0 failed\n");
-    let text = sheet.to_text();
-    assert!(text.starts_with(&verdict));
-    let line = |word: &str| text.lines().find(|line| line.contains(word)).unwrap();
-    assert!(line("none").starts_with("! ") && line("<two>").starts_with("* "));
+    assert!(page.contains("aria-label=\"error, &lt;m&gt;\"") && page.contains("[1.0,null]"));
+    let text = sheet.to_text(|answer| answer.text.clone());
+    assert_eq!(
+        text,
+        "T: s\n\nPART\nshort\nit <holds>\n\nPart: 2 checks, 1 failed\n"
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let written = sheet.write(folder.path()).unwrap();
+    let names = written.iter().map(|path| path.file_name().unwrap());
+    assert!(names.eq(["check.html", "errors.csv"]));
 }

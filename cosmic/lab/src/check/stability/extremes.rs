@@ -1,7 +1,7 @@
-//! The extreme robots to try. The command `verify` prints the outcomes, and tests check them.
+//! The extreme robots to try.
 
 use super::trial::{Trial, World};
-use crate::verify::probe::most;
+use crate::check::probe::most;
 use cosmic::case::Case;
 use cosmic::design::{Design, Material};
 use cosmic::lattice::EdgeVector;
@@ -30,22 +30,16 @@ pub fn case_trials(case: &Case) -> Vec<Trial> {
     });
     let starts_at_rest = most(strains) < LINEAR;
     let own = Trial::new("scene", "its own time step", case.clone(), World::Driven);
-    let mut trials = vec![own];
-    if starts_at_rest {
-        trials.extend(around(&Trial::new(
-            "scene",
-            "without its world",
-            case,
-            World::Free,
-        )));
-    }
-    trials
+    let free = starts_at_rest.then(|| Trial::new("scene", "without its world", case, World::Free));
+    let around = free.iter().flat_map(around);
+    std::iter::once(own).chain(around).collect()
 }
 
 /// Returns trials of the same robot with time steps below and above its limit of stability. There are none if the robot
-/// has no limit.
+/// has no limit, or if its limit is one of rounding.
 fn around(trial: &Trial) -> Vec<Trial> {
-    let fractions = FRACTIONS.iter().filter(|_| trial.limit.is_finite());
+    let has_limit = trial.limit.is_finite() && !trial.is_implicit();
+    let fractions = FRACTIONS.iter().filter(|_| has_limit);
     fractions.map(|fraction| trial.at(*fraction)).collect()
 }
 
@@ -75,6 +69,7 @@ pub fn extreme_trials() -> Vec<Trial> {
     let mut trials = Trials::default();
     masses_and_stiffnesses(&mut trials);
     integrators(&mut trials);
+    trials.0.extend(implicit());
     let what = "on the ground, actuated";
     let driven = Trial::new("time step", what, robot(3), World::Driven);
     trials.0.extend(around(&driven));
@@ -109,35 +104,37 @@ fn set_mixture(case: &mut Case) {
     case.design = Design::Undecided(vec![[1.0 / 3.0; 3]; case.lattice.edges.len()]);
 }
 
+fn set_springs(case: &mut Case, stiffness: [f64; 3]) {
+    (case.materials.stiffness, case.physics.damping) = (stiffness, 0.0);
+    case.materials.parts = PartsSettings::default();
+}
+
+/// Sets the masses of nodes and payload. Bars get no mass.
+fn set_masses(case: &mut Case, node: f64, payload: f64) {
+    (case.materials.density, case.physics.damping) = ([0.0; 3], 0.0);
+    case.materials.parts = PartsSettings::default();
+    (case.physics.node_mass, case.physics.payload_mass) = (node, payload);
+}
+
 /// Adds robots without damping that have extreme stiffnesses and masses, or very different ones in one robot.
 fn masses_and_stiffnesses(trials: &mut Trials) {
-    let springs = |case: &mut Case, stiffness| {
-        (case.materials.stiffness, case.physics.damping) = (stiffness, 0.0);
-        case.materials.parts = PartsSettings::default();
-    };
-    // Bars get no mass, so that only the masses set here count.
-    let masses = |case: &mut Case, node, payload| {
-        (case.materials.density, case.physics.damping) = ([0.0; 3], 0.0);
-        case.materials.parts = PartsSettings::default();
-        (case.physics.node_mass, case.physics.payload_mass) = (node, payload);
-    };
     for k in [1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6] {
         let what = format!("{k:e} N/m");
-        trials.free("stiffness", &what, |case| springs(case, [k; 3]));
+        trials.free("stiffness", &what, |case| set_springs(case, [k; 3]));
     }
     for mass in [1e-6, 1e-3, 1.0, 1e3] {
         let what = format!("{mass:e} kg a node");
-        trials.free("mass", &what, |case| masses(case, mass, 0.0));
+        trials.free("mass", &what, |case| set_masses(case, mass, 0.0));
     }
     trials.free("ratio", "1e-9, 1 and 1e6 N/m in turns", |case| {
-        springs(case, [1e-9, 1e6, 1.0]);
+        set_springs(case, [1e-9, 1e6, 1.0]);
         set_layout(case, |edge| Material::ALL[edge % 3]);
     });
     let what = "a payload of 1e3 kg on nodes of 1e-6 kg";
-    trials.free("ratio", what, |case| masses(case, 1e-6, 1e3));
+    trials.free("ratio", what, |case| set_masses(case, 1e-6, 1e3));
 }
 
-/// Adds robots with strong damping and other integrators.
+/// Adds robots with strong damping and with other integrators.
 fn integrators(trials: &mut Trials) {
     use Integrator::{Leapfrog, SymplecticEuler};
     for damping in [1.0, 20.0, 1e4] {
@@ -153,6 +150,26 @@ fn integrators(trials: &mut Trials) {
             (case.physics.integrator, case.physics.substeps) = (integrator, substeps);
         });
     }
+}
+
+/// Returns robots with implicit steps: every combination of stiffness, mass and time step whose masses are not lost in
+/// rounding. No vibration may grow.
+fn implicit() -> Vec<Trial> {
+    let mut trials = Vec::new();
+    for stiffness in [1.0, 1e3, 1e6, 1e9] {
+        for mass in [1e-9, 1e-4, 0.1, 1e3] {
+            for dt in [1e-5, 1e-3, 0.1] {
+                let mut case = robot(3);
+                set_springs(&mut case, [stiffness; 3]);
+                set_masses(&mut case, mass, 0.0);
+                (case.physics.integrator, case.physics.dt) = (Integrator::Implicit, dt);
+                let what = format!("{stiffness:e} N/m, {mass:e} kg a node, dt {dt:e} s");
+                trials.push(Trial::new("implicit", &what, case, World::Free));
+            }
+        }
+    }
+    trials.retain(|trial| trial.case.physics.dt < trial.limit);
+    trials
 }
 
 fn layouts_and_controllers(trials: &mut Trials) {

@@ -10,6 +10,7 @@ pub use robot::Moved;
 use robot::{LIFT, lifted, stands_and_touches};
 
 use super::probe::{Probe, norm};
+use crate::report::sheet::Section;
 use cosmic::case::Case;
 use cosmic::design::{Design, Mixture};
 use cosmic::geometry::Ground;
@@ -92,11 +93,11 @@ pub struct GradientCheck {
 }
 
 impl GradientCheck {
-    /// The names of the failed checks, with a reason unless the gradient is wrong: groups with a wrong gradient, groups
-    /// for which nothing could be compared, and the negative control if it is missing or was accepted.
+    /// The names of the failed checks, with a reason: groups with a wrong gradient, groups for which nothing could be
+    /// compared, and the negative control if it is missing or was accepted.
     pub fn failures(&self) -> Vec<String> {
         let group = |group: &Group| match group.verdict {
-            Verdict::Wrong => Some(group.name.clone()),
+            Verdict::Wrong => Some(format!("{} (wrong gradient)", group.name)),
             _ if group.is_empty(self.rounding) => {
                 Some(format!("{} (nothing could be compared)", group.name))
             }
@@ -105,7 +106,7 @@ impl GradientCheck {
         let control = match &self.control {
             None => Some("the negative control (nothing could be compared)"),
             Some(control) if control.verdict == Verdict::Wrong => None,
-            Some(_) => Some("the negative control"),
+            Some(_) => Some("the negative control (accepted)"),
         };
         let groups = self.groups.iter().filter_map(group);
         groups.chain(control.map(str::to_owned)).collect()
@@ -120,6 +121,28 @@ impl GradientCheck {
     /// The number of checks: one for each group, and the negative control.
     pub fn total(&self) -> usize {
         self.groups.len() + 1
+    }
+}
+
+/// Compares the gradient of a case with finite differences and forward mode, over the first `steps` steps and along random
+/// directions that follow from `seed`. See [`check_gradients_of`].
+pub fn gradient(case: &Case, scene: Option<&Scene>, steps: usize, seed: u64) -> Section {
+    let options = Options {
+        seed,
+        // Near a contact, the slope is constant only over less than a nanometre, so differences need such short steps.
+        smallest_step: 1e-12,
+        ..Options::default()
+    };
+    let check = check_gradients(case, scene, steps, &options);
+    let of = scene.map_or("displacement", |_| "scene's loss");
+    Section {
+        title: "Gradient".to_owned(),
+        text: format!("of the {of} over {} steps\n{check}\n", check.steps),
+        notes: check.notes(),
+        tables: vec![check.table()],
+        checks: check.total(),
+        failures: check.failures(),
+        ..Section::default()
     }
 }
 
@@ -193,18 +216,6 @@ fn comparable(case: Case, loss: &dyn AnyLoss, still: usize) -> (Moved, Case) {
         }
     }
     best
-}
-
-/// Moves the robot of a case as little as possible so that, over `steps` steps, the payload's displacement has a gradient
-/// with respect to every group of parameters.
-pub(super) fn in_motion(case: &Case, steps: usize) -> (Moved, Case) {
-    let mut short = case.clone();
-    short.physics.steps = steps.clamp(1, case.physics.steps.max(1));
-    let loss = Displacement::at_end(Ground::from(&case.physics));
-    let still = CaseLoss::new(&short, &loss).without_gradient().len();
-    let (moved, mut robot) = comparable(short, &loss, still);
-    robot.physics.steps = case.physics.steps;
-    (moved, robot)
 }
 
 /// Checks the gradient at the robot of a case.
@@ -286,7 +297,8 @@ impl<'a> CaseLoss<'a> {
             softer,
             gradient: case.inputs(),
         };
-        let (_, gradient) = subject.probe.reverse(ALL, |inputs| subject.loss(inputs));
+        let inputs = &subject.probe.inputs;
+        let (_, gradient) = inputs.differentiate(ALL, |inputs| subject.loss(inputs));
         subject.gradient.set(ALL, &gradient);
         subject
     }

@@ -5,8 +5,8 @@ use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::laws::{Bar, BarForce, ContactLaw, ForceLaws, Law, on_bars};
 use cosmic::scene::{Integrator, Scene};
-use cosmic_lab::verify::gradcheck::{Moved, is_rounding};
-use cosmic_lab::verify::{GradientCheck, check_gradients};
+use cosmic_lab::check::gradient::{Moved, is_rounding};
+use cosmic_lab::check::{GradientCheck, check_gradients};
 
 cosmic::settings! {
     /// Springs that grow stiffer as they are stretched or compressed.
@@ -46,8 +46,8 @@ fn wrong_groups_and_accepted_controls_are_failures() {
     check.groups[0].norm = 0.0;
     let failures = [
         "z (nothing could be compared)",
-        "b1",
-        "the negative control",
+        "b1 (wrong gradient)",
+        "the negative control (accepted)",
     ];
     assert_eq!(check.failures(), failures);
     check.control = None;
@@ -139,7 +139,7 @@ fn slopes_that_consist_of_rounding_are_not_called_wrong() {
         check.groups.iter().all(|g| g.verdict != Verdict::Wrong),
         "{check}"
     );
-    let warns = check.to_string().contains("use fewer steps");
+    let warns = check.to_string().contains("use fewer --steps");
     assert!(check.rounding > 1.0 && warns, "{check}");
     let check = passed(&case, 32);
     assert!(check.rounding < 1e-6 && check.control.is_some(), "{check}");

@@ -1,0 +1,127 @@
+//! Simulates a case repeatedly, in f32 or f64. Also contains small functions on vectors.
+
+use autodiff::Real;
+
+use cosmic::case::Case;
+use cosmic::design::{Design, Mixture};
+use cosmic::domain::perturbed;
+use cosmic::geometry::Vector;
+use cosmic::inputs::Inputs;
+use cosmic::lattice::State;
+use cosmic::random::{Purpose, stream};
+use cosmic::scene::stable_step;
+use cosmic::simulator::Span;
+use cosmic::simulator::stability::Vibration;
+use cosmic::task::Task;
+
+/// The distance, as a share of the lattice's scale, by which every coordinate of a start is moved to make a perturbed
+/// start.
+const MOVED: f64 = 1e-9;
+
+/// The robot of a case in its world, ready to be simulated in any number type.
+#[derive(Clone)]
+pub(super) struct Probe<'a> {
+    pub(super) case: &'a Case,
+    pub(super) task: Task,
+    pub(super) inputs: Inputs<f64>,
+    /// The design, computed in f64 and then converted, so that every number type runs the same robot.
+    design: Design<Mixture<f64>>,
+}
+
+impl<'a> Probe<'a> {
+    /// Prepares a case.
+    pub(super) fn new(case: &'a Case) -> Self {
+        Self {
+            case,
+            task: case.task(),
+            inputs: case.inputs(),
+            design: case.own_design(),
+        }
+    }
+
+    /// Rolls out the case from each of several starts. Returns, for each start, the states after the numbers of steps in
+    /// `observed`, rounded to f64.
+    pub(super) fn run<R: Real + Into<f64>>(
+        &self,
+        starts: &[State<f64>],
+        observed: &[usize],
+    ) -> Vec<Vec<State<f64>>> {
+        let (design, controller) = (self.design.lift(), self.case.controller.map(R::lit));
+        let starts: Vec<State<R>> = starts.iter().map(|start| start.map(R::lit)).collect();
+        let span = Span::from_start(observed.to_vec());
+        let seen = (self.task).rollout_many(&[&design], &controller, &starts, &span);
+        let states =
+            |states: Vec<State<R>>| states.iter().map(|state| state.map(R::into)).collect();
+        seen.into_iter().map(|seen| states(seen.states)).collect()
+    }
+
+    /// Rolls out the case from its own start; see [`run`](Self::run).
+    pub(super) fn run_own<R: Real + Into<f64>>(&self, observed: &[usize]) -> Vec<State<f64>> {
+        let starts = std::slice::from_ref(&self.case.start);
+        self.run::<R>(starts, observed).remove(0)
+    }
+
+    /// Returns copies of the case's start, in which every coordinate is moved forwards or back at random.
+    /// Cases of equal size get equal moves.
+    pub(super) fn moved_starts(&self, count: usize) -> Vec<State<f64>> {
+        let mut stream = stream(0, Purpose::Verification);
+        let moved_by = MOVED * self.case.lattice.scale;
+        let mut start = || perturbed(&self.case.start, moved_by, &mut stream);
+        (0..count).map(|_| start()).collect()
+    }
+}
+
+/// The vibrations of a case's robot about a position of its nodes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Vibrations {
+    /// The largest angular frequency, 1/s.
+    pub(super) fastest: f64,
+    /// An upper bound on this frequency that follows from single edges, 1/s.
+    pub(super) bound: f64,
+    /// The largest rate at which forces damp a vibration, 1/s.
+    pub(super) damping: f64,
+    /// The smallest time step, s, with which forces that an implicit step does not solve for make a vibration grow.
+    /// Infinite for explicit steps.
+    pub(super) off_bars: f64,
+}
+
+impl Vibrations {
+    /// Computes the vibrations of a case's robot with its nodes at `positions`.
+    pub(super) fn of(case: &Case, positions: &[Vector<f64>]) -> Self {
+        let body = case.body();
+        let vibration = Vibration::new(&case.lattice, &body, &case.physics, positions);
+        Self {
+            fastest: vibration.largest_frequency(),
+            bound: vibration.edge_bound(),
+            damping: vibration.damping(),
+            off_bars: vibration.step_off_bars(&case.physics),
+        }
+    }
+
+    /// The smallest time step, s, with which a vibration grows, by the largest `frequency` in 1/s.
+    pub(super) fn step(&self, case: &Case, frequency: f64) -> f64 {
+        stable_step(&case.physics, frequency, self.damping).min(self.off_bars)
+    }
+}
+
+/// The smallest time step, s, with which a vibration of a case's robot about its start grows.
+pub(super) fn largest_stable_step(case: &Case) -> f64 {
+    let vibrations = Vibrations::of(case, &case.start.x);
+    vibrations.step(case, vibrations.fastest)
+}
+
+/// The largest distance of any node between its positions in two states, in metres; NaN if any distance is NaN.
+pub(super) fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
+    let pairs = a.x.iter().zip(&b.x);
+    most(pairs.map(|(a, b)| a.distance(*b)))
+}
+
+/// The largest of the numbers, or 0 if all are negative; NaN if any number is NaN. In contrast, `f64::max` ignores NaN.
+pub(super) fn most(numbers: impl Iterator<Item = f64>) -> f64 {
+    numbers.fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most })
+}
+
+/// The Euclidean norm of a vector.
+pub(super) fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|x| x * x).sum::<f64>().sqrt()
+}

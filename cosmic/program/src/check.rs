@@ -1,0 +1,113 @@
+//! `cosmic check`.
+
+use crate::arguments::{Work, seed};
+use crate::output::{answer, in_colour, note};
+use crate::runs;
+use crate::source::{Source, SourceArguments};
+use clap::Args;
+use cosmic::Registry;
+use cosmic::case::Case;
+use cosmic::error::{Error, Result};
+use cosmic::record::files::make_folder;
+use cosmic_lab::check::accuracy::Method;
+use cosmic_lab::check::{accuracy, distance, gradient, plan, stability};
+use cosmic_lab::report::sheet::Sheet;
+use std::path::PathBuf;
+
+/// Check a robot: what a step computes, whether the gradient is right, and whether the distance depends on the time step
+///
+/// The gradient is compared with finite differences and forward mode, and a gradient that is wrong on purpose must be
+/// noticed. It is that of the scene's loss; a design uses the scene beside it. For a reference case it is that of the
+/// displacement.
+///
+/// A robot that stands still has no gradient, because its feet stick to the ground. Then the slopes are those of the
+/// same robot thrown up and forward, and the output says so. If a group of parameters has no gradient even then, nothing
+/// could be compared, and the check fails.
+///
+/// The distance of a run or a design must change by at most 20 % at half the time step and with another integrator. For a
+/// scene, whose robot is not designed yet, the distance is only printed.
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    robot: SourceArguments,
+    /// Maximum number of steps for the gradient. The motion is chaotic, so finite differences are meaningless over
+    /// thousands of steps
+    #[arg(long, value_name = "N", default_value_t = 256)]
+    steps: usize,
+    /// Seed of the random directions of the gradient
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]
+    seed: u64,
+    /// Also measure error against run time, for several integrators and time steps
+    #[arg(long)]
+    accuracy: bool,
+    /// Also simulate stiff and extreme robots
+    #[arg(long)]
+    stability: bool,
+    /// Folder for check.html, a page with charts, and a CSV file for each table
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    work: Work,
+}
+
+impl Arguments {
+    pub(super) fn run(&self, registry: &Registry) -> Result<()> {
+        let source = self.robot.read(registry)?;
+        if let Some(folder) = &self.out {
+            make_folder(folder)?;
+        }
+        let pool = runs::pool(self.work.threads)?;
+        let sheet = pool.install(|| self.sheet(&source))?;
+        let text = sheet.to_text(in_colour);
+        answer(&self.work.output, &sheet.to_json(), &text)?;
+        if let Some(folder) = &self.out {
+            for path in sheet.write(folder)? {
+                note(&path.display().to_string());
+            }
+        }
+        sheet.judge()
+    }
+
+    /// Does the checks that the user asks for.
+    ///
+    /// # Errors
+    /// [`Error::Diverged`] if the robot diverges in the steps of the gradient.
+    fn sheet(&self, source: &Source) -> Result<Sheet> {
+        let Source { case, scene, .. } = source;
+        let mut short = case.clone();
+        short.physics.steps = self.steps.min(case.physics.steps);
+        if let Some(divergence) = short.divergence() {
+            return Err(Error::from(&divergence));
+        }
+        let mut sections = vec![
+            plan(case),
+            gradient(case, scene.as_ref(), self.steps, self.seed),
+            distance(case, source.is_delivered),
+        ];
+        let more = [
+            (self.accuracy, accuracy as fn(&Case) -> _),
+            (self.stability, stability),
+        ];
+        let wanted = more.into_iter().filter(|(wanted, _)| *wanted);
+        sections.extend(wanted.map(|(_, part)| part(case)));
+        Ok(Sheet {
+            title: self.robot.source.clone(),
+            subject: subject(case),
+            sections,
+        })
+    }
+}
+
+/// Describes a case in a few words.
+fn subject(case: &Case) -> String {
+    let (lattice, physics) = (&case.lattice, &case.physics);
+    format!(
+        "{}, {} nodes, {} edges, {} steps of {} s, {}",
+        case.layout.name(),
+        lattice.nodes(),
+        lattice.edges.len(),
+        physics.steps,
+        physics.dt,
+        Method::of(case).name()
+    )
+}
