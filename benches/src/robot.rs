@@ -35,7 +35,7 @@ impl<'a> Subject<'a> {
                 ground: task.ground(),
                 settings: loss.clone(),
             },
-            horizon: Horizon::head(MEASURED_STEPS.min(case.physics.steps)),
+            horizon: Horizon::of_steps(MEASURED_STEPS.min(case.physics.steps)),
             inputs: case.inputs(),
             task,
             case,

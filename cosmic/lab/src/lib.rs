@@ -12,7 +12,6 @@
 //! - [`sweep`]: a run for every combination of scenes, settings and seeds, and the table of the results.
 
 mod files;
-mod child;
 pub mod statistics;
 pub mod table;
 pub mod robustness;

@@ -6,7 +6,6 @@ mod export {
 mod report {
     mod gait;
     mod motion;
-    mod plot;
     mod sheet;
 }
 mod small;

@@ -121,7 +121,7 @@ impl Source {
 }
 
 /// The formats of files that contain no robot, each with a description.
-const OTHERS: [(&str, &str); 11] = [
+const OTHERS: [(&str, &str); 9] = [
     ("cosmic-summary", "the summary of a run"),
     ("cosmic-snapshot", "the saved state of a run"),
     ("cosmic-history", "the history of a run"),

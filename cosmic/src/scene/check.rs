@@ -51,8 +51,7 @@ pub(super) struct Conflict {
 pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let mut found = Conflicts(Vec::new());
     for rule in [
-        phases, horizons, starts, volumes, trusses, payloads, mirrors, spans, goals, terrain,
-        parts,
+        phases, horizons, starts, volumes, trusses, payloads, mirrors, spans, goals, terrain, parts,
     ] {
         rule(scene, &mut found);
     }

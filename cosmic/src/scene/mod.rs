@@ -42,9 +42,7 @@ mod builtin;
 
 pub use any_design::AnyDesign;
 pub use base::Base;
-pub use beyond::{
-    GoalsSettings, MovedBody, ObjectiveSettings, RobustSettings, Scatter, TaskKind,
-};
+pub use beyond::{GoalsSettings, MovedBody, ObjectiveSettings, RobustSettings, Scatter, TaskKind};
 pub use builtin::{BUILTIN, Builtin};
 pub use chosen::Chosen;
 pub use departures::Departure;

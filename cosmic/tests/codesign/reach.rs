@@ -4,9 +4,7 @@ use cosmic::domain::{Domain, draw};
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::random::{Purpose, stream};
-use cosmic::scene::{
-    GradientPrecision, Scene, SelectionKind, SelectionSettings, TaskKind,
-};
+use cosmic::scene::{GradientPrecision, Scene, SelectionKind, SelectionSettings, TaskKind};
 
 /// A robot that moves very far, but not so far that a state is absurd, has not diverged. It falls along a steep
 /// slope for 40 s, so far that the cheap check during the rollout fails and the guard decides.

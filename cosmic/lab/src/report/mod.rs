@@ -15,7 +15,6 @@ pub mod motion;
 mod page;
 pub mod picture;
 mod pixels;
-pub mod plot;
 mod robot;
 pub mod sheet;
 mod svg;

@@ -24,11 +24,6 @@ impl Colour {
         }
     }
 
-    /// Returns this colour with the opacity `opacity`.
-    pub(super) const fn faint(self, opacity: f64) -> Self {
-        Self { opacity, ..self }
-    }
-
     /// Returns the opaque mixture of this colour and `other`. `share` is the fraction of `other`, from 0 to 1.
     pub(super) fn mixed(self, other: Self, share: f64) -> Self {
         let mix = |k: usize| {
@@ -47,8 +42,6 @@ pub(super) const PAPER: Colour = Colour::hex(0xffffff);
 pub(super) const INK: Colour = Colour::hex(0x1f2328);
 /// The colour of secondary text.
 pub(super) const MUTED: Colour = Colour::hex(0x656d76);
-/// The colour of the grid lines of charts.
-pub(super) const RULE: Colour = Colour::hex(0xd8dee4);
 
 /// The style of a line.
 #[derive(Clone, Copy)]
@@ -104,7 +97,6 @@ impl Font {
         ..Self::PLAIN
     };
     pub(super) const END: Self = Self::PLAIN.at(1.0);
-    pub(super) const MIDDLE: Self = Self::PLAIN.at(0.5);
     pub(super) const CAPTION: Self = Self::MUTED.at(0.5);
 
     /// Returns this style with another anchor.
@@ -140,11 +132,6 @@ impl Picture {
     pub(super) fn disc(&mut self, middle: impl Into<Place>, radius: f64, fill: Colour, edge: Pen) {
         let disc = Shape::Disc(middle.into(), radius, fill, edge);
         self.shapes.push(disc);
-    }
-
-    /// Draws a disc without an edge.
-    pub(super) fn dot(&mut self, middle: impl Into<Place>, radius: f64, fill: Colour) {
-        self.disc(middle, radius, fill, Pen::new(fill, 0.0));
     }
 
     pub(super) fn rectangle<P: Into<Place>>(&mut self, corner: P, size: P, fill: Colour) {

@@ -74,9 +74,7 @@ impl<'p> MergedRun<'p> {
         let (trial, seed) = plan.parts(index);
         let is_done = folder.join(SUMMARY).exists();
         let summary = is_done.then(|| Summary::read(&folder)).transpose()?;
-        let numbers = summary.as_ref().map(|summary| {
-            summary.numbers()
-        });
+        let numbers = summary.as_ref().map(|summary| summary.numbers());
         Ok(Self {
             index,
             trial,
@@ -95,7 +93,7 @@ impl<'p> MergedRun<'p> {
 /// The table with a row for each run and a column for each key that the sweep varies.
 fn results(runs: &[MergedRun], keys: &[&str]) -> Table {
     let names = columns(&Summary::keys());
-        Table::of("", "", runs)
+    Table::of("", "", runs)
         .column("index", "", |run| run.index)
         .column("trial", "", |run| &run.trial.name[..])
         .columns(keys, "", |run, k| swept(run.trial.swept.get(keys[k])))
@@ -106,7 +104,9 @@ fn results(runs: &[MergedRun], keys: &[&str]) -> Table {
             None => Cell::Missing,
         })
         .columns(names, "", |run, k| run.numbers.get(k).copied().flatten())
-        .column("reliability", "", |run| run.summary.as_ref().map(|s| s.reliability.word()))
+        .column("reliability", "", |run| {
+            run.summary.as_ref().map(|s| s.reliability.word())
+        })
         .decimals(3, "-")
         .done()
 }
