@@ -335,8 +335,8 @@ impl<R: Number> Batch<R> {
 
     /// Returns the components of a robot's goals; empty if it has the scene's goal.
     pub(crate) fn components(&self, robot: usize) -> Vec<R> {
-        let points = self.goals(robot).into_iter().flat_map(Goals::points);
-        points.flatten().collect()
+        let goals = self.goals(robot).into_iter().flat_map(Goals::iter);
+        goals.flatten().collect()
     }
 
     /// Returns the goals of a robot; `None` if it has the scene's goal.
