@@ -9,7 +9,7 @@ use rayon::prelude::*;
 /// Odd robots that are tried only in tests. Each has the number of trials that [`case_trials`] must make for it.
 fn odd_robots() -> Vec<(Case, usize)> {
     type Change = fn(&mut Scene);
-    let cases: [(Change, usize); 6] = [
+    let cases: [(Change, usize); 7] = [
         (|scene| scene.physics.steps = 128, 5),
         // The damping of bars has no energy, so the speed of these robots is watched.
         (
