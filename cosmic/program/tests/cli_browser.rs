@@ -1,4 +1,8 @@
+<<<<<<< ours
 //! The pages of `cosmic report`, opened in a browser.
+=======
+//! The pages of `cosmic report`, `cosmic compare` and `cosmic check`, opened in a browser.
+>>>>>>> theirs
 
 use crate::cli_report::{design_alone, finished, report};
 use std::fs;
@@ -62,11 +66,13 @@ fn a_browser_draws_the_page_without_errors() {
     bench.cosmic("report run/alone").ok();
     bench.unfinished("run/early", 2);
     bench.cosmic("report run/early").ok();
+    bench.cosmic("check run --steps 16 --accuracy --out run/check");
     let pages = [
         "report.html",
         "compare.html",
         "alone/report.html",
         "early/report.html",
+        "check/check.html",
     ];
     for name in pages {
         let page = document(name);

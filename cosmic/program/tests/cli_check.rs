@@ -5,8 +5,8 @@ use crate::program::{cosmic, has};
 use cosmic::Registry;
 use cosmic::scene::{Named, Scene, TaskKind, VoidEdges};
 
-const SMALL: &str = "base = \"stability\"\n[lattice]\ncolumns = 3\nrows = 2\n[physics]\nsteps = 96\n\
-                     [schedule]\nhorizon = [32, 64]\n[loss]\nwindow = 16\nevery = 4\n[controller]\nhidden = 4\n";
+const SMALL: &str = "base = \"stability\"\n[lattice]\ncolumns = 3\nrows = 2\n[controller]\nhidden = 4\n\
+                     [physics]\nsteps = 96\n";
 const CHECK: &str = "check tiny.toml --steps 64";
 
 /// The text is short: the plan, a row for each group of the gradient, and four sentences about the distance.

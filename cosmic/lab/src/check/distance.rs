@@ -165,7 +165,7 @@ fn answers(
     );
     let all: Vec<&Trial> = steps.iter().collect();
     let at = |trial: &Trial| format!("at {} ms", plain(1e3 * trial.dt));
-    // A method whose time step is too long for the robot tells nothing about the distance.
+    // The distance of a run with an unstable time step has no meaning.
     let others = methods.iter().filter(|trial| trial.is_stable);
     let compared: Vec<&Trial> = std::iter::once(own).chain(others).collect();
     let by_method = match compared.len() {

@@ -126,7 +126,7 @@ impl Trial {
         let span = Span::from_start((0..=case.physics.steps).collect());
         let guarded = task.guarded(&design, &case.controller, &case.start, &span);
         let states = &guarded.trajectory.states;
-        // Rounding strains the bars of an implicit step with a very long time step, so their energy tells nothing.
+        // Rounding strains the bars of an implicit step with a very long time step, so their energy has no meaning.
         let has_energy = self.world == World::Free && !self.is_implicit();
         let growth = has_energy.then(|| energy_growth(&case, states)).flatten();
         let growth = growth.unwrap_or_else(|| self.speed_growth(&case, states));

@@ -51,3 +51,4 @@ class Lines extends Drawing {
 
 const charts = JSON.parse(document.getElementById("data").textContent);
 document.querySelectorAll("canvas.chart").forEach((canvas, k) => new Lines(canvas).draw(charts[k]));
+document.body.dataset.ready = "true";
