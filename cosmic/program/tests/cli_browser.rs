@@ -1,8 +1,4 @@
-<<<<<<< ours
-//! The pages of `cosmic report`, opened in a browser.
-=======
-//! The pages of `cosmic report`, `cosmic compare` and `cosmic check`, opened in a browser.
->>>>>>> theirs
+//! The pages of `cosmic report` and `cosmic check`, opened in a browser.
 
 use crate::cli_report::{design_alone, finished, report};
 use std::fs;
