@@ -3,12 +3,16 @@
 
 use crate::common::Bench;
 use cosmic::case::Case;
+use cosmic::codesign::Record;
+use cosmic::keys::{Key, Keyed};
 use cosmic::projection::Projection;
+use cosmic::record::Summary;
 use cosmic::scene::{Scene, reference};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 /// A scene for a short run that goes through every phase. In a search over starts, the loss of the task decides the
 /// ranks.
@@ -31,9 +35,14 @@ window = 16
 task = \"climb\"
 ";
 
-/// The headings of the generated parts. Each generated part reaches from its heading to the end of the page.
+/// The headings of the generated parts at the ends of pages.
 const KEYS: &str = "## Keys\n\n";
 const COLUMNS: &str = "## Columns of the tables\n\n";
+/// The end of a generated part within a page.
+const END: &str = "\n<!-- end of the generated table -->";
+
+/// Held while a page is compared or written, because tests run in parallel.
+static PAGES: Mutex<()> = Mutex::new(());
 
 /// The path of a page. It is a link to the page in `docs`, so that the crate's package contains the page too.
 fn page(name: &str) -> PathBuf {
@@ -53,12 +62,15 @@ fn missing(names: &BTreeSet<String>) -> Vec<&String> {
     names.iter().filter(is_missing).collect()
 }
 
-/// Asserts that the part of a page from a heading to its end equals `text`. With `EMIT=1`, writes that part instead.
+/// Asserts that the part of a page from a heading to [`END`], or to the end of the page, equals `text`. With `EMIT=1`,
+/// writes that part instead.
 #[track_caller]
 fn is_fresh(name: &str, heading: &str, text: &str) {
+    let _held = PAGES.lock().unwrap_or_else(PoisonError::into_inner);
     let now = fs::read_to_string(page(name)).unwrap();
-    let (head, _) = now.split_once(heading).unwrap();
-    let fresh = format!("{head}{heading}{}\n", text.trim_end());
+    let (head, rest) = now.split_once(heading).unwrap();
+    let tail = rest.find(END).map_or("", |end| &rest[end..]);
+    let fresh = format!("{head}{heading}{}\n{tail}", text.trim_end());
     if std::env::var_os("EMIT").is_some() {
         fs::write(page(name), fresh).unwrap();
     } else {
@@ -205,4 +217,41 @@ fn the_page_describes_every_key_of_a_case() {
 #[test]
 fn the_keys_of_a_scene_are_on_the_page() {
     is_fresh("scene.md", KEYS, &reference());
+}
+
+/// The rows of a table of keys. The rows of an object's keys follow the row of the object, once for all objects that
+/// have the same keys.
+fn rows(of: &str, keys: &[Key]) -> String {
+    let row = |(k, key): (usize, &Key)| {
+        let Key {
+            name,
+            kind,
+            unit,
+            doc,
+            parts,
+            ..
+        } = key;
+        let has_same = |other: &&Key| !parts.is_empty() && other.parts == *parts;
+        let (also, parts) = match keys[..k].iter().find(has_same) {
+            Some(other) => (
+                format!(" It has the keys of `{}`.", other.name),
+                String::new(),
+            ),
+            None => (String::new(), rows(&format!("{of}`{name}`: "), parts)),
+        };
+        format!("| {of}`{name}` | {kind} | {unit} | {doc}{also} |\n{parts}")
+    };
+    keys.iter().enumerate().map(row).collect()
+}
+
+#[test]
+fn the_keys_of_files_are_on_the_page() {
+    for (file, keys) in [
+        ("summary.json", Summary::keys()),
+        ("history.jsonl", Record::keys()),
+    ] {
+        let heading = format!("<!-- keys of {file} -->\n\n");
+        let head = "| key | type | unit | meaning |\n| --- | --- | --- | --- |\n";
+        is_fresh("files.md", &heading, &(head.to_owned() + &rows("", &keys)));
+    }
 }

@@ -210,36 +210,34 @@ keys! {
         phase: Phase, "text";
         /// What was updated, `design` or `controller`; `null` for the snap.
         pass: Option<Pass>, "text or `null`";
-        /// Displacement along the ground of a full rollout at the start of the iteration. Every tenth iteration
-        /// of the co-design and every iteration of the fine-tuning has a full rollout. `null` if it diverged.
+        /// Displacement along the ground of a full rollout; `null` if it diverged. Every tenth iteration of the
+        /// co-design and every iteration of the fine-tuning has a full rollout.
         displacement: Option<f64>, "number or `null`", unit "m";
-        /// True if the full rollout diverged, for example because a node exceeded `physics.speed_bound`; absent
-        /// otherwise.
+        /// True if the full rollout diverged; absent otherwise.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         diverged: bool, "true";
-        /// True if the payload did not move at all in the rollouts of the last gradients; absent otherwise. Its own
-        /// gradient is then zero, and the gradient of the centre of mass was used.
+        /// True if the payload did not move at all in the last gradients, so that the gradient of the centre of mass
+        /// was used; absent otherwise.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         stuck: bool, "true";
-        /// Displacement along the ground in the rollout that the gradient is computed from. `null` if the robot flies
-        /// apart in that rollout; the gradient is used in either case.
+        /// Displacement along the ground in the rollout of the gradient; `null` if it diverged. The gradient is used in
+        /// either case.
         displacement_horizon: Option<f64>, "number or `null`", unit "m";
         /// Only for tasks other than `far`: minus the loss over the horizon.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         merit_horizon: Option<f64>, "number", unit "the loss's";
-        /// The loss over the horizon. With two gradients, it is the loss of the first gradient, or the loss that is
-        /// not finite. If the loss is not finite, the value is `null` and the gradient is skipped. Absent for the
-        /// snap.
+        /// The loss over the horizon, with two gradients that of the first; `null` if a loss is not finite, and the
+        /// gradient is skipped. Absent for the snap.
         #[serde(skip_serializing_if = "Option::is_none")]
         loss_horizon: Option<f64>, "number or `null`", unit "the loss's";
-        /// The number of simulated steps that the gradient was computed over.
+        /// The number of steps of the gradient's rollout.
         horizon: usize, "whole number", unit "steps";
         /// Share of solid material.
         volume as "V": f64, "number";
         /// Share of actuators.
         actuator_volume as "V_act": f64, "number";
-        /// The binarisation measure, and the overlap of each pair of materials: 01 is void with skeleton, 02
-        /// void with actuator, 12 skeleton with actuator.
+        /// The binarisation measure, and the overlaps of void with skeleton, void with actuator, and skeleton with
+        /// actuator.
         measures: [f64; 4], "four numbers";
         /// By how much the measures exceed their thresholds.
         violations: [f64; 4], "four numbers";
@@ -247,19 +245,15 @@ keys! {
         multipliers: [f64; 4], "four numbers";
         /// Penalties of the augmented Lagrangian after the iteration.
         penalties: [f64; 4], "four numbers";
-        /// Norm of the gradient of the loss with respect to the design, for the performance and the stability
-        /// projection, before it is bounded; `null` if the projection has no share in the update. The
-        /// loss of a task counts in units of the lattice's scale.
+        /// Norms of the loss's gradient with respect to the design, before bounds, for the performance and the
+        /// stability projection; `null` for a projection without a share in the update.
         design_gradient: [Option<f64>; 2], "two numbers or `null`s", unit "the loss's";
-        /// Norm of the gradient of the loss with respect to the controller, before it is bounded; `null` if the
-        /// learning rate is zero, or if settling took an update back. The loss of a task counts in units of
-        /// the lattice's scale.
+        /// Norm of the loss's gradient with respect to the controller, before bounds; `null` if the learning rate is
+        /// zero, or if settling took an update back.
         controller_gradient: Option<f64>, "number or `null`", unit "the loss's";
-        /// How the MMA subproblem of each projection's design update was solved. `newton_steps` is the number of
-        /// Newton steps on the dual, `residual` the largest violation of the optimality conditions. `elastic` has a
-        /// number for each constraint, in the scale of the constraints: by how much the subproblem had to violate it.
-        /// The volume bounds come first (V at most, V at least, V_act at most, V_act at least), then the measures if
-        /// they are constraints.
+        /// How the MMA subproblem of each projection was solved: `newton_steps` on the dual; `residual`, the largest
+        /// violation of the optimality conditions; `elastic`, by how much each scaled constraint was violated (V at
+        /// most, V at least, V_act at most, V_act at least, the measures if they are constraints).
         mma: [Option<MmaDiagnostics>; 2], "two objects or `null`s";
         /// Gradients skipped in this iteration because they or their loss were not finite.
         skipped: usize, "whole number";

@@ -35,9 +35,8 @@ keys! {
         crossings: usize, "whole number", columns ["crossings"];
         /// Number of nodes in the lowest row with a bar.
         feet: usize, "whole number", columns ["feet"];
-        /// Number of independent motions of the nodes that stretch no bar to first order, if bars turn freely about
-        /// their ends; rigid motions do not count. `null` for more than 2000 bars, because counting would take too
-        /// long.
+        /// Number of independent motions that stretch no bar, without rigid motions, if bars turn freely about their
+        /// ends. `null` for more than 2000 bars.
         floppy_modes: Option<usize>, "whole number or `null`", columns ["floppy_modes"];
         /// Rest length of the shortest skeleton bar. `null` if there is none.
         shortest_skeleton: Option<f64>, "number or `null`", unit "m";

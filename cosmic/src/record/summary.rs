@@ -35,71 +35,63 @@ keys! {
         scene: String, "text";
         /// The seed; of several starts, the seed of the best one.
         seed: u64, "whole number";
-        /// Median of the displacements along the ground from perturbed starts, which differ by about a nanometre.
+        /// Median displacement along the ground from perturbed starts, which differ by about a nanometre.
         displacement_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_p50"];
         /// 10 % quantile of the displacements of `displacement_p50`.
         displacement_p10: Option<f64>, "number or `null`", unit "m", columns ["displacement_p10"];
         /// 90 % quantile of the displacements of `displacement_p50`.
         displacement_p90: Option<f64>, "number or `null`", unit "m", columns ["displacement_p90"];
-        /// Median of the displacements along the ground of robots that vary a little: the figure to quote. Their starts
-        /// vary by 1 % of a spacing, their friction and the stiffness of their edges by 5 %. They have the goal of the
-        /// scene.
+        /// Median displacement along the ground of robots that vary a little: the figure to quote.
         displacement_robust_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_robust_p50"];
         /// 10 % quantile of the displacements of `displacement_robust_p50`.
         displacement_robust_p10: Option<f64>, "number or `null`", unit "m", columns ["displacement_robust_p10"];
         /// Median displacement from the starts of `displacement_p50` with half the time step.
         displacement_half_step_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_half_step_p50"];
-        /// Median displacement from the starts of `displacement_p50` with another integrator: leapfrog if the scene's is
-        /// symplectic Euler, otherwise symplectic Euler. `null` also if that needs more than 64 substeps.
+        /// Median displacement from the starts of `displacement_p50` with another integrator: leapfrog for symplectic
+        /// Euler, otherwise symplectic Euler. `null` also if that needs more than 64 substeps.
         displacement_integrator_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_integrator_p50"];
         /// Median displacement with the controller of the last iteration, from the starts of `displacement_p50`.
         displacement_last_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_last_p50"];
         /// Median displacement without feedback, from the starts of `displacement_p50`: the controller observes the
-        /// clock, but of the robot only its initial state.
+        /// clock, and the robot as it is at the start.
         displacement_clock_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_clock_p50"];
         /// Displacement along the ground in one unperturbed rollout of the delivered robot.
         displacement_along: f64, "number", unit "m", columns ["displacement_along"];
         /// Displacement in the rollout of `displacement_along`, along the x and y axes of the world.
         displacement: Vector<f64>, "two numbers", unit "m", columns ["displacement_x", "displacement_y"];
-        /// Median displacement from the other perturbed starts, those that the controller was chosen by. For tasks
-        /// other than `far` it is minus the median loss.
+        /// Median displacement in the rollouts by which the controller was chosen; for tasks other than `far`, minus
+        /// the median loss.
         displacement_selection_p50: Option<f64>, "number or `null`", unit "m";
-        /// The score by which the best of several runs is chosen: `displacement_selection_p50`, or the 10 % quantile
-        /// over the same perturbed starts if the robot is unreliable there. With `selection.kind = "robust"`, both are
-        /// robust displacements, and the score is the 10 % quantile. If the robot is unreliable because of the time step
-        /// or the integrator, the score is at most the median with those.
+        /// The score by which the best of several runs is chosen.
         displacement_selection_score: Option<f64>, "number or `null`", unit "m";
-        /// Whether `displacement_robust_p50` describes the robot well; for tasks other than `far`, whether the median
-        /// loss of the same varied robots does. A robot is also unreliable if its displacement, or its loss, changes by more
-        /// than 20 % with half the time step or with another integrator, and a robot that should walk far if it stands
-        /// still. `verdict` is `reliable` or `unreliable`; an unreliable robot has a `reason`.
+        /// Whether the median over varied robots describes the robot well. `verdict` is `reliable` or `unreliable`; an
+        /// unreliable robot has a `reason`.
         reliability: Reliability, "object";
-        /// Only if the robot stopped in the unperturbed rollout before its last quarter: since when and where it stands still.
+        /// Only if the robot stopped before the last quarter of the unperturbed rollout: when and where.
         #[serde(skip_serializing_if = "Option::is_none")]
         standstill: Option<Standstill>, "object", parts Standstill;
-        /// Only for tasks other than `far`: the median loss over the starts of `displacement_p50`; if goals are given,
-        /// over robots that vary a little and have sequences of goals. Absent if too many rollouts diverged.
+        /// Only for tasks other than `far`: the median loss over the starts of `displacement_p50`; with given goals,
+        /// over varied robots with sequences of goals. Absent if too many rollouts diverged.
         #[serde(skip_serializing_if = "Option::is_none")]
         loss_p50: Option<f64>, "number", unit "the loss's", columns ["loss_p50"];
-        /// Only beside `loss_p50`: the same median for the same robot while its muscles rest. The verdict compares them.
+        /// Only beside `loss_p50`: the same median while the muscles rest.
         #[serde(skip_serializing_if = "Option::is_none")]
         loss_idle_p50: Option<f64>, "number", unit "the loss's";
         /// Mean share of solid material (skeleton and actuator) over the edges.
         volume as "V": f64, "number", columns ["V"];
         /// Mean share of actuators.
         actuator_volume as "V_act": f64, "number", columns ["V_act"];
-        /// True if the run ended before every edge had one material. There are no bars yet: `structure` and
-        /// `loads` are `null`.
+        /// True if the run ended before every edge had one material. Then `structure` and `loads` are `null`.
         undecided: bool, "true or false";
         /// How the bars (edges of solid material) are connected.
         structure: Option<Structure>, "object or `null`", parts Structure as columns;
         /// The loads of actuators and bars over all steps of the unperturbed rollout.
         loads: Option<Loads>, "object or `null`", parts Loads as columns;
-        /// The mass of the robot and the energy that it needs in the unperturbed rollout. Absent for an undecided design.
+        /// The mass, and the energy of the unperturbed rollout. Absent for an undecided design.
         #[serde(skip_serializing_if = "Option::is_none")]
         energy: Option<Energy>, "object", parts Energy;
-        /// The energy of the varied robot whose displacement is nearest to `displacement_robust_p50`, per distance of this
-        /// median: the figures to quote. Absent if there is no median.
+        /// The energy of the varied robot whose displacement is nearest to `displacement_robust_p50`, per distance of
+        /// this median: the figures to quote. Absent if there is no median.
         #[serde(skip_serializing_if = "Option::is_none")]
         energy_robust: Option<Energy>, "object", parts Energy as columns;
         /// Edges to which the snap gave another material than the dominant one.
@@ -120,8 +112,7 @@ keys! {
         cosmic_version: String, "text";
         /// Wall time without interruptions; with several starts, the sum over all starts.
         seconds: f64, "number", unit "s", columns ["seconds"];
-        /// Only with several starts: the starts, in the order of their seeds. The summary is that of the best
-        /// one.
+        /// Only with several starts: the starts, in the order of their seeds. The summary is that of the best one.
         #[serde(skip_serializing_if = "Vec::is_empty", default)]
         starts: Vec<Start>, "list of objects", parts Start;
     }
@@ -143,13 +134,13 @@ keys! {
     struct Start {
         /// The seed, and the name of the folder.
         seed: u64, "whole number";
-        /// The number with this name in the summary of the start; `null` if the start diverged.
+        /// As in the summary of the start; `null` if it diverged.
         displacement_selection_p50: Option<f64>, "number or `null`", unit "m";
-        /// The number with this name in the summary of the start. The best start has the highest score.
+        /// As in the summary of the start. The best start has the highest score.
         displacement_selection_score: Option<f64>, "number or `null`", unit "m";
-        /// The number with this name in the summary of the start.
+        /// As in the summary of the start.
         displacement_robust_p50: Option<f64>, "number or `null`", unit "m";
-        /// The verdict in the summary of the start.
+        /// As in the summary of the start.
         #[serde(skip_serializing_if = "Option::is_none")]
         reliability: Option<Reliability>, "object";
     }

@@ -15,13 +15,12 @@ keys! {
     struct Energy {
         /// Mass of all nodes with a bar or a payload. Half of each bar belongs to either of its nodes.
         mass: f64, "number", unit "kg", columns ["mass"];
-        /// Mean power of all actuators together, where they give power to the robot. The work of an impulse is its product
-        /// with the mean of the velocities before and after the push.
+        /// Mean power that all actuators give to the robot. An actuator that takes power counts as 0.
         power: f64, "number", unit "W", columns ["power"];
         /// Like `power`, less the power that actuators take from the robot.
         net_power: f64, "number", unit "W";
-        /// Air that the cylinders together take from the supply in a second, as a volume at 1 bar: a chamber at every
-        /// movement. `null` unless `[parts]` has a bore.
+        /// Air that the cylinders take from the supply, as a volume at 1 bar: a chamber at every movement. `null`
+        /// unless `[parts]` has a bore.
         air: Option<f64>, "number or `null`", unit "m3/s";
         /// Energy per distance: `power` divided by the speed; `null` if the robot stays in place.
         per_metre: Option<f64>, "number or `null`", unit "J/m", columns ["per_metre"];

@@ -120,26 +120,25 @@ keys! {
     struct Loads {
         /// Least and greatest strain of any actuator.
         strains: Range, "two numbers";
-        /// Strain (change of length divided by the rest length): the largest `peak` of any actuator, and the largest
-        /// 99 % quantile `p99` of any actuator.
+        /// Strain (change of length divided by the rest length): the largest `peak` and the largest 99 % quantile `p99`
+        /// of any actuator.
         strain: Magnitude, "object",
             columns ["strain_peak", "strain_p99"] of |loads: &Loads| [loads.strain.peak, loads.strain.p99];
         /// Force along an actuator: `peak` and `p99` like those of `strain`.
         force: Magnitude, "object", unit "N", columns ["force_peak"] of |loads: &Loads| loads.force.peak;
         /// Rate at which an actuator's length changes: `peak` and `p99` like those of `strain`.
         speed: Magnitude, "object", unit "m/s", columns ["speed_peak"] of |loads: &Loads| loads.speed.peak;
-        /// Power that an actuator gives or takes, which is its work in a step divided by the duration of the step: `peak`
-        /// and `p99` like those of `strain`. The peak depends on the time step, so the verdict judges the quantile.
+        /// Power that an actuator gives or takes: `peak` and `p99` like those of `strain`. The peak depends on the time
+        /// step.
         power: Magnitude, "object", unit "W", columns ["power_peak"] of |loads: &Loads| loads.power.peak;
-        /// Largest strain of a skeleton bar: change of length divided by the rest length. `null` if there is no skeleton.
+        /// Largest strain of a skeleton bar. `null` if there is no skeleton.
         skeleton_strain: Option<f64>, "number or `null`";
         /// The largest force that pushes on a bar.
         compression: f64, "number", unit "N", columns ["compression"];
-        /// Smallest Euler safety of a skeleton bar: the force under which the bar buckles, divided by the largest force that
-        /// pushes on it. `null` if the scene has plain numbers instead of parts.
+        /// Smallest Euler safety of a skeleton bar: the force under which the bar buckles, divided by the largest force
+        /// that pushes on it. `null` if the scene has plain numbers instead of parts.
         euler_safety: Option<f64>, "number or `null`", columns ["euler_safety"];
-        /// Share of the states in `trajectory.json` in which bars cross that do not cross at rest: the simulation lets
-        /// a robot pass through itself.
+        /// Share of the states in `trajectory.json` in which bars cross that do not cross at rest.
         tangled: f64, "number", columns ["tangled"];
         /// Mean number of pairs of bars in a state that cross but do not cross at rest.
         tangles: f64, "number";

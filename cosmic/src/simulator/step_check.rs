@@ -80,8 +80,8 @@ keys! {
         bound: StepLimit, "object", parts StepLimit;
         /// The limit that follows from the largest frequency itself; `null` if `dt` is below the limit of `bound`.
         exact: Option<StepLimit>, "object or `null`", parts StepLimit;
-        /// Below this time step, no vibration grows for any design of the lattice, nor for a robot that `[robust]`
-        /// draws around a design. `null` if nothing vibrates.
+        /// Below this time step, all designs of the lattice are stable, and the robots that `[robust]` draws around
+        /// them. `null` if nothing vibrates.
         any_design: Option<f64>, "number or `null`", unit "s";
     }
 }
