@@ -133,11 +133,7 @@ settings! {
         friction: f64 = 2.5, allowed within(0.0, 1e3),
             read "with a contact law that slips" if Scene::slips,
             source "paper: 2.5";
-        /// Cubic coefficient c of the spring force k (e + c e^3).
-        stiffening: f64 = 0.0, allowed within(0.0, 1e6), unit "1/m2", source "paper: 0, Hooke's law";
-        /// Radius of gyration of the bars' section. Above 0, bars in line resist bending.
-        bending_radius: f64 = 0.0, allowed within(0.0, 1.0), unit "m", source "paper: 0";
-        /// Forces in addition to springs and bending, by the names of their laws.
+        /// Forces in addition to springs, by the names of their laws.
         forces: ForceLaws = ForceLaws::default(), source "the paper has none";
         /// Whether the void edges of a one-hot layout pull.
         void_edges: VoidEdges = VoidEdges::Keep, source "paper: they do";

@@ -8,7 +8,7 @@ use crate::geometry::Vector;
 use crate::laws::StepInput;
 
 /// The surroundings of robots: gravity, friction and the settings of a scene's laws. Each number has the name of its
-/// key in the scene, such as `physics.gravity`, `physics.friction` (with Coulomb contact), `physics.stiffening` or
+/// key in the scene, such as `physics.gravity`, `physics.friction` (with Coulomb contact) or
 /// `mud.rate`. Goals that are inputs of a rollout belong to them too, such as `goal.0.along`
 /// ([`with_goals`](super::Simulator::with_goals)).
 ///
