@@ -116,8 +116,11 @@ fn settling_starts_at_its_share_of_the_fine_tuning() {
 /// The medians that settling measured are reused by the delivery.
 #[test]
 fn reused_medians_are_equal_to_new_ones() {
-    let (codesign, mut progress, delivery) = optimised(&wild(0.5), 1);
-    assert!(progress.candidates.iter().any(|c| c.spread.is_some()));
+    // Not every run has a candidate whose median settling has measured.
+    let mut runs = (0..8).map(|seed| optimised(&wild(0.5), seed));
+    let is_measured = |progress: &Progress| progress.candidates.iter().any(|c| c.spread.is_some());
+    let found = runs.find(|(_, progress, _)| is_measured(progress));
+    let (codesign, mut progress, delivery) = found.expect("a run with a measured candidate");
     progress.candidates.iter_mut().for_each(|c| c.spread = None);
     assert_eq!(codesign.evaluator().deliver(&progress), delivery);
 }

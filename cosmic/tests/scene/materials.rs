@@ -55,7 +55,7 @@ fn a_tube_between_two_joints_agrees_with_a_calculation_by_hand() {
 fn sections_agree_with_one_another() {
     let [rod, hollow, strut] = ["rod", "tube", "strut"].map(|kind| {
         parts(&format!(
-            "skeleton = '{kind}', material = 'own', outer = 0.003, inner = 0.0"
+            "skeleton = '{kind}', material = [2e9, 900], outer = 0.003, inner = 0.0"
         ))
     });
     assert_eq!(rod.of_length(0.1), hollow.of_length(0.1));
