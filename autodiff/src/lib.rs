@@ -38,7 +38,8 @@
 //! - `rollouts`, on by default: the same for the steps of a [`Rollout`];
 //! - `derive`: `#[derive(Parameters)]` for structures of [`parameters`];
 //! - `nalgebra`: [`Element`] in nalgebra's matrices, module `nalgebra`;
-//! - `rayon`: Jacobians and Hessians on several cores, module `parallel`.
+//! - `rayon`: Jacobians and Hessians on several cores, module `parallel`;
+//! - `wgsl`: programs printed for GPUs, module `wgsl`.
 //!
 //! # Versions
 //!
@@ -72,6 +73,7 @@ pub mod custom;
 pub mod arrays;
 mod record;
 pub mod steps;
+#[cfg(feature = "wgsl")]
 pub mod wgsl;
 pub mod drivers;
 pub mod data;

@@ -86,6 +86,7 @@ impl<R: Real> Program<R> {
     }
 
     /// Creates a program whose kernels are all recordings. It can be read, for example to print it, but not run.
+    #[cfg(feature = "wgsl")]
     pub(crate) fn of_recordings() -> Self {
         Self {
             records_kernels: true,

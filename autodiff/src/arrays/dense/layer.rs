@@ -124,6 +124,7 @@ impl<R: Real> DenseLayer<R> {
     }
 
     /// For each row of the matrix, the element of the output that holds its result.
+    #[cfg(feature = "wgsl")]
     pub(crate) fn places(&self) -> Vec<usize> {
         let Some(spread) = &self.spread else {
             return (0..self.matrix.rows).collect();
