@@ -140,14 +140,14 @@ impl<R: Real> Program<R> {
     /// rollout takes it as one parameter of `steps * len` numbers, one step after the other.
     ///
     /// ```
-    /// use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient};
+    /// use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient, kernel};
     ///
     /// /// A mass of 1 on a spring, pushed by a force, in steps of 0.1 s.
     /// #[derive(Clone, Copy)]
     /// struct Push;
     ///
+    /// #[kernel]
     /// impl Kernel<3, 2> for Push {
-    ///     #[inline(always)]
     ///     fn eval<R: Real>(&self, [x, v, force]: [R; 3]) -> [R; 2] {
     ///         let v = v + R::lit(0.1) * (force - x);
     ///         [x + R::lit(0.1) * v, v]

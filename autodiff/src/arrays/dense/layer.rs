@@ -298,6 +298,7 @@ struct SetOut<'a, R> {
 }
 
 impl<R: Real> Vectorized<R> for SetOut<'_, R> {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
@@ -316,6 +317,7 @@ struct Gaps<'a, R> {
 }
 
 impl<R: Real> Vectorized<R> for Gaps<'_, R> {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
@@ -341,6 +343,7 @@ struct BeforeTanh<'a, R> {
 }
 
 impl<R: Real> Vectorized<R> for BeforeTanh<'_, R> {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
@@ -381,6 +384,7 @@ struct AddTo<'a, R> {
 }
 
 impl<R: Real> Vectorized<R> for AddTo<'_, R> {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
