@@ -80,11 +80,11 @@ fn main() {
 }
 END
 program 'a `Rollout` with one kernel and its gradient' <<'END'
-use autodiff::{Kernel, Model, Program, Real, Rollout, gradient};
+use autodiff::{Kernel, Model, Program, Real, Rollout, gradient, kernel};
 #[derive(Clone)]
 struct Spring;
+#[kernel]
 impl Kernel<3, 2> for Spring {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, v, stiffness]: [R; 3]) -> [R; 2] {
         let v = v - R::lit(0.1) * stiffness * x;
         [x + R::lit(0.1) * v, v]

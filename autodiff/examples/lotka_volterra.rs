@@ -1,11 +1,11 @@
 //! Fits the Lotka-Volterra model to observations. The gradient is computed in three ways: on a tape, by a rollout and
 //! by dual numbers.
-use autodiff::{Kernel, Model, Program, Real, Rollout, Var, jacobian, lit, vjp};
+use autodiff::{Kernel, Model, Program, Real, Rollout, Var, jacobian, kernel, lit, vjp};
 use nalgebra::{DMatrix, DVector};
 #[derive(Clone)]
 struct Logarithms;
+#[kernel]
 impl Kernel<4, 1> for Logarithms {
-    #[inline(always)]
     fn eval<R: Real>(&self, [u, other, growth, effect]: [R; 4]) -> [R; 1] {
         [u + lit(0.01) * (growth + effect * other.exp())]
     }

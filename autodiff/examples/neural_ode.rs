@@ -3,13 +3,13 @@
 //!
 //! `cargo run -p cosmic-autodiff --example neural_ode`
 
-use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient};
+use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient, kernel};
 
 /// A time step of one minute, in which the population grows at the rate that the network returns.
 #[derive(Clone)]
 struct Minute;
+#[kernel]
 impl Kernel<2, 1> for Minute {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, rate]: [R; 2]) -> [R; 1] {
         [x + R::lit(1.0 / 60.0) * rate]
     }

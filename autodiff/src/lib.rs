@@ -36,9 +36,11 @@
 //! - `data`, on by default: sums and maps over [`data`] are compiled for floats in this crate. Without it,
 //!   this crate compiles in half the time, and each crate that has such a sum compiles 7 s longer;
 //! - `rollouts`, on by default: the same for the steps of a [`Rollout`];
-//! - `derive`: `#[derive(Parameters)]` for structures of [`parameters`];
+//! - `derive`, on by default: the attribute `#[kernel]` for every [`Kernel`], and `#[derive(Parameters)]` for
+//!   structures of [`parameters`];
 //! - `nalgebra`: [`Element`] in nalgebra's matrices, module `nalgebra`;
-//! - `rayon`: Jacobians and Hessians on several cores, module `parallel`.
+//! - `rayon`: Jacobians and Hessians on several cores, module `parallel`;
+//! - `wgsl`: programs printed for GPUs, module `wgsl`.
 //!
 //! # Versions
 //!
@@ -72,6 +74,7 @@ pub mod custom;
 pub mod arrays;
 mod record;
 pub mod steps;
+#[cfg(feature = "wgsl")]
 pub mod wgsl;
 pub mod drivers;
 pub mod data;
@@ -84,6 +87,8 @@ pub mod guide {}
 
 #[doc(inline)]
 pub use arrays::{Array, Graph, Kernel, Matrix, Pullback};
+#[cfg(feature = "derive")]
+pub use autodiff_derive::kernel;
 pub use constant::lit;
 #[doc(inline)]
 pub use diagnose::{DoubleDouble, check, trace};

@@ -79,7 +79,7 @@ pub(crate) fn count() -> usize {
 mod tests {
     use super::{MOST, POOL, Pool, Pooled, count};
     use crate::data::{Sum, Summand};
-    use crate::{Kernel, Memory, Model, Program, Real, Rollout, Var, gradient};
+    use crate::{Kernel, Memory, Model, Program, Real, Rollout, Var, gradient, kernel};
 
     /// A buffer that pretends to have this number of bytes. Different values of `TYPE` make different types.
     struct Bytes<const TYPE: usize>(usize);
@@ -137,8 +137,8 @@ mod tests {
     #[derive(Clone)]
     struct Half;
 
+    #[kernel]
     impl Kernel<1, 1> for Half {
-        #[inline(always)]
         fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
             [R::lit(0.5) * x]
         }

@@ -42,8 +42,7 @@ impl<'a, R: Real> Strided<'a, R> {
     }
 }
 
-/// A product of matrices that is added to a result: `to += a b`. The numbers of each row of `b` and of `to` are
-/// adjacent.
+/// A product of matrices that is added to a result: `to += a b`. The numbers in the rows of `b` and `to` are adjacent.
 pub(crate) struct Product<'a, R> {
     pub(crate) a: Strided<'a, R>,
     pub(crate) b: &'a [R],
@@ -69,8 +68,7 @@ pub(crate) enum Cotangents {
 const TILE: usize = 6;
 
 impl<R: Real> Product<'_, R> {
-    /// Adds the product to the result. Each number of the product is summed in a register, from the first term to the
-    /// last.
+    /// Adds the product to the result. Each number of the product is summed in a register, from first to last term.
     pub(crate) fn add(self) {
         R::vectorize(self);
     }
@@ -246,13 +244,13 @@ impl<R: Real> Factors<'_, R> {
     }
 }
 
-/// Returns whether a lane type fits into one register of the processor. Larger numbers, such as duals, do not: for them
-/// unrolled loops would only take longer to compile.
+/// Returns whether a lane type fits into one register. Unrolled loops over larger ones only take longer to compile.
 pub(crate) const fn fits_registers<R, L: Lane<R>>() -> bool {
     L::N > 1 || size_of::<R>() <= size_of::<f64>()
 }
 
 impl<R: Real> Vectorized<R> for Product<'_, R> {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(mut self) {
@@ -285,6 +283,7 @@ impl<R: Real> Vectorized<R> for Product<'_, R> {
 struct AllFinite<'a, R>(Strided<'a, R>, [usize; 2]);
 
 impl<R: Real> Vectorized<R> for AllFinite<'_, R> {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = bool;
     #[inline(always)]
     fn run<L: Lane<R>>(self) -> bool {
@@ -318,6 +317,7 @@ pub(crate) struct Transpose<'a, R> {
 }
 
 impl<R: Real> Vectorized<R> for Transpose<'_, R> {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {

@@ -490,14 +490,14 @@ pub trait Lane<S>: Real {
 ///
 /// ```
 /// use autodiff::simd::{Lane, Vectorized};
-/// use autodiff::{Dual, Real};
+/// use autodiff::{Dual, Real, kernel};
 ///
 /// /// The slopes of `x^3` at many points.
 /// struct Slopes<'a>(&'a [f64]);
 ///
+/// #[kernel]
 /// impl Vectorized<f64> for Slopes<'_> {
 ///     type Output = Vec<f64>;
-///     #[inline(always)]
 ///     fn run<L: Lane<f64>>(self) -> Vec<f64> {
 ///         let mut slopes = vec![0.0; self.0.len()];
 ///         for (x, slope) in self.0.chunks(L::N).zip(slopes.chunks_mut(L::N)) {
@@ -512,12 +512,14 @@ pub trait Lane<S>: Real {
 /// assert_eq!(slopes, [0.0, 3.0, 12.0, 27.0, 48.0]);
 /// ```
 pub trait Vectorized<S: Real> {
+    #[doc(hidden)]
+    const USE_THE_ATTRIBUTE_KERNEL: ();
     /// The type of the result.
     type Output;
     /// Whether the work is also compiled for scalars where a number type [has lanes](Real::KERNELS_NEED_LANES).
     #[doc(hidden)]
     const HAS_SCALARS: bool = true;
-    /// Does the work in lanes of type `L`. Mark implementations and all functions that they call
-    /// `#[inline(always)]`. Otherwise the code is compiled without the instruction set of the lanes.
+    /// Does the work in lanes of type `L`. Mark all functions that it calls with the attribute
+    /// [`kernel`](macro@crate::kernel), which the implementation needs too.
     fn run<L: Lane<S>>(self) -> Self::Output;
 }

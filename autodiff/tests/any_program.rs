@@ -2,7 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use autodiff::{DoubleDouble, Dual, Graph, Kernel, Model, Program, Real, Rollout, custom};
+use autodiff::{DoubleDouble, Dual, Graph, Kernel, Model, Program, Real, Rollout, custom, kernel};
 
 use crate::steps::{Step, assert_same};
 
@@ -10,8 +10,8 @@ use crate::steps::{Step, assert_same};
 #[derive(Clone, Copy)]
 struct Spring;
 
+#[kernel]
 impl Kernel<3, 2> for Spring {
-    #[inline(always)]
     fn eval<R: Real>(&self, [dx, dy, stiffness]: [R; 3]) -> [R; 2] {
         let length = dx.fma(dx, dy * dy + R::lit(1e-3)).sqrt();
         let pull = R::select(length.less(R::lit(0.5)), stiffness, stiffness * length) / length;
@@ -23,8 +23,8 @@ impl Kernel<3, 2> for Spring {
 #[derive(Clone, Copy)]
 struct Move;
 
+#[kernel]
 impl Kernel<3, 1> for Move {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, force, neighbour]: [R; 3]) -> [R; 1] {
         let sum = R::sum_of(&[x, R::lit(0.1) * force, R::lit(0.05) * neighbour.sin()]);
         [sum + R::dot(&[x, force], &[force, neighbour]) * R::lit(0.01)]
@@ -141,8 +141,8 @@ impl custom::Rule for Root {
 #[derive(Clone, Copy)]
 struct ByRule;
 
+#[kernel]
 impl Kernel<1, 1> for ByRule {
-    #[inline(always)]
     fn eval<R: Real>(&self, x: [R; 1]) -> [R; 1] {
         [custom::apply(Root, &x)]
     }

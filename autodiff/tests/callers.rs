@@ -18,9 +18,9 @@ use autodiff::wgsl::{self, print};
 use autodiff::{
     Array, CotangentBound, Dense, Dual, Dual2, Element, Function, Given, Graph, Kernel, Memory,
     Model, Nested, Parameters, Program, Real, Rollout, Tape, Var, emit, gradient, hessian,
-    hessian_vector, jacobian, jacobian_reverse, jvp, parallel, parameters, third_derivatives,
-    value_and_gradient, value_and_gradient_into, value_and_jacobian, value_and_jacobian_into,
-    value_gradient_hessian, value_gradient_hessian_into, vjp,
+    hessian_vector, jacobian, jacobian_reverse, jvp, kernel, parallel, parameters,
+    third_derivatives, value_and_gradient, value_and_gradient_into, value_and_jacobian,
+    value_and_jacobian_into, value_gradient_hessian, value_gradient_hessian_into, vjp,
 };
 
 thread_local! {
@@ -54,8 +54,8 @@ fn assert_named<T>(action: impl FnOnce() -> T) {
 #[derive(Clone)]
 struct Scaled;
 
+#[kernel]
 impl Kernel<2, 1> for Scaled {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, factor]: [R; 2]) -> [R; 1] {
         [x * factor]
     }
@@ -184,6 +184,7 @@ fn programs_of_any_number_name_the_line_of_their_caller() {
 /// A kernel that cannot be recorded.
 struct Branching;
 
+#[kernel]
 impl Kernel<1, 1> for Branching {
     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
         [if num_traits::Zero::is_zero(&x) {
@@ -198,6 +199,7 @@ impl Kernel<1, 1> for Branching {
 #[derive(Clone)]
 struct Power(f64);
 
+#[kernel]
 impl Kernel<1, 1> for Power {
     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
         [x.powi(self.0.abs().min(9.0) as i32)]

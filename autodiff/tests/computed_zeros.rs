@@ -4,7 +4,9 @@ use crate::common::{Sym, assert_gradients, formula, forward_gradient, gradients}
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::custom::{Rule, apply};
 use autodiff::trace::first_non_finite;
-use autodiff::{Function, Kernel, Model, Program, Real, Rollout, Var, gradient, hessian, lit, vjp};
+use autodiff::{
+    Function, Kernel, Model, Program, Real, Rollout, Var, gradient, hessian, kernel, lit, vjp,
+};
 
 const INF: f64 = f64::INFINITY;
 const NAN: f64 = f64::NAN;
@@ -143,8 +145,8 @@ impl Rule for Reciprocal {
     }
 }
 
+#[kernel]
 impl Kernel<1, 1> for Reciprocal {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
         [x.recip()]
     }
@@ -197,8 +199,8 @@ enum Stopped {
     Root,
 }
 
+#[kernel]
 impl Kernel<1, 1> for Stopped {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
         [match self {
             Self::CubicRoot => (x * x * x).cbrt(),

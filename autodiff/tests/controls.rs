@@ -3,7 +3,7 @@
 use crate::common::assert_refused;
 use crate::net::taken_from;
 use autodiff::{
-    Dual, Function, Given, Kernel, Memory, Model, Program, Real, Rollout, Var, gradient,
+    Dual, Function, Given, Kernel, Memory, Model, Program, Real, Rollout, Var, gradient, kernel,
 };
 
 const MASSES: usize = 5;
@@ -13,8 +13,8 @@ const STEPS: usize = 23;
 #[derive(Clone, Copy)]
 struct Pushed;
 
+#[kernel]
 impl Kernel<5, 2> for Pushed {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, v, stiffness, force, wind]: [R; 5]) -> [R; 2] {
         let v = v + R::lit(0.05) * (force + wind * v - stiffness * x * x * x);
         [x + R::lit(0.05) * v, v]

@@ -4,7 +4,7 @@
 use std::num::FpCategory;
 
 use autodiff::simd::{Lane, Vectorized};
-use autodiff::{DoubleDouble, Dual, Element, Real, gradient, hessian};
+use autodiff::{DoubleDouble, Dual, Element, Real, gradient, hessian, kernel};
 use num_traits::{Float, NumCast, Signed, ToPrimitive};
 
 type Number = Element<Dual<DoubleDouble, 1>>;
@@ -313,9 +313,9 @@ fn no_primitive_number_comes_out() {
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn lanes_pass_until_they_disagree_about_a_branch() {
     struct InLanes([f64; 16]);
+    #[kernel]
     impl Vectorized<f64> for InLanes {
         type Output = ();
-        #[inline(always)]
         fn run<L: Lane<f64>>(self) {
             let x = Element(L::load(&self.0));
             let mut rounded = vec![0.0; L::N];

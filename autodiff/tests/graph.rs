@@ -1,7 +1,9 @@
 //! Graphs that leave out some of their edges, and graphs whose edges are springs in the plane.
 
 use crate::steps::{Step, Turn, assert_same};
-use autodiff::{Function, Given, Graph, Kernel, Model, Program, Real, Rollout, value_and_gradient};
+use autodiff::{
+    Function, Given, Graph, Kernel, Model, Program, Real, Rollout, kernel, value_and_gradient,
+};
 
 const NODES: usize = 40;
 
@@ -23,8 +25,8 @@ fn marked() -> Vec<bool> {
 
 #[derive(Clone, Copy)]
 struct Spring;
+#[kernel]
 impl Kernel<2, 1> for Spring {
-    #[inline(always)]
     fn eval<R: Real>(&self, [d, k]: [R; 2]) -> [R; 1] {
         [k * d / (d * d + R::lit(1e-3)).sqrt()]
     }
@@ -32,8 +34,8 @@ impl Kernel<2, 1> for Spring {
 
 #[derive(Clone, Copy)]
 struct Move;
+#[kernel]
 impl Kernel<3, 2> for Move {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, v, f]: [R; 3]) -> [R; 2] {
         let v = v * R::lit(0.99) + f * R::lit(0.05);
         [x + R::lit(0.05) * v, v]
@@ -169,8 +171,8 @@ impl Plane {
 
 #[derive(Clone, Copy)]
 struct Strut;
+#[kernel]
 impl Kernel<3, 3> for Strut {
-    #[inline(always)]
     fn eval<R: Real>(&self, [dx, dy, k]: [R; 3]) -> [R; 3] {
         let length = (dx * dx + dy * dy + R::lit(1e-3)).sqrt();
         let pull = k * (length - R::one()) / length;

@@ -6,7 +6,7 @@ use autodiff::implicit::{NoRoot, Residual, root, root_within};
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{
     DoubleDouble, Dual, Function, Real, Tape, Var, gradient, hessian_vector, jacobian,
-    jacobian_reverse,
+    jacobian_reverse, kernel,
 };
 
 /// Polynomial equations. Each equation is a list of terms: a factor, and the numbers to multiply it by, counted from
@@ -275,9 +275,9 @@ fn turned_slope<R: Real>(p: R) -> R {
 #[test]
 fn lanes_may_disagree_about_pivots() {
     struct InLanes([f64; 16]);
+    #[kernel]
     impl Vectorized<f64> for InLanes {
         type Output = Vec<f64>;
-        #[inline(always)]
         fn run<L: Lane<f64>>(self) -> Vec<f64> {
             let mut slopes = vec![0.0; L::N];
             turned_slope(L::load(&self.0)).store(&mut slopes);

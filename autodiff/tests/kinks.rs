@@ -3,9 +3,9 @@
 use crate::common::{
     Formula, Sym, assert_gradient, assert_gradients, formula, forward_gradient, hessian_rows,
 };
-use autodiff::Elementary;
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{Dual, Function, Real, Tape, Var, gradient, hessian};
+use autodiff::{Elementary, kernel};
 use num_traits::Zero;
 
 const INF: f64 = f64::INFINITY;
@@ -93,6 +93,7 @@ fn a_choice_of_all_lanes_is_not_recorded() {
 /// Computes the gradient of `sqrt(max(x, 0))` at eight numbers, on a tape whose lanes hold one number each.
 struct RootAbove<'a>(&'a [f64; 8]);
 
+#[kernel]
 impl Vectorized<f64> for RootAbove<'_> {
     type Output = Vec<f64>;
     fn run<L: Lane<f64>>(self) -> Vec<f64> {
@@ -118,6 +119,7 @@ fn an_infinite_cotangent_passes_only_the_chosen_side_of_each_lane() {
 /// its input.
 struct ChoiceOfConstants;
 
+#[kernel]
 impl Vectorized<f64> for ChoiceOfConstants {
     type Output = (usize, f64);
     fn run<L: Lane<f64>>(self) -> (usize, f64) {
@@ -330,9 +332,9 @@ fn linear_functions_have_a_slope_at_nan() {
 /// Returns the value and the slope of `x.max(0)` at NaN, computed in lanes. The results are those of the first lane.
 struct MaxOfNan;
 
+#[kernel]
 impl Vectorized<f64> for MaxOfNan {
     type Output = (usize, f64, f64);
-    #[inline(always)]
     fn run<L: Lane<f64>>(self) -> Self::Output {
         let x = Dual::<L, 1>::variable(L::splat(NAN), 0);
         let y = x.max(Dual::lit(0.0));

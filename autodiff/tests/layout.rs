@@ -1,7 +1,7 @@
 //! The memory layout of a step's arrays, and sizes that must be refused.
 
 use crate::common::{assert_refused, panic_message};
-use autodiff::{Given, Graph, Kernel, Model, Program, Real, Rollout, Tape, Var};
+use autodiff::{Given, Graph, Kernel, Model, Program, Real, Rollout, Tape, Var, kernel};
 
 /// A model with a spread layer, which writes whole registers. The next array begins behind these registers and must not
 /// be overwritten.
@@ -21,8 +21,8 @@ impl Model for SetOutBefore {
 #[derive(Clone, Copy)]
 struct Halve;
 
+#[kernel]
 impl Kernel<1, 1> for Halve {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
         [R::lit(0.5) * x]
     }

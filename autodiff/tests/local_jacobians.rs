@@ -1,12 +1,12 @@
 //! The Jacobian of a small function at many points.
 
-use autodiff::{Kernel, Real, data};
+use autodiff::{Kernel, Real, data, kernel};
 
 /// A kernel with two results of three inputs.
 struct Couple;
 
+#[kernel]
 impl Kernel<3, 2> for Couple {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, y, z]: [R; 3]) -> [R; 2] {
         [x * y * y + z, (x - z) * y / (R::one() + x * x)]
     }

@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::panic::catch_unwind;
 
 use crate::common::panic_message;
-use autodiff::{Kernel, Memory, Model, Program, Real, Rollout, Tape, Var};
+use autodiff::{Kernel, Memory, Model, Program, Real, Rollout, Tape, Var, kernel};
 
 /// The number of numbers in a state.
 const STATE: usize = 8;
@@ -17,8 +17,8 @@ thread_local! {
 /// A kernel whose results make the stored row of a step longer than the state, so that small budgets matter.
 struct Widen;
 
+#[kernel]
 impl Kernel<1, 3> for Widen {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 3] {
         // The reverse sweep evaluates duals once per step, for every budget, so duals do not count.
         if !std::any::type_name::<R>().contains("Dual") {
@@ -30,8 +30,8 @@ impl Kernel<1, 3> for Widen {
 
 struct Join;
 
+#[kernel]
 impl Kernel<3, 1> for Join {
-    #[inline(always)]
     fn eval<R: Real>(&self, [wave, square, x]: [R; 3]) -> [R; 1] {
         [x + R::lit(0.1) * wave - R::lit(0.05) * square]
     }

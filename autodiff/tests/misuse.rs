@@ -4,7 +4,7 @@ use std::cell::Cell;
 
 use crate::common::{Sym, assert_refused, panic_message};
 use autodiff::real::Accepts;
-use autodiff::{Array, Dual, Graph, Kernel, Program, Real, Tape, Var, gradient};
+use autodiff::{Array, Dual, Graph, Kernel, Program, Real, Tape, Var, gradient, kernel};
 
 fn assert_stale<T>(action: impl FnOnce() -> T) {
     assert_refused("its tape is not recording", action);
@@ -218,8 +218,8 @@ fn an_empty_tape_says_so() {
 
 struct Twice;
 
+#[kernel]
 impl Kernel<1, 1> for Twice {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
         [x + x]
     }

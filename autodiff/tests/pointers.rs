@@ -2,7 +2,9 @@
 //! some thousand times as long as the processor; see `check-heavy.sh`.
 
 use crate::common::{assert_close, forward_gradient};
-use autodiff::{Function, Given, Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var};
+use autodiff::{
+    Function, Given, Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var, kernel,
+};
 use autodiff::{gradient, lit};
 
 /// More nodes than a register has lanes, and no multiple of them; under Miri, whose register is a scalar, a few.
@@ -13,8 +15,8 @@ const STEPS: usize = if cfg!(miri) { 5 } else { 40 };
 #[derive(Clone)]
 struct Spring;
 
+#[kernel]
 impl Kernel<2, 1> for Spring {
-    #[inline(always)]
     fn eval<R: Real>(&self, [stretch, stiffness]: [R; 2]) -> [R; 1] {
         [stiffness * (stretch + lit(0.1) * stretch * stretch * stretch)]
     }
@@ -24,8 +26,8 @@ impl Kernel<2, 1> for Spring {
 #[derive(Clone)]
 struct Move;
 
+#[kernel]
 impl Kernel<3, 1> for Move {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, force, push]: [R; 3]) -> [R; 1] {
         [x + lit(0.05) * force + lit(0.02) * push.sin()]
     }
@@ -35,8 +37,8 @@ impl Kernel<3, 1> for Move {
 #[derive(Clone)]
 struct Product;
 
+#[kernel]
 impl Kernel<2, 1> for Product {
-    #[inline(always)]
     fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
         [a * b]
     }

@@ -6,6 +6,7 @@ use crate::steps::{STEPS, Step, Turn, assert_same};
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{
     Function, Given, Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var, gradient,
+    kernel,
 };
 
 // Miri is slow, so it gets the fewest nodes that suffice.
@@ -15,8 +16,8 @@ const NODES: usize = if cfg!(miri) { 7 } else { 11 };
 #[derive(Clone, Copy)]
 struct Pull;
 
+#[kernel]
 impl Kernel<2, 1> for Pull {
-    #[inline(always)]
     fn eval<R: Real>(&self, [d, k]: [R; 2]) -> [R; 1] {
         [k * d * R::lit(0.1)]
     }
@@ -26,8 +27,8 @@ impl Kernel<2, 1> for Pull {
 #[derive(Clone, Copy)]
 struct Plus;
 
+#[kernel]
 impl Kernel<2, 1> for Plus {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, f]: [R; 2]) -> [R; 1] {
         [x + f]
     }
@@ -192,8 +193,8 @@ fn declarations_may_come_in_any_order() {
 #[derive(Clone, Copy)]
 struct Nothing;
 
+#[kernel]
 impl Kernel<1, 0> for Nothing {
-    #[inline(always)]
     fn eval<R: Real>(&self, _: [R; 1]) -> [R; 0] {
         []
     }

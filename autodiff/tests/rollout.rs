@@ -5,7 +5,7 @@ use crate::net::{Loss, NODES, Net, taken_from, weighted_squares};
 use approx::assert_relative_eq;
 use autodiff::{
     CotangentBound, Dual, Function, Kernel, Memory, Model, Program, Real, Rollout, Var, gradient,
-    value_and_gradient,
+    kernel, value_and_gradient,
 };
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, LazyLock};
@@ -149,8 +149,8 @@ fn a_cotangent_too_large_to_be_measured_is_told() {
 #[derive(Clone, Copy)]
 struct Times(f64);
 
+#[kernel]
 impl Kernel<1, 1> for Times {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
         [x * R::lit(self.0)]
     }
@@ -416,6 +416,7 @@ static STOP: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 #[derive(Clone, Copy)]
 struct Stopping;
 
+#[kernel]
 impl Kernel<1, 1> for Stopping {
     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
         if COUNTED.fetch_add(1, Ordering::Relaxed) >= 10 {

@@ -2,7 +2,7 @@
 
 use crate::steps::{Step, Turn, assert_as_alone, assert_same};
 use autodiff::arrays::{UniformKernel, Uniforms};
-use autodiff::{DoubleDouble, Given, Graph, Kernel, Model, Program, Real, Rollout, Var};
+use autodiff::{DoubleDouble, Given, Graph, Kernel, Model, Program, Real, Rollout, Var, kernel};
 
 /// A model with `N` unknowns per node. In every step, the solution of the equations becomes the new state.
 #[derive(Clone)]
@@ -376,9 +376,9 @@ fn numbers_of_edges_are_summed_at_both_ends() {
 fn results_stay_at_their_edges() {
     /// The impulse of a spring, with its stiffness as a uniform input.
     struct Spring;
+    #[kernel]
     impl UniformKernel<3, 2> for Spring {
         const UNIFORMS: usize = 1;
-        #[inline(always)]
         fn eval_with<R: Real>(&self, [d, e, rest]: [R; 3], k: &Uniforms<R>) -> [R; 2] {
             [k[0] * (d - rest).sin(), d * e + rest]
         }

@@ -6,7 +6,7 @@ use autodiff::implicit::{Residual, root};
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::trace::{NonFinite, Traced, first_non_finite};
 use autodiff::{
-    Dual, Function, Kernel, Model, Program, Real, Rollout, gradient, value_and_gradient,
+    Dual, Function, Kernel, Model, Program, Real, Rollout, gradient, kernel, value_and_gradient,
 };
 
 fn origin(function: &impl Function, x: &[f64]) -> Option<NonFinite> {
@@ -191,8 +191,8 @@ struct Falling;
 
 #[derive(Clone, Copy)]
 struct Fall;
+#[kernel]
 impl Kernel<1, 1> for Fall {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
         [x.sqrt() - R::lit(0.5)]
     }
@@ -303,6 +303,7 @@ fn results_of_constants_are_constants() {
 /// after it is taken. The other lanes choose a constant. The root is the first or the second operand of the choice.
 struct ChoicesByLanes;
 
+#[kernel]
 impl Vectorized<f64> for ChoicesByLanes {
     type Output = Vec<Option<&'static str>>;
     fn run<L: Lane<f64>>(self) -> Self::Output {

@@ -46,6 +46,8 @@ pub mod codesign;
 pub mod verdict;
 pub mod record;
 
+#[doc(inline)]
+pub use autodiff_derive::kernel;
 pub use cosmic_optimiser as optimiser;
 pub use error::{Error, Result};
 pub use registry::Registry;

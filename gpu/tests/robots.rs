@@ -5,6 +5,7 @@ use crate::device::gpu;
 use autodiff::Real;
 use cosmic::Registry;
 use cosmic::geometry::Vector;
+use cosmic::kernel;
 use cosmic::lattice::Lattice;
 use cosmic::laws::{Contact, Impact, Law, Node, NodeForce, contact, on_nodes};
 use cosmic::scene::{BUILTIN, Integrator, Scene};
@@ -166,10 +167,10 @@ impl Law for Gusts {
     const NAME: &'static str = "gusts";
 }
 
+#[kernel]
 impl NodeForce for Gusts {
     const NEEDS_TIME: bool = true;
 
-    #[inline(always)]
     fn force<R: Real, const D: usize>(gusts: &Gusts<R>, node: Node<R, D>) -> Vector<R, D> {
         let air = Vector::upright(node.x.up() * (node.time * R::lit(3.0)).sin(), R::zero());
         (air - node.v) * gusts.drag
@@ -188,8 +189,8 @@ impl Law for Mud {
     const NAME: &'static str = "mud";
 }
 
+#[kernel]
 impl Contact for Mud {
-    #[inline(always)]
     fn respond<R: Real, const D: usize>(mud: &Mud<R>, impact: Impact<R, D>) -> Vector<R, D> {
         impact.velocity.along() * (-mud.rate * impact.rest).exp()
     }
@@ -209,12 +210,12 @@ impl Law for Magnet {
     const NAME: &'static str = "magnet";
 }
 
+#[kernel]
 impl NodeForce for Magnet {
     fn weight(&self, node: usize, _: &Lattice) -> f64 {
         f64::from(u8::from(node < 3))
     }
 
-    #[inline(always)]
     fn force<R: Real, const D: usize>(magnet: &Magnet<R>, node: Node<R, D>) -> Vector<R, D> {
         let [along, above] = magnet.place;
         let d = Vector::upright(along, above) - node.x;

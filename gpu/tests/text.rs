@@ -3,6 +3,7 @@
 use crate::program::Every;
 use autodiff::wgsl::{Options, Printed, print};
 use autodiff::{Elementary, Kernel, Model, Program, Real};
+use cosmic::kernel;
 
 /// Parses and checks a text as a device would.
 fn check(printed: &Printed) {
@@ -45,8 +46,8 @@ fn every_operation_is_printed() {
 #[derive(Clone)]
 struct Applied(Elementary);
 
+#[kernel]
 impl Kernel<1, 1> for Applied {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
         [x.elementary(self.0) + x.powi(-3) + x.atan2(2.0) + x.powf(0.5) + x.hypot(1.0) + x.cos()]
     }

@@ -1,7 +1,7 @@
 //! Generates the adjoint of the kernel at build time. So no generated code is in the repository, and none can be out of
 //! date.
 
-use autodiff::{Kernel, Real, emit};
+use autodiff::{Kernel, Real, emit, kernel};
 
 #[path = "src/drag.rs"]
 mod drag;
@@ -9,6 +9,7 @@ mod drag;
 use drag::Drag;
 
 /// The kernel without a generated adjoint: the build script only records the formula.
+#[kernel]
 impl Kernel<3, 1> for Drag {
     fn eval<R: Real>(&self, x: [R; 3]) -> [R; 1] {
         self.decelerated(x)

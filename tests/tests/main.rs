@@ -13,7 +13,6 @@ mod goals;
 mod ground_profile;
 mod guard;
 mod implicit;
-mod inlined_kernels;
 mod integrators;
 mod learned_clock;
 mod mma;

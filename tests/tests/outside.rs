@@ -105,8 +105,7 @@ fn the_dependencies_of_the_readmes_resolve() {
         fs::create_dir_all(folder.join("src")).unwrap();
         fs::write(folder.join("src/lib.rs"), "").unwrap();
         let package = "[package]\nname = \"pasted\"\nedition = \"2024\"\n";
-        let features =
-            "[features]\nall = [\"autodiff/derive\", \"autodiff/nalgebra\", \"autodiff/rayon\"]\n";
+        let features = "[features]\nall = [\"autodiff/derive\", \"autodiff/nalgebra\", \"autodiff/rayon\", \"autodiff/wgsl\"]\n";
         let manifest = format!("{package}{block}{features}[workspace]\n");
         fs::write(folder.join("Cargo.toml"), manifest).unwrap();
         fs::copy(repository.join("Cargo.lock"), folder.join("Cargo.lock")).unwrap();

@@ -7,6 +7,7 @@ use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::design::{Design, Material};
 use cosmic::geometry::{Ground, Vector};
+use cosmic::kernel;
 use cosmic::lattice::{Lattice, State};
 use cosmic::laws::{
     Bar, BarForce, Contact, Impact, Law, Node, NodeForce, contact, on_bars, on_nodes,
@@ -27,8 +28,8 @@ impl Law for Glue {
     const NAME: &'static str = "glue";
 }
 
+#[kernel]
 impl Contact for Glue {
-    #[inline(always)]
     fn respond<R: Real, const D: usize>(_: &Self, _: Impact<R, D>) -> Vector<R, D> {
         Vector::zero()
     }
@@ -46,8 +47,8 @@ impl Law for Bounce {
     const NAME: &'static str = "bounce";
 }
 
+#[kernel]
 impl Contact for Bounce {
-    #[inline(always)]
     fn respond<R: Real, const D: usize>(bounce: &Bounce<R>, impact: Impact<R, D>) -> Vector<R, D> {
         let velocity = impact.velocity;
         velocity.with_up(-bounce.restitution * velocity.up())
@@ -63,8 +64,8 @@ impl Law for Again {
     const NAME: &'static str = "again";
 }
 
+#[kernel]
 impl BarForce for Again {
-    #[inline(always)]
     fn tension<R: Real>(_: &Self, bar: Bar<R>) -> R {
         bar.stiffness * (bar.length - bar.target)
     }
@@ -89,6 +90,7 @@ impl Law for Tether {
     const NAME: &'static str = "tether";
 }
 
+#[kernel]
 impl NodeForce for Tether {
     const NEEDS_TIME: bool = true;
 
@@ -96,7 +98,6 @@ impl NodeForce for Tether {
         node as f64
     }
 
-    #[inline(always)]
     fn force<R: Real, const D: usize>(tether: &Tether<R>, node: Node<R, D>) -> Vector<R, D> {
         let (k, c) = (tether.stiffness, tether.damping);
         let pull = tether.pull * node.weight * (R::lit(30.0) * node.time).sin();
@@ -387,6 +388,7 @@ impl Law for Section {
     const NAME: &'static str = "ground";
 }
 
+#[kernel]
 impl Contact for Section {
     fn respond<R: Real, const D: usize>(_: &Self, _: Impact<R, D>) -> Vector<R, D> {
         Vector::zero()

@@ -5,6 +5,7 @@ use autodiff::{Array, Kernel, Real};
 use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::geometry::Vector;
+use cosmic::kernel;
 use cosmic::lattice::State;
 use cosmic::objective::Displacement;
 use cosmic::policy::{Block, Network, Policy, PolicyStep, Sizes, observation};
@@ -24,8 +25,8 @@ struct Reflex;
 #[derive(Clone)]
 struct Mixed;
 
+#[kernel]
 impl Kernel<5, 1> for Mixed {
-    #[inline(always)]
     fn eval<R: Real>(&self, [sin, cos, factor, reflex, felt]: [R; 5]) -> [R; 1] {
         [(factor * (sin + cos + R::lit(30.0) * felt) + reflex).tanh()]
     }
@@ -36,8 +37,8 @@ impl Kernel<5, 1> for Mixed {
 #[derive(Clone)]
 struct Felt;
 
+#[kernel]
 impl Kernel<9, 1> for Felt {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x0, y0, u0, v0, x1, y1, u1, v1, rest]: [R; 9]) -> [R; 1] {
         let length = (x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0);
         [length - rest * rest + y0 * y1 + R::lit(0.1) * (u0 * v1 - v0 * u1)]

@@ -1,4 +1,7 @@
-//! `#[derive(Parameters)]` for structures of numbers. The trait in `autodiff` has the documentation.
+//! `#[derive(Parameters)]` for structures of numbers. The trait in `autodiff` has the documentation. And `#[kernel]` for
+//! functions that run in SIMD lanes.
+
+mod kernel;
 
 use proc_macro::TokenStream;
 use proc_macro2::{TokenStream as Code, TokenTree};
@@ -16,6 +19,21 @@ use syn::{Data, DeriveInput, Error, Field, Fields, GenericParam, Generics, Ident
 pub fn parameters(input: TokenStream) -> TokenStream {
     let input = syn::parse_macro_input!(input as DeriveInput);
     implementation(&input)
+        .unwrap_or_else(Error::into_compile_error)
+        .into()
+}
+
+/// Marks every function of an `impl` `#[inline(always)]`, or a single function: those that run in SIMD lanes.
+///
+/// The instruction set of the lanes is chosen at run time, for the loop around a kernel. A function that is not inlined
+/// into that loop is compiled without this instruction set, and every operation in it becomes a call: the results stay
+/// the same, but the kernel takes some fifty times as long. So the traits of kernels have a hidden constant, which this
+/// attribute defines, and an `impl` without it does not compile. Use it also on all functions of yours that a kernel
+/// calls, or on their `impl`. In an `impl` of any other trait, mark the functions one by one. Closures cannot be marked,
+/// so prefer loops.
+#[proc_macro_attribute]
+pub fn kernel(arguments: TokenStream, item: TokenStream) -> TokenStream {
+    kernel::marked(&arguments.into(), item.into())
         .unwrap_or_else(Error::into_compile_error)
         .into()
 }

@@ -424,14 +424,14 @@ mod tests {
 
     use crate::real::Real;
     use crate::simd::{Level, at_most, lanes};
-    use crate::{Graph, Kernel, Program};
+    use crate::{Graph, Kernel, Program, kernel};
 
     /// A kernel that returns its input: the difference between the values at an edge's head and tail.
     #[derive(Clone)]
     struct Stretch;
 
+    #[kernel]
     impl Kernel<1, 1> for Stretch {
-        #[inline(always)]
         fn eval<R: Real>(&self, stretch: [R; 1]) -> [R; 1] {
             stretch
         }

@@ -71,6 +71,7 @@ impl Moves {
 impl Gather {
     /// For each element of the output, the index of the element of the input that it is a copy of; `None` for zeros. For
     /// a program with one start.
+    #[cfg(feature = "wgsl")]
     pub(crate) fn indices(&self) -> Vec<Option<usize>> {
         let mut indices = vec![None; self.output.len];
         for CopyRun { from, to, len } in &self.moves.runs {

@@ -20,12 +20,38 @@ use crate::real::Real;
 /// [emitted](crate::emit) from a recording of `eval` costs two to four evaluations for any number of inputs. To use it,
 /// override [`vjp`](Kernel::vjp) with one line that calls it.
 ///
-/// **Mark `eval`, and every function of yours that it calls, `#[inline(always)]`.** The instruction set of the lanes is
-/// chosen at run time, for the loop around the kernel. A function that is not inlined into that loop is compiled
-/// without this instruction set, and every operation in it becomes a call. The results stay the same, but the kernel
-/// takes some fifty times as long. Closures cannot be marked, so prefer loops.
+/// The attribute [`kernel`](macro@crate::kernel) on the `impl` makes the methods part of the loop around the kernel. Put it
+/// also on the functions of yours that they call. An `impl` without it does not compile:
+///
+/// ```
+/// use autodiff::{Kernel, Real, kernel};
+///
+/// struct Square;
+///
+/// #[kernel]
+/// impl Kernel<1, 1> for Square {
+///     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+///         [x * x]
+///     }
+/// }
+/// ```
+///
+/// ```compile_fail,E0046
+/// use autodiff::{Kernel, Real};
+///
+/// struct Square;
+///
+/// impl Kernel<1, 1> for Square {
+///     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+///         [x * x]
+///     }
+/// }
+/// ```
 pub trait Kernel<const I: usize, const O: usize>: Send + 'static {
-    /// Returns the results at `x`. Mark it `#[inline(always)]`.
+    #[doc(hidden)]
+    const USE_THE_ATTRIBUTE_KERNEL: ();
+
+    /// Returns the results at `x`.
     fn eval<R: Real>(&self, x: [R; I]) -> [R; O];
 
     /// Returns the cotangents of the inputs (VJPs). There is one row for each row of `at.y_bar`, which holds cotangents

@@ -51,6 +51,7 @@ impl<R: Real, T: LaneOperation<R>> Operation<R> for InLanes<T> {
 struct Forward<'a, T, R>(&'a mut T, &'a [R], &'a mut [R]);
 
 impl<R: Real, T: LaneOperation<R>> Vectorized<R> for Forward<'_, T, R> {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = ();
     const HAS_SCALARS: bool = T::HAS_SCALARS;
     #[inline(always)]
@@ -62,6 +63,7 @@ impl<R: Real, T: LaneOperation<R>> Vectorized<R> for Forward<'_, T, R> {
 struct Reverse<'a, 'b, T, R>(&'a mut T, StepValues<'a, R>, &'a mut Bars<'b, R>);
 
 impl<R: Real, T: LaneOperation<R>> Vectorized<R> for Reverse<'_, '_, T, R> {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = ();
     const HAS_SCALARS: bool = T::HAS_SCALARS;
     #[inline(always)]

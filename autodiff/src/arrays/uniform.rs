@@ -16,18 +16,18 @@ pub type Uniforms<R> = [R; MOST_UNIFORMS];
 /// A [`Kernel`] with uniform inputs: numbers that all elements share, such as gravity. A rollout can be differentiated
 /// with respect to them, and the starts of a batch may have different values.
 ///
-/// Every [`Kernel`] is a `UniformKernel` without uniform inputs. Mark the methods `#[inline(always)]`.
+/// Every [`Kernel`] is a `UniformKernel` without uniform inputs.
 ///
 /// ```
 /// use autodiff::arrays::{UniformKernel, Uniforms};
-/// use autodiff::{Model, Program, Real, Rollout, Var, gradient};
+/// use autodiff::{Model, Program, Real, Rollout, Var, gradient, kernel};
 ///
 /// struct Decay;
 ///
+/// #[kernel]
 /// impl UniformKernel<1, 1> for Decay {
 ///     const UNIFORMS: usize = 1;
 ///
-///     #[inline(always)]
 ///     fn eval_with<R: Real>(&self, [x]: [R; 1], uniforms: &Uniforms<R>) -> [R; 1] {
 ///         [x - uniforms[0] * x]
 ///     }
@@ -51,6 +51,9 @@ pub type Uniforms<R> = [R; MOST_UNIFORMS];
 /// assert_eq!(gradient(sum, &[0.5]), [-24.0]);
 /// ```
 pub trait UniformKernel<const I: usize, const O: usize>: Send + 'static {
+    #[doc(hidden)]
+    const USE_THE_ATTRIBUTE_KERNEL: ();
+
     /// The number of uniform inputs, at most [`MOST_UNIFORMS`].
     const UNIFORMS: usize;
 
@@ -70,6 +73,7 @@ pub trait UniformKernel<const I: usize, const O: usize>: Send + 'static {
 }
 
 impl<K: Kernel<I, O>, const I: usize, const O: usize> UniformKernel<I, O> for K {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
     const UNIFORMS: usize = 0;
 
     #[inline(always)]
@@ -97,6 +101,7 @@ pub struct Fixed<K> {
 }
 
 impl<K: UniformKernel<I, O>, const I: usize, const O: usize> Kernel<I, O> for Fixed<K> {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
     #[inline(always)]
     fn eval<R: Real>(&self, x: [R; I]) -> [R; O] {
         self.kernel.eval_with(x, &constant_uniforms(&self.uniforms))
@@ -257,16 +262,16 @@ impl UniformInputs {
 mod tests {
     use crate::arrays::{UniformKernel, Uniforms};
     use crate::check::{Options, Verdict, check_gradient};
-    use crate::{Function, Given, Graph, Model, Program, Real, Rollout, Var, gradient};
+    use crate::{Function, Given, Graph, Model, Program, Real, Rollout, Var, gradient, kernel};
 
     /// A spring with the force `u[0] d + u[1] d^3` for an elongation `d`.
     #[derive(Clone)]
     struct Spring;
 
+    #[kernel]
     impl UniformKernel<1, 1> for Spring {
         const UNIFORMS: usize = 2;
 
-        #[inline(always)]
         fn eval_with<R: Real>(&self, [d]: [R; 1], u: &Uniforms<R>) -> [R; 1] {
             [u[0] * d + u[1] * d * d * d]
         }
@@ -277,10 +282,10 @@ mod tests {
     #[derive(Clone)]
     struct Move;
 
+    #[kernel]
     impl UniformKernel<2, 1> for Move {
         const UNIFORMS: usize = 1;
 
-        #[inline(always)]
         fn eval_with<R: Real>(&self, [x, force]: [R; 2], u: &Uniforms<R>) -> [R; 1] {
             [x + force + u[0] * x.sin()]
         }

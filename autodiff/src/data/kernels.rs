@@ -8,11 +8,11 @@ use crate::simd::{Lane, Vectorized, WIDEST};
 /// `output(i, y)`, where `y` has the kernel's results at the point `input(i)`.
 ///
 /// ```
-/// use autodiff::{Kernel, Real, data};
+/// use autodiff::{Kernel, Real, data, kernel};
 ///
 /// struct Area;
+/// #[kernel]
 /// impl Kernel<2, 1> for Area {
-///     #[inline(always)]
 ///     fn eval<R: Real>(&self, [width, height]: [R; 2]) -> [R; 1] {
 ///         [width * height]
 ///     }
@@ -45,11 +45,11 @@ pub fn values<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
 /// entries in each row. The cost per point is `I` forward directions, and no colouring of the columns is needed.
 ///
 /// ```
-/// use autodiff::{Kernel, Real, data};
+/// use autodiff::{Kernel, Real, data, kernel};
 ///
 /// struct Area;
+/// #[kernel]
 /// impl Kernel<2, 1> for Area {
-///     #[inline(always)]
 ///     fn eval<R: Real>(&self, [width, height]: [R; 2]) -> [R; 1] {
 ///         [width * height]
 ///     }
@@ -169,6 +169,7 @@ where
     F: Fn(usize) -> [R; I],
     G: FnMut(usize, LocalJacobian<'_, R, J, O>),
 {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(mut self) {

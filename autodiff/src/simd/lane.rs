@@ -58,6 +58,7 @@ impl<R: Real> Lane<R> for R {
 struct LaneCount;
 
 impl<R: Real> Vectorized<R> for LaneCount {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = usize;
     #[inline(always)]
     fn run<L: Lane<R>>(self) -> usize {

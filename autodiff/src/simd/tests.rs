@@ -6,6 +6,7 @@ use super::aarch64::{F32x4, F64x2};
 use super::wasm::{F32x4, F64x2};
 use super::{Lane, Vectorized, WIDEST};
 use crate::elementary::Elementary;
+use crate::kernel;
 use crate::real::{Mask, Real};
 
 /// The number of tested functions.
@@ -51,9 +52,9 @@ fn functions<S: Real, R: Lane<S>>(x: R) -> [R; FUNCTIONS] {
 /// Applies all functions to all numbers. The last register is only partly filled.
 struct All<'a, S>(&'a [S], &'a mut [Vec<S>; FUNCTIONS]);
 
+#[kernel]
 impl<S: Real> Vectorized<S> for All<'_, S> {
     type Output = usize;
-    #[inline(always)]
     fn run<L: Lane<S>>(self) -> usize {
         let mut place = 0;
         while place < self.0.len() {
@@ -139,9 +140,9 @@ fn every_register_has_the_bits_of_scalars() {
 /// each result.
 struct MoveLanes;
 
+#[kernel]
 impl<S: Real> Vectorized<S> for MoveLanes {
     type Output = usize;
-    #[inline(always)]
     fn run<L: Lane<S>>(self) -> usize {
         let numbers: Vec<S> = (1..=L::N).map(|k| S::lit(k as f64)).collect();
         let lane = L::load(&numbers);

@@ -20,7 +20,7 @@ use crate::record::{Places, ReplayedKernel, recorded};
 /// if it calls a [custom rule](crate::custom) or another [fused](Real::fused) function.
 ///
 /// ```
-/// use autodiff::{AnyProgram, Array, Kernel, Model, Program, Real, Rollout, gradient};
+/// use autodiff::{AnyProgram, Array, Kernel, Model, Program, Real, Rollout, gradient, kernel};
 /// use std::sync::Arc;
 ///
 /// /// A part of a model that is chosen at run time.
@@ -36,8 +36,8 @@ use crate::record::{Places, ReplayedKernel, recorded};
 /// }
 ///
 /// struct Spring(f64);
+/// #[kernel]
 /// impl Kernel<1, 1> for Spring {
-///     #[inline(always)]
 ///     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
 ///         [-R::lit(self.0) * x]
 ///     }

@@ -54,14 +54,14 @@ impl<M: Model> Rollout<M> {
     /// different order, so they differ by rounding from a sum over calls of `run`.
     ///
     /// ```
-    /// use autodiff::{Given, Kernel, Model, Program, Real, Rollout, Var, gradient};
+    /// use autodiff::{Given, Kernel, Model, Program, Real, Rollout, Var, gradient, kernel};
     ///
     /// /// A mass on a spring, in steps of 0.1 s.
     /// #[derive(Clone, Copy)]
     /// struct Spring;
     ///
+    /// #[kernel]
     /// impl Kernel<3, 2> for Spring {
-    ///     #[inline(always)]
     ///     fn eval<R: Real>(&self, [x, v, stiffness]: [R; 3]) -> [R; 2] {
     ///         let v = v - R::lit(0.1) * stiffness * x;
     ///         [x + R::lit(0.1) * v, v]

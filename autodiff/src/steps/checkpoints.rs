@@ -10,14 +10,14 @@ use std::ops::Range;
 /// How much memory a rollout uses for its reverse sweep. The gradient does not depend on it.
 ///
 /// ```
-/// use autodiff::{Kernel, Memory, Model, Program, Real, Rollout, Var, gradient};
+/// use autodiff::{Kernel, Memory, Model, Program, Real, Rollout, Var, gradient, kernel};
 ///
 /// /// Cooling by radiation.
 /// #[derive(Clone, Copy)]
 /// struct Cooling;
 ///
+/// #[kernel]
 /// impl Kernel<1, 1> for Cooling {
-///     #[inline(always)]
 ///     fn eval<R: Real>(&self, [heat]: [R; 1]) -> [R; 1] {
 ///         [heat - R::lit(0.01) * heat.powi(4)]
 ///     }

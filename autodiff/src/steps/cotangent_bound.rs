@@ -8,14 +8,14 @@ use crate::real::{Mask, Real};
 /// treat the scaling factor as a constant, so Hessians are not exact and may not be symmetric.
 ///
 /// ```
-/// use autodiff::{CotangentBound, Kernel, Model, Program, Real, Rollout, Var, gradient};
+/// use autodiff::{CotangentBound, Kernel, Model, Program, Real, Rollout, Var, gradient, kernel};
 ///
 /// /// Each step doubles `x`.
 /// #[derive(Clone, Copy)]
 /// struct Doubling;
 ///
+/// #[kernel]
 /// impl Kernel<1, 1> for Doubling {
-///     #[inline(always)]
 ///     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
 ///         [x + x]
 ///     }

@@ -40,4 +40,5 @@ pub use cotangent_bound::CotangentBound;
 pub use program::Program;
 pub(crate) use progress::step;
 pub use settings::{Given, Model, Rollout};
+#[cfg(feature = "wgsl")]
 pub(crate) use settings::{check_bounds, check_units};

@@ -19,14 +19,14 @@ impl<R: Real> Program<R> {
     /// and subtracted at its head, so the outputs are arrays over the nodes.
     ///
     /// ```
-    /// use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, Var, gradient};
+    /// use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, Var, gradient, kernel};
     ///
     /// /// The heat that flows from the head to the tail of an edge in one step.
     /// #[derive(Clone, Copy)]
     /// struct Conduction;
     ///
+    /// #[kernel]
     /// impl Kernel<2, 1> for Conduction {
-    ///     #[inline(always)]
     ///     fn eval<R: Real>(&self, [difference, conductivity]: [R; 2]) -> [R; 1] {
     ///         [conductivity * difference]
     ///     }
@@ -35,8 +35,8 @@ impl<R: Real> Program<R> {
     /// #[derive(Clone, Copy)]
     /// struct Sum;
     ///
+    /// #[kernel]
     /// impl Kernel<2, 1> for Sum {
-    ///     #[inline(always)]
     ///     fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
     ///         [a + b]
     ///     }
@@ -188,7 +188,7 @@ impl<R: Real> Program<R> {
     /// in a step depends on the temperatures after it:
     ///
     /// ```
-    /// use autodiff::{Graph, Kernel, Model, Program, Real, Rollout};
+    /// use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, kernel};
     ///
     /// #[derive(Clone)]
     /// struct Rod;
@@ -208,8 +208,8 @@ impl<R: Real> Program<R> {
     /// #[derive(Clone)]
     /// struct Product;
     ///
+    /// #[kernel]
     /// impl Kernel<2, 1> for Product {
-    ///     #[inline(always)]
     ///     fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
     ///         [a * b]
     ///     }

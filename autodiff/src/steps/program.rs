@@ -86,6 +86,7 @@ impl<R: Real> Program<R> {
     }
 
     /// Creates a program whose kernels are all recordings. It can be read, for example to print it, but not run.
+    #[cfg(feature = "wgsl")]
     pub(crate) fn of_recordings() -> Self {
         Self {
             records_kernels: true,
@@ -139,14 +140,14 @@ impl<R: Real> Program<R> {
     /// rollout takes it as one parameter of `steps * len` numbers, one step after the other.
     ///
     /// ```
-    /// use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient};
+    /// use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient, kernel};
     ///
     /// /// A mass of 1 on a spring, pushed by a force, in steps of 0.1 s.
     /// #[derive(Clone, Copy)]
     /// struct Push;
     ///
+    /// #[kernel]
     /// impl Kernel<3, 2> for Push {
-    ///     #[inline(always)]
     ///     fn eval<R: Real>(&self, [x, v, force]: [R; 3]) -> [R; 2] {
     ///         let v = v + R::lit(0.1) * (force - x);
     ///         [x + R::lit(0.1) * v, v]

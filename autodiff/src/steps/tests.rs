@@ -10,7 +10,7 @@ use super::batched::Batch;
 use crate::simd::{Level, at_most, lanes, level};
 use crate::{
     CotangentBound, Dual, Function, Given, Kernel, Memory, Model, Program, Real, Rollout, Tape,
-    Var, gradient,
+    Var, gradient, kernel,
 };
 
 /// A batch: starts that are close to each other, and their parameters.
@@ -387,6 +387,7 @@ fn a_bound_on_the_state_leaves_derivatives_alone() {
 #[derive(Clone, Copy)]
 struct Still(usize);
 
+#[kernel]
 impl Kernel<1, 1> for Still {
     fn eval<R: Real>(&self, x: [R; 1]) -> [R; 1] {
         x

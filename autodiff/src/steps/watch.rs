@@ -50,6 +50,7 @@ struct Look<'a, R> {
 }
 
 impl<R: Real> Vectorized<R> for Look<'_, R> {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {

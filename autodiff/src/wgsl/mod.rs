@@ -11,13 +11,13 @@
 //!
 //! ```
 //! use autodiff::wgsl::{Options, print};
-//! use autodiff::{Kernel, Model, Program, Real, lit};
+//! use autodiff::{Kernel, Model, Program, Real, kernel, lit};
 //!
 //! /// A pendulum of length 1, in steps of 0.01 s.
 //! struct Swing;
 //!
+//! #[kernel]
 //! impl Kernel<3, 2> for Swing {
-//!     #[inline(always)]
 //!     fn eval<R: Real>(&self, [angle, speed, gravity]: [R; 3]) -> [R; 2] {
 //!         let speed = speed - lit(0.01) * gravity * angle.sin();
 //!         [angle + lit(0.01) * speed, speed]

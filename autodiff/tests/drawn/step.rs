@@ -1,6 +1,6 @@
 //! A step of randomly drawn operations, both as a program and in plain code.
 
-use autodiff::{Array, Graph, Kernel, Matrix, Model, Program, Real};
+use autodiff::{Array, Graph, Kernel, Matrix, Model, Program, Real, kernel};
 
 use crate::steps::{Step, Turn};
 
@@ -8,8 +8,8 @@ use crate::steps::{Step, Turn};
 #[derive(Clone, Copy)]
 struct Cross;
 
+#[kernel]
 impl Kernel<3, 2> for Cross {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, y, z]: [R; 3]) -> [R; 2] {
         let sum = x * y + z;
         [sum / (R::one() + sum * sum), R::lit(0.5) * (y - z)]
@@ -20,8 +20,8 @@ impl Kernel<3, 2> for Cross {
 #[derive(Clone, Copy)]
 struct Tug;
 
+#[kernel]
 impl Kernel<2, 1> for Tug {
-    #[inline(always)]
     fn eval<R: Real>(&self, [d, k]: [R; 2]) -> [R; 1] {
         let pull = k * d;
         [pull / (R::one() + pull * pull) * R::lit(0.1)]

@@ -2,7 +2,7 @@
 
 use autodiff::custom::{Rule, apply};
 use autodiff::emit::adjoint;
-use autodiff::{Kernel, Real};
+use autodiff::{Kernel, Real, kernel};
 
 use crate::common::assert_refused;
 
@@ -45,8 +45,8 @@ impl Rule for Steep {
     }
 }
 
+#[kernel]
 impl Kernel<2, 2> for Fielded {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, y]: [R; 2]) -> [R; 2] {
         let Fielded { case, a, b } = *self;
         let (k, l) = (R::lit(a), R::lit(b));

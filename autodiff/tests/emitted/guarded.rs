@@ -1,6 +1,6 @@
 //! Emitted derivatives of kernels in which some values pass no derivative, or pass that of another value.
 
-use autodiff::{Dual, Kernel, Pullback, Real, Tape, Var};
+use autodiff::{Dual, Kernel, Pullback, Real, Tape, Var, kernel};
 
 use super::{Plain, assert_close};
 
@@ -8,8 +8,8 @@ use super::{Plain, assert_close};
 #[derive(Clone, Copy)]
 pub(crate) struct Held;
 
+#[kernel]
 impl Kernel<2, 3> for Held {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, y]: [R; 2]) -> [R; 3] {
         let rounded = (x * y).straight_through(x * x.sin());
         let held = R::select(x.less(y), x, R::one()).detach();
@@ -20,7 +20,6 @@ impl Kernel<2, 3> for Held {
         ]
     }
 
-    #[inline(always)]
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 2, 3, M>) -> [[R; 2]; M] {
         self.emitted_vjp(at)
     }
@@ -35,8 +34,8 @@ pub(crate) struct Guarded {
 
 const GUARDED: usize = 12;
 
+#[kernel]
 impl Kernel<2, GUARDED> for Guarded {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, y]: [R; 2]) -> [R; GUARDED] {
         let (zero, one) = (R::zero(), R::one());
         let (positive, above) = (zero.less(x), R::lit(1e100).less_equal(x));
@@ -57,7 +56,6 @@ impl Kernel<2, GUARDED> for Guarded {
         ]
     }
 
-    #[inline(always)]
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 2, GUARDED, M>) -> [[R; 2]; M] {
         self.emitted_vjp(at)
     }

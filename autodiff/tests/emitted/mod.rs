@@ -2,10 +2,12 @@
 
 use std::array::from_fn;
 
-use autodiff::Elementary;
 use autodiff::arrays::vjp_by_duals;
 use autodiff::emit::{adjoint, assert_fresh};
-use autodiff::{Element, Kernel, Mask, Memory, Model, Program, Pullback, Real, Rollout, Var, data};
+use autodiff::{
+    Element, Elementary, Kernel, Mask, Memory, Model, Program, Pullback, Real, Rollout, Var, data,
+    kernel,
+};
 
 mod fields;
 mod guarded;
@@ -31,14 +33,13 @@ struct Bent {
     stiffness: f64,
 }
 
+#[kernel]
 impl Kernel<2, 3> for Bent {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, y]: [R; 2]) -> [R; 3] {
         let bent = (R::lit(self.stiffness) * x * y).tanh();
         [bent, y, x.abs().sqrt() / (R::one() + bent * bent)]
     }
 
-    #[inline(always)]
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 2, 3, M>) -> [[R; 2]; M] {
         self.emitted_vjp(at)
     }
@@ -48,8 +49,8 @@ impl Kernel<2, 3> for Bent {
 #[derive(Clone, Copy)]
 struct Plain<K>(K);
 
+#[kernel]
 impl<K: Kernel<I, O>, const I: usize, const O: usize> Kernel<I, O> for Plain<K> {
-    #[inline(always)]
     fn eval<R: Real>(&self, x: [R; I]) -> [R; O] {
         self.0.eval(x)
     }
@@ -63,8 +64,8 @@ struct Every {
 
 const RESULTS: usize = 15;
 
+#[kernel]
 impl Kernel<3, RESULTS> for Every {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, y, z]: [R; 3]) -> [R; RESULTS] {
         let (zero, width) = (R::zero(), R::lit(self.width));
         let mut assigned = x;
@@ -93,7 +94,6 @@ impl Kernel<3, RESULTS> for Every {
         ]
     }
 
-    #[inline(always)]
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 3, RESULTS, M>) -> [[R; 3]; M] {
         self.emitted_vjp(at)
     }
@@ -187,8 +187,8 @@ fn every_operation_is_emitted_with_its_derivative() {
 #[test]
 fn limits_at_negative_zero_are_taken_from_inside() {
     struct LogOf(usize);
+    #[kernel]
     impl Kernel<2, 1> for LogOf {
-        #[inline(always)]
         fn eval<R: Real>(&self, [x, y]: [R; 2]) -> [R; 1] {
             let of = match self.0 {
                 0 => x,
@@ -207,8 +207,8 @@ fn limits_at_negative_zero_are_taken_from_inside() {
     /// A kernel in which each sum uses the previous one twice. The emitter must not work out twice what it knows about
     /// a sum, because the work would double with every sum.
     struct Doubled;
+    #[kernel]
     impl Kernel<1, 1> for Doubled {
-        #[inline(always)]
         fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
             [(0..64).fold(x, |sum, _| sum + sum).ln()]
         }
@@ -221,8 +221,8 @@ fn limits_at_negative_zero_are_taken_from_inside() {
 #[test]
 fn products_may_come_closer_to_zero_than_their_factors() {
     struct Inverse(f64);
+    #[kernel]
     impl Kernel<1, 1> for Inverse {
-        #[inline(always)]
         fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
             let clear = |least| x * x + R::lit(least * self.0);
             [(clear(1.0) * clear(2.0)).recip()]
@@ -238,8 +238,8 @@ fn products_may_come_closer_to_zero_than_their_factors() {
 #[test]
 fn a_positive_field_needs_no_guard() {
     struct Softened(f64);
+    #[kernel]
     impl Kernel<1, 1> for Softened {
-        #[inline(always)]
         fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
             [(x * x + R::lit(self.0)).sqrt()]
         }
@@ -295,8 +295,8 @@ fn a_program_gives_the_adjoint_the_results_of_its_own_step() {
 /// A kernel that rounds its input in a loop with as many steps as the number has bits.
 struct Rounded;
 
+#[kernel]
 impl Kernel<1, 1> for Rounded {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
         [num_traits::Float::floor(Element(x)).0 * x]
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use autodiff::{Function, Graph, Kernel, Model, Program, Real, Rollout};
+use autodiff::{Function, Graph, Kernel, Model, Program, Real, Rollout, kernel};
 
 /// A model of springs between neighbours on a 4 x 3 grid. A small network senses the nodes and drives the springs.
 #[derive(Clone)]
@@ -58,8 +58,8 @@ impl Net {
 
 #[derive(Clone, Copy)]
 struct Spring;
+#[kernel]
 impl Kernel<3, 1> for Spring {
-    #[inline(always)]
     fn eval<R: Real>(&self, [d, k, u]: [R; 3]) -> [R; 1] {
         let length = (d * d + R::lit(1e-3)).sqrt();
         [k * (length - R::lit(0.1) * (R::one() + u)) * d / length]
@@ -68,8 +68,8 @@ impl Kernel<3, 1> for Spring {
 
 #[derive(Clone, Copy)]
 struct Move;
+#[kernel]
 impl Kernel<4, 2> for Move {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, v, f, w]: [R; 4]) -> [R; 2] {
         let v = v * R::lit(0.99) + f * w * R::lit(0.01);
         let v = R::select(x.less(R::lit(-0.2)), v.max(R::zero()), v);

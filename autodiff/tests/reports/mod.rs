@@ -7,7 +7,7 @@ mod expression;
 use crate::common::{Formula, forward_gradient, gradients, hessian_rows};
 use autodiff::data::Recorded;
 use autodiff::{
-    Dual, Function, Kernel, Model, Program, Real, Rollout, gradient, gradient_forward,
+    Dual, Function, Kernel, Model, Program, Real, Rollout, gradient, gradient_forward, kernel,
     value_and_gradient,
 };
 use serde_json::Value;
@@ -159,8 +159,8 @@ struct Mapped {
     arguments: usize,
 }
 
+#[kernel]
 impl Kernel<4, 1> for Mapped {
-    #[inline(always)]
     fn eval<R: Real>(&self, x: [R; 4]) -> [R; 1] {
         [self.formula.values(&x[..self.arguments])[0]]
     }

@@ -2,7 +2,7 @@
 
 use crate::common::{Formula, Sym, formula};
 use crate::net::{taken_from, weighted_squares};
-use autodiff::{Dual, Function, Kernel, Model, Real, Rollout, Tape, Var, gradient};
+use autodiff::{Dual, Function, Kernel, Model, Real, Rollout, Tape, Var, gradient, kernel};
 
 // Miri is slow, so it gets the fewest steps that suffice.
 pub(crate) const STEPS: usize = if cfg!(miri) { 2 } else { 5 };
@@ -123,8 +123,8 @@ pub(crate) fn assert_as_alone(
 #[derive(Clone, Copy)]
 pub(crate) struct Turn;
 
+#[kernel]
 impl Kernel<2, 1> for Turn {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, y]: [R; 2]) -> [R; 1] {
         [x * R::lit(0.9) + y / (R::one() + y * y) * R::lit(0.6)]
     }

@@ -9,6 +9,7 @@ use benches::machine::built_in;
 use benches::objectives::Problem;
 use benches::robot::{MEASURED_STEPS, Subject, TwoMatvecs};
 use cosmic::inputs::{CONTROLLER, DESIGN};
+use cosmic::kernel;
 
 /// A piece of work whose instructions are counted. A process sets it up once, and then repeats it.
 pub(crate) struct CountedWork {
@@ -157,8 +158,8 @@ const STEPS: usize = 256;
 #[derive(Clone)]
 struct Populations;
 
+#[kernel]
 impl Kernel<6, 2> for Populations {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, y, a, b, c, d]: [R; 6]) -> [R; 2] {
         let h = R::lit(0.01);
         [x + h * x * (a - b * y), y + h * y * (c * x - d)]

@@ -67,14 +67,15 @@ mod primal {
 /// A rollout whose step is recorded once. The starts run in lanes.
 mod ours {
     use autodiff::{Given, Kernel, Model, Program, Real, Rollout, Var, lit};
+    use cosmic::kernel;
 
     use super::{HIDDEN, STEP, STEPS};
 
     #[derive(Clone)]
     struct Pendulum;
 
+    #[kernel]
     impl Kernel<3, 2> for Pendulum {
-        #[inline(always)]
         fn eval<R: Real>(&self, [angle, speed, torque]: [R; 3]) -> [R; 2] {
             let speed = speed + lit(STEP) * (torque - angle.sin());
             [angle + lit(STEP) * speed, speed]

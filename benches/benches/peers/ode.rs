@@ -94,23 +94,24 @@ mod primal {
     }
 }
 
-/// One time step, as a kernel uses it. All functions need `#[inline(always)]`, which closures cannot have.
+/// One time step, as a kernel uses it. All functions need `#[kernel]`, which closures cannot have.
 mod ours_step {
     use autodiff::{Real, lit};
+    use cosmic::kernel;
 
     use super::STEP;
 
-    #[inline(always)]
+    #[kernel]
     fn rate<R: Real>([x, y]: [R; 2], [a, b, c, d]: [R; 4]) -> [R; 2] {
         [a * x - b * x * y, c * x * y - d * y]
     }
 
-    #[inline(always)]
+    #[kernel]
     fn along<R: Real>([x, y]: [R; 2], h: f64, k: [R; 2]) -> [R; 2] {
         [x + lit(h) * k[0], y + lit(h) * k[1]]
     }
 
-    #[inline(always)]
+    #[kernel]
     pub(super) fn step<R: Real>(state: [R; 2], p: [R; 4]) -> [R; 2] {
         let k1 = rate(state, p);
         let k2 = rate(along(state, STEP / 2.0, k1), p);
@@ -171,14 +172,15 @@ mod ours_tape {
 /// The gradient by a rollout. The step is a kernel and is recorded once.
 mod ours_rollout {
     use autodiff::{Kernel, Model, Program, Real, Rollout, Var};
+    use cosmic::kernel;
 
     use super::{APART, POINT, START, STEPS, ours_step::step};
 
     #[derive(Clone)]
     struct Populations;
 
+    #[kernel]
     impl Kernel<6, 2> for Populations {
-        #[inline(always)]
         fn eval<R: Real>(&self, [x, y, a, b, c, d]: [R; 6]) -> [R; 2] {
             step([x, y], [a, b, c, d])
         }

@@ -5,6 +5,7 @@
 //! If the input repeats a camera, point or weight, each repetition counts as a different one.
 
 use autodiff::{Kernel, Real, data};
+use cosmic::kernel;
 use serde::Deserialize;
 use serde_json::value::RawValue;
 use serde_json::{Value, json};
@@ -67,8 +68,8 @@ struct Csr {
 /// image coordinates.
 struct Observation;
 
+#[kernel]
 impl Kernel<INPUTS, 3> for Observation {
-    #[inline(always)]
     fn eval<R: Real>(&self, x: [R; INPUTS]) -> [R; 3] {
         let [r0, r1, r2, c0, c1, c2, focal, rest @ ..] = x;
         let [u0, v0, k1, k2, x0, x1, x2, weight] = rest;

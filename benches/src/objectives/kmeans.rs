@@ -6,6 +6,7 @@
 
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{Dual2, Nested, Real};
+use cosmic::kernel;
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
@@ -48,9 +49,9 @@ struct Closest<'a> {
     centroids: &'a [f64],
 }
 
+#[kernel]
 impl Vectorized<f64> for Closest<'_> {
     type Output = (Vec<usize>, f64);
-    #[inline(always)]
     fn run<L: Lane<f64>>(self) -> (Vec<usize>, f64) {
         let Cloud { columns, points } = self.cloud;
         let (d, len) = (columns.len(), points.len());

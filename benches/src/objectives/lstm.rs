@@ -4,6 +4,7 @@
 //! sum of the losses so far. The parameters are the weights.
 
 use autodiff::{Array, Function, Kernel, Model, Program, Real, Rollout, value_and_gradient};
+use cosmic::kernel;
 use serde::Deserialize;
 use serde_json::value::RawValue;
 use serde_json::{Value, json};
@@ -60,8 +61,8 @@ struct Prediction;
 /// A kernel that adds the loss of a character, given `sum_j x_j y_j`, `2 + sum_j exp y_j` and `sum_j x_j`.
 struct Add;
 
+#[kernel]
 impl Kernel<3, 1> for Gate {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, weight, bias]: [R; 3]) -> [R; 1] {
         [(R::lit(self.0) * x.fma(weight, bias)).tanh()]
     }
@@ -73,31 +74,31 @@ fn opened<R: Real>(gate: R) -> R {
     R::lit(0.5).fma(gate, R::lit(0.5))
 }
 
+#[kernel]
 impl Kernel<5, 2> for Cell {
-    #[inline(always)]
     fn eval<R: Real>(&self, [cell, forget, input, output, change]: [R; 5]) -> [R; 2] {
         let new = cell.fma(opened(forget), opened(input) * change);
         [new, opened(output) * new.tanh()]
     }
 }
 
+#[kernel]
 impl Kernel<2, 1> for Product {
-    #[inline(always)]
     fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
         [a * b]
     }
 }
 
+#[kernel]
 impl Kernel<4, 2> for Prediction {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, weight, bias, next]: [R; 4]) -> [R; 2] {
         let y = x.fma(weight, bias);
         [y.exp(), y * next]
     }
 }
 
+#[kernel]
 impl Kernel<4, 1> for Add {
-    #[inline(always)]
     fn eval<R: Real>(&self, [loss, matched, normaliser, ones]: [R; 4]) -> [R; 1] {
         [loss + matched - ones * normaliser.ln()]
     }

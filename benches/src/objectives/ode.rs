@@ -2,6 +2,7 @@
 //! method, in a rollout.
 
 use autodiff::{Array, Function, Kernel, Memory, Model, Program, Real, Rollout, gradient};
+use cosmic::kernel;
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
@@ -24,16 +25,16 @@ struct Stage(f64);
 /// A kernel that computes the last slope, and the state after following the weighted mean of all four slopes.
 struct Last(f64);
 
+#[kernel]
 impl Kernel<3, 2> for Stage {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, before, y]: [R; 3]) -> [R; 2] {
         let slope = x * before;
         [slope, slope.fma(R::lit(self.0), y)]
     }
 }
 
+#[kernel]
 impl Kernel<6, 1> for Last {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, before, y, k1, k2, k3]: [R; 6]) -> [R; 1] {
         let sum = R::lit(2.0).fma(k2 + k3, x.fma(before, k1));
         [sum.fma(R::lit(self.0 / 6.0), y)]

@@ -16,6 +16,7 @@ use std::sync::Arc;
 use autodiff::arrays::{UniformKernel, Uniforms};
 use autodiff::{AnyProgram, Array, Kernel, Real};
 use cosmic::geometry::{Matrix, Vector};
+use cosmic::kernel;
 use cosmic::lattice::Lattice;
 use cosmic::laws::{Force, Given, LatticeForce, Law, Pose, Step, StepInput, Stiffness, on_lattice};
 use cosmic::settings::within;
@@ -67,10 +68,10 @@ impl Hinge {
     }
 }
 
+#[kernel]
 impl UniformKernel<8, 1> for Hinge {
     const UNIFORMS: usize = 1;
 
-    #[inline(always)]
     fn eval_with<R: Real>(&self, x: [R; 8], settings: &Uniforms<R>) -> [R; 1] {
         let [x0, y0, x1, y1, x2, y2, first, second] = x;
         let ([ax, ay], [bx, by]) = ([x1 - x0, y1 - y0], [x2 - x1, y2 - y1]);
@@ -87,8 +88,8 @@ struct Couple {
     softening: f64,
 }
 
+#[kernel]
 impl Kernel<6, 2> for Couple {
-    #[inline(always)]
     fn eval<R: Real>(&self, [dx, dy, left_0, left_1, right_0, right_1]: [R; 6]) -> [R; 2] {
         let square = dx * dx + dy * dy + R::lit(self.softening);
         let turn = (left_0 + left_1 - (right_0 + right_1)) / square;

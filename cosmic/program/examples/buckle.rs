@@ -8,6 +8,7 @@ use std::f64::consts::PI;
 use std::process::ExitCode;
 
 use autodiff::Real;
+use cosmic::kernel;
 use cosmic::laws::{Bar, BarForce, Law, on_bars};
 use cosmic::settings::above;
 use cosmic_program::Program;
@@ -35,8 +36,8 @@ impl<R: Real> Buckle<R> {
     }
 }
 
+#[kernel]
 impl BarForce for Buckle {
-    #[inline(always)]
     fn tension<R: Real>(buckle: &Buckle<R>, bar: Bar<R>) -> R {
         buckle.missing(bar)
     }

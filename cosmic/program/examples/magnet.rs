@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use autodiff::Real;
 use cosmic::geometry::Vector;
+use cosmic::kernel;
 use cosmic::lattice::Lattice;
 use cosmic::laws::{Law, Node, NodeForce, on_nodes};
 use cosmic::settings::within;
@@ -27,6 +28,7 @@ impl Law for Magnet {
     const NAME: &'static str = "magnet";
 }
 
+#[kernel]
 impl NodeForce for Magnet {
     fn weight(&self, node: usize, lattice: &Lattice) -> f64 {
         let height = |node: usize| lattice.places[node].up();
@@ -34,7 +36,6 @@ impl NodeForce for Magnet {
         f64::from(u8::from(top - height(node) < 1e-9))
     }
 
-    #[inline(always)]
     fn force<R: Real, const D: usize>(magnet: &Magnet<R>, node: Node<R, D>) -> Vector<R, D> {
         let [along, above] = magnet.place;
         let d = Vector::upright(along, above) - node.x;

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 
 use autodiff::Real;
 use cosmic::geometry::Vector;
+use cosmic::kernel;
 use cosmic::laws::{Contact, Impact, Law, contact};
 use cosmic::settings::within;
 use cosmic_program::Program;
@@ -23,8 +24,8 @@ impl Law for Mud {
     const NAME: &'static str = "mud";
 }
 
+#[kernel]
 impl Contact for Mud {
-    #[inline(always)]
     fn respond<R: Real, const D: usize>(mud: &Mud<R>, impact: Impact<R, D>) -> Vector<R, D> {
         let left = (-mud.rate * impact.rest).exp();
         impact.velocity.along() * left

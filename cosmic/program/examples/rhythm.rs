@@ -5,6 +5,7 @@
 use std::process::ExitCode;
 
 use autodiff::{Array, Kernel, Real};
+use cosmic::kernel;
 use cosmic::policy::{Block, Policy, PolicyStep, Sizes};
 use cosmic_program::Program;
 
@@ -16,8 +17,8 @@ struct Rhythm;
 #[derive(Clone)]
 struct Wave;
 
+#[kernel]
 impl Kernel<5, 1> for Wave {
-    #[inline(always)]
     fn eval<R: Real>(&self, [sin, cos, a, b, c]: [R; 5]) -> [R; 1] {
         [(a * sin + b * cos + c).tanh()]
     }
@@ -54,8 +55,8 @@ struct Reflex;
 #[derive(Clone)]
 struct Feel;
 
+#[kernel]
 impl Kernel<5, 2> for Feel {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x0, y0, x1, y1, rest]: [R; 5]) -> [R; 2] {
         let ([dx, dy], tiny) = ([x1 - x0, y1 - y0], R::lit(1e-6));
         let length = (dx * dx + dy * dy + tiny).sqrt();
@@ -67,8 +68,8 @@ impl Kernel<5, 2> for Feel {
 #[derive(Clone)]
 struct WaveWithReflex;
 
+#[kernel]
 impl Kernel<9, 1> for WaveWithReflex {
-    #[inline(always)]
     fn eval<R: Real>(&self, [sin, cos, a, b, c, d, e, stretch, touch]: [R; 9]) -> [R; 1] {
         [(a * sin + b * cos + c + d * stretch + e * touch).tanh()]
     }

@@ -7,6 +7,7 @@
 use std::process::ExitCode;
 
 use autodiff::Real;
+use cosmic::kernel;
 use cosmic::laws::{Bar, BarForce, Law, on_bars};
 use cosmic::settings::within;
 use cosmic_program::Program;
@@ -23,8 +24,8 @@ impl Law for Stiffening {
     const NAME: &'static str = "stiffening";
 }
 
+#[kernel]
 impl BarForce for Stiffening {
-    #[inline(always)]
     fn tension<R: Real>(law: &Stiffening<R>, bar: Bar<R>) -> R {
         let change = bar.length - bar.target;
         law.cubic * bar.stiffness * change * change * change

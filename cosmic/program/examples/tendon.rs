@@ -8,6 +8,7 @@
 use std::process::ExitCode;
 
 use autodiff::Real;
+use cosmic::kernel;
 use cosmic::laws::{Bar, BarForce, Law, on_bars};
 use cosmic::settings::within;
 use cosmic_program::Program;
@@ -38,8 +39,8 @@ impl Law for Tendon {
     const NAME: &'static str = "tendon";
 }
 
+#[kernel]
 impl BarForce for Tendon {
-    #[inline(always)]
     fn tension<R: Real>(tendon: &Tendon<R>, bar: Bar<R>) -> R {
         // For a void bar, which has almost no stiffness, this factor is close to 0. So a void bar gets no rubber.
         let share = bar.stiffness / (bar.stiffness + R::lit(1.0));

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 
 use autodiff::Real;
 use cosmic::geometry::Vector;
+use cosmic::kernel;
 use cosmic::laws::{Law, Node, NodeForce, on_nodes};
 use cosmic::settings::within;
 use cosmic_program::Program;
@@ -29,10 +30,10 @@ impl Law for Wind {
     const NAME: &'static str = "wind";
 }
 
+#[kernel]
 impl NodeForce for Wind {
     const NEEDS_TIME: bool = true;
 
-    #[inline(always)]
     fn force<R: Real, const D: usize>(wind: &Wind<R>, node: Node<R, D>) -> Vector<R, D> {
         let along = node.x.forward() * R::lit(TAU) / wind.wavelength;
         let phase = node.time * R::lit(TAU) / wind.period - along;

@@ -111,6 +111,7 @@ fn command(registry: &Registry) -> clap::Command {
 /// ```no_run
 /// use autodiff::Real;
 /// use cosmic::geometry::Vector;
+/// use cosmic::kernel;
 /// use cosmic::laws::{Contact, Impact, Law, contact};
 ///
 /// cosmic::settings! {
@@ -122,8 +123,8 @@ fn command(registry: &Registry) -> clap::Command {
 ///     const NAME: &'static str = "trampoline";
 /// }
 ///
+/// #[kernel]
 /// impl Contact for Trampoline {
-///     #[inline(always)]
 ///     fn respond<R: Real, const D: usize>(_: &Self, impact: Impact<R, D>) -> Vector<R, D> {
 ///         let velocity = impact.velocity;
 ///         velocity.with_up(-velocity.up())

@@ -4,6 +4,7 @@ use crate::common::{Bench, scene};
 use autodiff::Real;
 use cosmic::Registry;
 use cosmic::geometry::Vector;
+use cosmic::kernel;
 use cosmic::laws::{Choice, Contact, Impact, Law, contact};
 use cosmic::record::{RunPlan, optimise};
 use cosmic_program::Program;
@@ -28,15 +29,15 @@ impl Law for Ice {
     const NAME: &'static str = "floor";
 }
 
+#[kernel]
 impl Contact for Glue {
-    #[inline(always)]
     fn respond<R: Real, const D: usize>(_: &Self, _: Impact<R, D>) -> Vector<R, D> {
         Vector::zero()
     }
 }
 
+#[kernel]
 impl Contact for Ice {
-    #[inline(always)]
     fn respond<R: Real, const D: usize>(_: &Self, impact: Impact<R, D>) -> Vector<R, D> {
         impact.velocity.along()
     }

@@ -82,7 +82,7 @@ impl Progress {
     }
 
     /// Inserts the current controller into the candidates, which are sorted by merit. Does nothing if the merit is not
-    /// finite or the controller is already a candidate. Keeps the best six.
+    /// finite or the controller is already a candidate. Keeps the best `CANDIDATES`.
     pub fn note_candidate(&mut self, merit: f64) {
         let is_same = |c: &Candidate| c.controller == self.controller;
         if !merit.is_finite() || self.candidates.iter().any(is_same) {

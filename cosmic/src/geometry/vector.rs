@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 /// array.
 ///
 /// Kernels can call all methods for components of the type [`Real`]: the methods are loops and marked
-/// `#[inline(always)]`; see [`Kernel`](autodiff::Kernel).
+/// `#[inline(always)]`; see [`kernel`](macro@crate::kernel).
 #[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(
     transparent,

@@ -4,6 +4,7 @@ use autodiff::Real;
 
 use super::bar::{Bar, BarForce};
 use super::law::Law;
+use crate::kernel;
 use crate::settings::above;
 
 crate::settings! {
@@ -23,13 +24,13 @@ impl Law for Actuator {
     const NAME: &'static str = "actuator";
 }
 
+#[kernel]
 impl BarForce for Actuator {
     const NEEDS_RATE: bool = true;
 
     /// An actuator pulls its length towards the target like a spring, but with at most `force` times `1 - rate / speed`
     /// in the direction in which it does work. While it is driven backwards it holds `force`. At its
     /// limits, the derivative is that of the limit, and at rate 0 that of an actuator which is driven backwards.
-    #[inline(always)]
     fn tension<R: Real>(actuator: &Actuator<R>, bar: Bar<R>) -> R {
         let (zero, one) = (R::zero(), R::one());
         let share = bar.share_of_actuator(actuator.strain);

@@ -5,6 +5,7 @@ use autodiff::{Pullback, Real};
 
 use super::law::Law;
 use crate::geometry::Vector;
+use crate::kernel;
 use crate::lattice::EdgeVector;
 
 /// A bar as a law sees it: the numbers that the tension may depend on.
@@ -83,10 +84,11 @@ impl<R: Real> Bar<R> {
 /// `physics.forces = ["its_name"]`, with its settings in the section `[its_name]`. The law acts on void edges
 /// too: scale the force with [`Bar::stiffness`] or [`Bar::strain`] if void edges must not pull.
 ///
-/// Mark the methods of a law `#[inline(always)]`; [`Kernel`](autodiff::Kernel) explains why.
+/// The `impl` needs the attribute [`kernel`](macro@crate::kernel), and so do functions that the methods call.
 ///
 /// ```
 /// use autodiff::Real;
+/// use cosmic::kernel;
 /// use cosmic::laws::{Bar, BarForce, Law, on_bars};
 /// use cosmic::settings::within;
 ///
@@ -102,8 +104,8 @@ impl<R: Real> Bar<R> {
 ///     const NAME: &'static str = "prestress";
 /// }
 ///
+/// #[kernel]
 /// impl BarForce for Prestress {
-///     #[inline(always)]
 ///     fn tension<R: Real>(prestress: &Prestress<R>, bar: Bar<R>) -> R {
 ///         prestress.share * bar.stiffness * bar.rest_length
 ///     }
@@ -118,6 +120,9 @@ impl<R: Real> Bar<R> {
 /// # Ok::<(), cosmic::Error>(())
 /// ```
 pub trait BarForce: Law {
+    #[doc(hidden)]
+    const USE_THE_ATTRIBUTE_KERNEL: ();
+
     /// The noun that messages about this law use for the bar, such as "spring".
     const NOUN: &'static str = Self::NAME;
     /// True if [`tension`](BarForce::tension) reads [`Bar::rate`].
@@ -174,10 +179,10 @@ impl<L: BarForce> Tension<L> {
     }
 }
 
+#[kernel]
 impl<L: BarForce> UniformKernel<6, 2> for Tension<L> {
     const UNIFORMS: usize = L::COUNT;
 
-    #[inline(always)]
     fn eval_with<R: Real>(&self, x: [R; 6], settings: &Uniforms<R>) -> [R; 2] {
         let [dx, dy, given @ ..] = x;
         let edge = EdgeVector {
@@ -188,7 +193,6 @@ impl<L: BarForce> UniformKernel<6, 2> for Tension<L> {
         impulse.array()
     }
 
-    #[inline(always)]
     fn vjp_with<R: Real, const M: usize>(
         &self,
         at: Pullback<R, 6, 2, M>,
@@ -203,10 +207,10 @@ impl<L: BarForce> UniformKernel<6, 2> for Tension<L> {
 #[derive(Clone, Debug)]
 pub struct MovingTension<L>(pub Tension<L>);
 
+#[kernel]
 impl<L: BarForce> UniformKernel<8, 2> for MovingTension<L> {
     const UNIFORMS: usize = L::COUNT;
 
-    #[inline(always)]
     fn eval_with<R: Real>(&self, x: [R; 8], settings: &Uniforms<R>) -> [R; 2] {
         let [dx, dy, dvx, dvy, given @ ..] = x;
         let edge = EdgeVector {

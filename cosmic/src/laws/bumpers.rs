@@ -13,6 +13,7 @@ use super::force::{Force, Given, LatticeForce, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};
 use super::stiffness::Stiffness;
 use crate::geometry::{Matrix, Segment, Vector};
+use crate::kernel;
 use crate::lattice::Lattice;
 use crate::settings::{above, within};
 
@@ -129,10 +130,10 @@ impl Bump {
     }
 }
 
+#[kernel]
 impl UniformKernel<11, 4> for Bump {
     const UNIFORMS: usize = 2;
 
-    #[inline(always)]
     fn eval_with<R: Real>(&self, x: [R; 11], law: &Uniforms<R>) -> [R; 4] {
         let [kx, ky, ix, iy, jx, jy, of_bar, of_node, most, first, last] = x;
         let near = Near {
@@ -147,7 +148,6 @@ impl UniformKernel<11, 4> for Bump {
         [ax, ay, bx, by]
     }
 
-    #[inline(always)]
     fn vjp_with<R: Real, const M: usize>(
         &self,
         at: Pullback<R, 11, 4, M>,
@@ -161,8 +161,8 @@ impl UniformKernel<11, 4> for Bump {
 #[derive(Clone, Copy, Debug)]
 struct Passed;
 
+#[kernel]
 impl Kernel<2, 2> for Passed {
-    #[inline(always)]
     fn eval<R: Real>(&self, impulse: [R; 2]) -> [R; 2] {
         impulse
     }
@@ -172,13 +172,12 @@ impl Kernel<2, 2> for Passed {
 #[derive(Clone, Copy, Debug)]
 pub struct Total;
 
+#[kernel]
 impl Kernel<5, 1> for Total {
-    #[inline(always)]
     fn eval<R: Real>(&self, [a, b, c, d, e]: [R; 5]) -> [R; 1] {
         [a + b + (c + d) + e]
     }
 
-    #[inline(always)]
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 5, 1, M>) -> [[R; 5]; M] {
         self.emitted_vjp(at)
     }

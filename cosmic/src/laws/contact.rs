@@ -9,6 +9,7 @@ use super::law::Law;
 use super::motion::{Drift, Flight, Particle};
 use super::terrain::{NONE, Terrain, Way};
 use crate::geometry::{Plane, Vector};
+use crate::kernel;
 
 /// A node at the moment when it meets the ground.
 #[derive(Clone, Copy, Debug)]
@@ -23,8 +24,11 @@ pub struct Impact<R, const D: usize = 2> {
 /// A contact law: what happens to a node that meets the ground. To write a law, give it [settings](Law) and
 /// [`respond`](Contact::respond). Derivatives, SIMD lanes and file formats need no further code.
 ///
-/// Mark the methods of a law `#[inline(always)]`; [`Kernel`](autodiff::Kernel) explains why.
+/// The `impl` needs the attribute [`kernel`](macro@crate::kernel), and so do functions that the methods call.
 pub trait Contact: Law {
+    #[doc(hidden)]
+    const USE_THE_ATTRIBUTE_KERNEL: ();
+
     /// False if the world of this law has no ground.
     const HAS_GROUND: bool = true;
 
@@ -155,6 +159,9 @@ const FAST: f64 = 2e3;
 
 /// The kind of ground that a node drifts over: [`Flat`] or [`Terrain`].
 pub trait Underfoot: Clone + Debug + Send + Sync + Sized + 'static {
+    #[doc(hidden)]
+    const USE_THE_ATTRIBUTE_KERNEL: ();
+
     /// Computes the node after a drift over this ground with a contact law.
     fn drift<C: Contact, R: Real, const D: usize>(
         &self,
@@ -204,8 +211,8 @@ pub trait Underfoot: Clone + Debug + Send + Sync + Sized + 'static {
 #[derive(Clone, Copy, Debug)]
 pub struct Flat;
 
+#[kernel]
 impl Underfoot for Flat {
-    #[inline(always)]
     fn drift<C: Contact, R: Real, const D: usize>(
         &self,
         law: &C::Of<R>,
@@ -215,7 +222,6 @@ impl Underfoot for Flat {
         C::drift(law, drift, node)
     }
 
-    #[inline(always)]
     fn drift_but<C: Contact, R: Real, const D: usize>(
         &self,
         law: &C::Of<R>,
@@ -231,17 +237,14 @@ impl Underfoot for Flat {
         }
     }
 
-    #[inline(always)]
     fn meets<R: Real, const D: usize>(&self, node: Particle<R, D>, dt: f64) -> (R::Mask, R) {
         (Drift { dt }.touch(node).0, R::zero())
     }
 
-    #[inline(always)]
     fn plane<R: Real>(&self, _: R) -> Plane<R> {
         Plane::LEVEL.lit()
     }
 
-    #[inline(always)]
     fn flying_vjp<C: Contact, R: Real, const M: usize>(
         flying: &Flying<C>,
         at: Pullback<R, 7, 4, M>,
@@ -250,7 +253,6 @@ impl Underfoot for Flat {
         C::flying_vjp(flying, at, given)
     }
 
-    #[inline(always)]
     fn drifting_vjp<C: Contact, R: Real, const M: usize>(
         drifting: &Drifting<C>,
         at: Pullback<R, 4, 4, M>,
@@ -260,8 +262,8 @@ impl Underfoot for Flat {
     }
 }
 
+#[kernel]
 impl Underfoot for Terrain {
-    #[inline(always)]
     fn drift<C: Contact, R: Real, const D: usize>(
         &self,
         law: &C::Of<R>,
@@ -271,7 +273,6 @@ impl Underfoot for Terrain {
         C::drift_over(law, self, drift, node, R::lit(NONE))
     }
 
-    #[inline(always)]
     fn drift_but<C: Contact, R: Real, const D: usize>(
         &self,
         law: &C::Of<R>,
@@ -282,7 +283,6 @@ impl Underfoot for Terrain {
         C::drift_over(law, self, drift, node, but)
     }
 
-    #[inline(always)]
     fn meets<R: Real, const D: usize>(&self, node: Particle<R, D>, dt: f64) -> (R::Mask, R) {
         let (none, left) = (R::lit(NONE), R::lit(dt));
         let node = self.beside_walls(node, none);
@@ -290,7 +290,6 @@ impl Underfoot for Terrain {
         (meeting.touches, meeting.segment)
     }
 
-    #[inline(always)]
     fn plane<R: Real>(&self, segment: R) -> Plane<R> {
         self.plane_of(segment)
     }
@@ -309,10 +308,10 @@ pub struct Flying<C, G = Flat> {
     pub ground: G,
 }
 
+#[kernel]
 impl<C: Contact, G: Underfoot> UniformKernel<7, 4> for Flying<C, G> {
     const UNIFORMS: usize = 2 + C::COUNT;
 
-    #[inline(always)]
     fn eval_with<R: Real>(
         &self,
         [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7],
@@ -326,7 +325,6 @@ impl<C: Contact, G: Underfoot> UniformKernel<7, 4> for Flying<C, G> {
         node.array()
     }
 
-    #[inline(always)]
     fn vjp_with<R: Real, const M: usize>(
         &self,
         at: Pullback<R, 7, 4, M>,
@@ -348,17 +346,16 @@ pub struct Drifting<C, G = Flat> {
     pub ground: G,
 }
 
+#[kernel]
 impl<C: Contact, G: Underfoot> UniformKernel<4, 4> for Drifting<C, G> {
     const UNIFORMS: usize = C::COUNT;
 
-    #[inline(always)]
     fn eval_with<R: Real>(&self, node: [R; 4], settings: &Uniforms<R>) -> [R; 4] {
         let (law, node) = (self.contact.of(settings), Particle::new(node));
         let node = G::drift::<C, R, 2>(&self.ground, &law, &self.drift, node);
         node.array()
     }
 
-    #[inline(always)]
     fn vjp_with<R: Real, const M: usize>(
         &self,
         at: Pullback<R, 4, 4, M>,

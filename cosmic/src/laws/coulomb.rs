@@ -6,6 +6,7 @@ use super::contact::{Contact, Drifting, Flying, Impact, emitted_adjoints};
 use super::law::Law;
 use super::motion::{Drift, Particle};
 use crate::geometry::Vector;
+use crate::kernel;
 use crate::settings::Settings;
 
 /// Coulomb friction: the velocity out of the ground becomes zero, and friction reduces the velocity along the ground.
@@ -27,8 +28,8 @@ impl Law for Coulomb {
     const NAME: &'static str = "coulomb";
 }
 
+#[kernel]
 impl Contact for Coulomb {
-    #[inline(always)]
     fn respond<R: Real, const D: usize>(law: &Coulomb<R>, impact: Impact<R, D>) -> Vector<R, D> {
         let (along, friction) = (impact.velocity.along(), law.friction);
         let braked = along.shortened(friction * impact.velocity.up().abs());
@@ -39,7 +40,6 @@ impl Contact for Coulomb {
 
     // After the impact, the velocity out of the ground is 0. The rest of the drift therefore changes only the position
     // along the ground.
-    #[inline(always)]
     fn drift<R: Real, const D: usize>(
         law: &Coulomb<R>,
         drift: &Drift,
@@ -55,7 +55,6 @@ impl Contact for Coulomb {
         }
     }
 
-    #[inline(always)]
     fn grip<R: Real>(law: &Coulomb<R>) -> R {
         law.friction
     }

@@ -5,6 +5,7 @@ use autodiff::Real;
 
 use super::bar::{Bar, BarForce};
 use super::law::Law;
+use crate::kernel;
 use crate::settings::within;
 
 crate::settings! {
@@ -23,10 +24,10 @@ impl Law for Damper {
     const NAME: &'static str = "damper";
 }
 
+#[kernel]
 impl BarForce for Damper {
     const NEEDS_RATE: bool = true;
 
-    #[inline(always)]
     fn tension<R: Real>(damper: &Damper<R>, bar: Bar<R>) -> R {
         bar.stiffness * damper.time * bar.rate
     }

@@ -11,6 +11,7 @@ use super::motion::Particle;
 use super::slopes::Tensions;
 use super::stiffness::Stiffness;
 use crate::geometry::{Ground, Vector};
+use crate::kernel;
 use crate::lattice::{Body, Lattice, State};
 use crate::settings::Settings;
 
@@ -225,13 +226,12 @@ impl<L: LatticeForce> AnyForce for L {
 #[derive(Clone, Copy, Debug)]
 pub struct Sum;
 
+#[kernel]
 impl Kernel<2, 1> for Sum {
-    #[inline(always)]
     fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
         [a + b]
     }
 
-    #[inline(always)]
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 2, 1, M>) -> [[R; 2]; M] {
         self.emitted_vjp(at)
     }

@@ -12,6 +12,7 @@ use super::contact::{Contact, Impact, Underfoot};
 use super::motion::{Drift, Particle};
 use super::terrain::NONE;
 use crate::geometry::{Rotation, Symmetric, Vector};
+use crate::kernel;
 
 /// The drag of friction is at most this many times the trace of the node's block of the matrix.
 const STICKIEST: f64 = 1e8;
@@ -76,10 +77,10 @@ fn mask<R: Real>(number: R) -> R::Mask {
 #[derive(Clone, Debug)]
 pub(super) struct Grip<C>(pub(super) C);
 
+#[kernel]
 impl<C: Contact> UniformKernel<1, 1> for Grip<C> {
     const UNIFORMS: usize = C::COUNT;
 
-    #[inline(always)]
     fn eval_with<R: Real>(&self, _: [R; 1], settings: &Uniforms<R>) -> [R; 1] {
         [C::grip(&self.0.of(settings))]
     }
@@ -94,8 +95,8 @@ pub(crate) struct Meet<G> {
     pub(crate) dt: f64,
 }
 
+#[kernel]
 impl<G: Underfoot> Kernel<6, 5> for Meet<G> {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, y, wx, wy, segment, is_held]: [R; 6]) -> [R; 5] {
         let node = Particle::new([x, y, wx, wy]);
         let (meets, met) = self.ground.meets(node, self.dt);
@@ -162,10 +163,10 @@ pub struct FirstPass {
     pub dt: f64,
 }
 
+#[kernel]
 impl UniformKernel<8, 5> for FirstPass {
     const UNIFORMS: usize = 1;
 
-    #[inline(always)]
     fn eval_with<R: Real>(
         &self,
         [vx, vy, wx, wy, is_new, tx, ty, height]: [R; 8],
@@ -183,7 +184,6 @@ impl UniformKernel<8, 5> for FirstPass {
         [truth(rests), impact, slip, ex, ey]
     }
 
-    #[inline(always)]
     fn vjp_with<R: Real, const M: usize>(
         &self,
         at: Pullback<R, 8, 5, M>,
@@ -204,10 +204,10 @@ pub struct NextPass {
     pub dt: f64,
 }
 
+#[kernel]
 impl UniformKernel<19, 8> for NextPass {
     const UNIFORMS: usize = 1;
 
-    #[inline(always)]
     fn eval_with<R: Real>(&self, input: [R; 19], given: &Uniforms<R>) -> [R; 8] {
         let [vx, vy, wx, wy, is_new, tx, ty, height, rest @ ..] = input;
         let [
@@ -271,7 +271,6 @@ impl UniformKernel<19, 8> for NextPass {
         ]
     }
 
-    #[inline(always)]
     fn vjp_with<R: Real, const M: usize>(
         &self,
         at: Pullback<R, 19, 8, M>,
@@ -288,8 +287,8 @@ impl UniformKernel<19, 8> for NextPass {
 #[derive(Clone, Copy, Debug)]
 pub struct Equation;
 
+#[kernel]
 impl Kernel<15, 8> for Equation {
-    #[inline(always)]
     fn eval<R: Real>(&self, input: [R; 15]) -> [R; 8] {
         let [
             ex,
@@ -317,7 +316,6 @@ impl Kernel<15, 8> for Equation {
         [bx, by, xx, xy, yy, fxx, fxy, fyy]
     }
 
-    #[inline(always)]
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 15, 8, M>) -> [[R; 15]; M] {
         self.emitted_vjp(at)
     }
@@ -339,8 +337,8 @@ fn residual<R: Real>(
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FreeEquation;
 
+#[kernel]
 impl Kernel<7, 5> for FreeEquation {
-    #[inline(always)]
     fn eval<R: Real>(&self, [vx, vy, fx, fy, jx, jy, inverse_mass]: [R; 7]) -> [R; 5] {
         let reaction = Reaction.eval([vx, vy, fx, fy, jx, jy, inverse_mass]);
         let mass = inverse_mass.recip();
@@ -353,8 +351,8 @@ impl Kernel<7, 5> for FreeEquation {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reaction;
 
+#[kernel]
 impl Kernel<7, 2> for Reaction {
-    #[inline(always)]
     fn eval<R: Real>(&self, [wx, wy, fx, fy, jx, jy, inverse_mass]: [R; 7]) -> [R; 2] {
         let (moving, free) = (Vector::new([wx, wy]), Vector::new([fx, fy]));
         residual(moving, free, Vector::new([jx, jy]), inverse_mass).array()
@@ -375,10 +373,10 @@ pub(super) struct Landing<C, G> {
     pub(super) dt: f64,
 }
 
+#[kernel]
 impl<C: Contact, G: Underfoot> UniformKernel<9, 4> for Landing<C, G> {
     const UNIFORMS: usize = C::COUNT;
 
-    #[inline(always)]
     fn eval_with<R: Real>(
         &self,
         [x, y, wx, wy, segment, is_held, sticks, slip, slid]: [R; 9],

@@ -5,6 +5,7 @@ use autodiff::{Pullback, Real};
 
 use super::bar::{Bar, BarForce, Tension};
 use super::law::Law;
+use crate::kernel;
 
 crate::settings! {
     /// Tension proportional to the change of length.
@@ -15,10 +16,10 @@ impl Law for Hooke {
     const NAME: &'static str = "hooke";
 }
 
+#[kernel]
 impl BarForce for Hooke {
     const NOUN: &'static str = "spring";
 
-    #[inline(always)]
     fn tension<R: Real>(_: &Self, bar: Bar<R>) -> R {
         bar.spring()
     }
@@ -28,7 +29,6 @@ impl BarForce for Hooke {
         Some(0.5 * bar.stiffness * change * change)
     }
 
-    #[inline(always)]
     fn tension_vjp<R: Real, const M: usize>(
         tension: &Tension<Self>,
         at: Pullback<R, 6, 2, M>,

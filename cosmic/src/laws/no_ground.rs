@@ -6,6 +6,7 @@ use super::contact::{Contact, Drifting, Flying, Impact, emitted_adjoints};
 use super::law::Law;
 use super::motion::{Drift, Particle};
 use crate::geometry::Vector;
+use crate::kernel;
 
 crate::settings! {
     /// There is no ground.
@@ -16,15 +17,14 @@ impl Law for NoGround {
     const NAME: &'static str = "none";
 }
 
+#[kernel]
 impl Contact for NoGround {
     const HAS_GROUND: bool = false;
 
-    #[inline(always)]
     fn respond<R: Real, const D: usize>(_: &Self, impact: Impact<R, D>) -> Vector<R, D> {
         impact.velocity
     }
 
-    #[inline(always)]
     fn drift<R: Real, const D: usize>(
         _: &Self,
         drift: &Drift,

@@ -11,6 +11,7 @@ use super::law::{Law, StepInput, step_inputs};
 use super::motion::Particle;
 use super::stiffness::Stiffness;
 use crate::geometry::{Matrix, Vector};
+use crate::kernel;
 use crate::lattice::Lattice;
 use crate::settings::Settings;
 
@@ -35,8 +36,11 @@ pub struct Node<R, const D: usize = 2> {
 /// A law for the force on each node. To write a law, give it [settings](Law) and [`force`](NodeForce::force).
 /// Derivatives, SIMD lanes and file formats need no further code.
 ///
-/// Mark the methods of a law `#[inline(always)]`; [`Kernel`](autodiff::Kernel) explains why.
+/// The `impl` needs the attribute [`kernel`](macro@crate::kernel), and so do functions that the methods call.
 pub trait NodeForce: Law {
+    #[doc(hidden)]
+    const USE_THE_ATTRIBUTE_KERNEL: ();
+
     /// True if [`force`](NodeForce::force) reads [`Node::time`].
     const NEEDS_TIME: bool = false;
 
@@ -86,10 +90,10 @@ impl<L: NodeForce, const D: usize> NodeKernel<L, D> {
     }
 }
 
+#[kernel]
 impl<L: NodeForce> UniformKernel<7, 2> for NodeKernel<L> {
     const UNIFORMS: usize = L::COUNT;
 
-    #[inline(always)]
     fn eval_with<R: Real>(
         &self,
         [x, y, vx, vy, inverse_mass, weight, time]: [R; 7],

@@ -4,6 +4,7 @@ use autodiff::Real;
 
 use super::bar::{Bar, BarForce};
 use super::law::Law;
+use crate::kernel;
 use crate::settings::{above, within};
 
 crate::settings! {
@@ -32,9 +33,9 @@ impl<R: Real> Rope<R> {
     }
 }
 
+#[kernel]
 impl BarForce for Rope {
     /// A bar that is shorter than its target does not push. At the target the derivative is that of the slack rope.
-    #[inline(always)]
     fn tension<R: Real>(rope: &Rope<R>, bar: Bar<R>) -> R {
         let spring = bar.spring();
         rope.share(&bar) * (spring.max(R::zero()) - spring)

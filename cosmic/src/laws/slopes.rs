@@ -6,6 +6,7 @@ use autodiff::{Array, Dual, Kernel, Pullback, Real};
 
 use super::bar::{Bar, BarForce};
 use crate::geometry::{Symmetric, Vector};
+use crate::kernel;
 use crate::lattice::EdgeVector;
 
 /// A small share of a stroke, and a small rate, m/s: a law may have a kink at the target and at rest, so slopes are also
@@ -75,10 +76,10 @@ impl<L: BarForce> Slopes<L> {
     }
 }
 
+#[kernel]
 impl<L: BarForce> UniformKernel<8, 3> for Slopes<L> {
     const UNIFORMS: usize = L::COUNT;
 
-    #[inline(always)]
     fn eval_with<R: Real>(
         &self,
         [dx, dy, dvx, dvy, given @ ..]: [R; 8],
@@ -125,8 +126,8 @@ pub struct Linear {
     pub lead: f64,
 }
 
+#[kernel]
 impl Kernel<7, 5> for Linear {
-    #[inline(always)]
     fn eval<R: Real>(&self, [dx, dy, dvx, dvy, tension, by_length, by_rate]: [R; 7]) -> [R; 5] {
         let (zero, dt, edge) = (R::zero(), R::lit(self.dt), edge([dx, dy, dvx, dvy]));
         let length = edge.length(self.softening);
@@ -140,7 +141,6 @@ impl Kernel<7, 5> for Linear {
         [jx, jy, xx, xy, yy]
     }
 
-    #[inline(always)]
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 7, 5, M>) -> [[R; 7]; M] {
         self.emitted_vjp(at)
     }
@@ -151,14 +151,13 @@ impl Kernel<7, 5> for Linear {
 #[derive(Clone, Copy, Debug)]
 pub struct Impulse;
 
+#[kernel]
 impl Kernel<7, 2> for Impulse {
-    #[inline(always)]
     fn eval<R: Real>(&self, [ex, ey, jx, jy, xx, xy, yy]: [R; 7]) -> [R; 2] {
         let changed = Symmetric::new([xx, xy, yy]) * Vector::new([ex, ey]);
         (Vector::new([jx, jy]) + changed).array()
     }
 
-    #[inline(always)]
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 7, 2, M>) -> [[R; 7]; M] {
         self.emitted_vjp(at)
     }

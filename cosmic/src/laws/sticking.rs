@@ -6,6 +6,7 @@ use super::contact::{Contact, Drifting, Flying, Impact, emitted_adjoints};
 use super::law::Law;
 use super::motion::{Drift, Particle};
 use crate::geometry::Vector;
+use crate::kernel;
 
 crate::settings! {
     /// Infinite friction: a node stops where it touches the ground.
@@ -16,14 +17,13 @@ impl Law for Sticking {
     const NAME: &'static str = "infinite";
 }
 
+#[kernel]
 impl Contact for Sticking {
-    #[inline(always)]
     fn respond<R: Real, const D: usize>(_: &Self, _: Impact<R, D>) -> Vector<R, D> {
         Vector::zero()
     }
 
     // After the impact the node does not move, so only the time before the impact changes its position.
-    #[inline(always)]
     fn drift<R: Real, const D: usize>(
         _: &Self,
         drift: &Drift,

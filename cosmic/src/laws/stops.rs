@@ -5,6 +5,7 @@ use autodiff::Real;
 
 use super::bar::{Bar, BarForce};
 use super::law::Law;
+use crate::kernel;
 use crate::settings::{above, within};
 
 crate::settings! {
@@ -29,13 +30,13 @@ impl Law for Stops {
     const NAME: &'static str = "stops";
 }
 
+#[kernel]
 impl BarForce for Stops {
     const NOUN: &'static str = "stop";
 
     /// The force is proportional to the share of the actuator material in the bar, so a passive bar has no stops. If
     /// the bar just touches a stop, the derivative is 0, as it is between the stops. (The kink table in
     /// `autodiff/src/kinks.md` defines the derivative of `max` for equal numbers.)
-    #[inline(always)]
     fn tension<R: Real>(stops: &Stops<R>, bar: Bar<R>) -> R {
         let (longest, shortest) = stops.ends(bar.rest_length);
         let zero = R::zero();

@@ -7,6 +7,7 @@ use super::block::Block;
 use super::policy::{Policy, Sizes};
 use super::sensing::Sight;
 use super::step::PolicyStep;
+use crate::kernel;
 
 /// A network whose hidden units are in three groups: one for a goal ahead, one for a goal behind, and one for a goal
 /// that is reached. The observed goal `g` along the ground, from -1 to 1, multiplies them by `(g^2 + g) / 2`,
@@ -51,8 +52,8 @@ impl Gate {
     }
 }
 
+#[kernel]
 impl Kernel<2, 1> for Gate {
-    #[inline(always)]
     fn eval<R: Real>(&self, [unit, goal]: [R; 2]) -> [R; 1] {
         // Not `map`, which is not inlined into the loop around a kernel.
         let [a, b, c] = self.0;

@@ -6,6 +6,7 @@ use autodiff::Real;
 use autodiff::arrays::Kernel;
 
 use crate::geometry::Vector;
+use crate::kernel;
 
 /// The goals of a robot, one after the other. A goal is a point in the ground's frame, measured from the world's origin:
 /// along the ground and normal to it, in metres.
@@ -116,8 +117,8 @@ impl Goals {
 /// The kernel that multiplies the first goal of a rollout by 1 if it holds, or else by 0.
 pub(crate) struct Hold;
 
+#[kernel]
 impl Kernel<2, 1> for Hold {
-    #[inline(always)]
     fn eval<R: Real>(&self, [goal, holds]: [R; 2]) -> [R; 1] {
         [holds * goal]
     }
@@ -126,8 +127,8 @@ impl Kernel<2, 1> for Hold {
 /// The kernel that adds another goal to such a sum, multiplied by 1 if it holds, or else by 0.
 pub(crate) struct Pick;
 
+#[kernel]
 impl Kernel<3, 1> for Pick {
-    #[inline(always)]
     fn eval<R: Real>(&self, [sum, goal, holds]: [R; 3]) -> [R; 1] {
         [sum + holds * goal]
     }
@@ -136,8 +137,8 @@ impl Kernel<3, 1> for Pick {
 /// The kernel that computes the offset of a goal from a place.
 pub(super) struct Offset;
 
+#[kernel]
 impl Kernel<2, 1> for Offset {
-    #[inline(always)]
     fn eval<R: Real>(&self, [goal, place]: [R; 2]) -> [R; 1] {
         [goal - place]
     }
@@ -151,8 +152,8 @@ pub(crate) struct Towards {
     pub(crate) scale: f64,
 }
 
+#[kernel]
 impl Kernel<2, 1> for Towards {
-    #[inline(always)]
     fn eval<R: Real>(&self, [this, other]: [R; 2]) -> [R; 1] {
         let scale = R::lit(self.scale);
         let (this, other) = (scale * this, scale * other);

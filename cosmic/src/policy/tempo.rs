@@ -8,6 +8,7 @@ use autodiff::arrays::{UniformKernel, Uniforms};
 
 use super::block::Controller;
 use super::sensing::clock;
+use crate::kernel;
 use crate::scene::{ClockKind, ControllerSettings};
 
 /// The name of the block of a learned clock. It has one number, which starts at zero, and comes after the blocks of the
@@ -51,10 +52,10 @@ pub(crate) fn ahead<R: Real>(
 /// clock of frequency `omega` keeps its digits, because its sine and cosine are computed in double precision.
 pub(crate) struct Turn;
 
+#[kernel]
 impl UniformKernel<3, 1> for Turn {
     const UNIFORMS: usize = 1;
 
-    #[inline(always)]
     fn eval_with<R: Real>(&self, [clock, slope, phase]: [R; 3], ahead: &Uniforms<R>) -> [R; 1] {
         let turn = phase * ahead[0];
         [clock * turn.cos() + slope * turn.sin()]

@@ -8,6 +8,7 @@ use autodiff::{AnyProgram, Array, Graph, Kernel, Real};
 
 use super::parameters::Parameters;
 use crate::geometry::Vector;
+use crate::kernel;
 use crate::lattice::Body;
 use crate::laws::{Flight, Force, Step, Tensions};
 
@@ -132,8 +133,8 @@ pub(super) fn tension(
 /// the kink, where the bar gives nothing, the derivative of the energy given is 0.
 struct Work;
 
+#[kernel]
 impl Kernel<6, 2> for Work {
-    #[inline(always)]
     fn eval<R: Real>(&self, [dvx, dvy, jx, jy, work, net]: [R; 6]) -> [R; 2] {
         let given = -Vector::new([jx, jy]).dot(Vector::new([dvx, dvy]));
         [work + given.max(R::zero()), net + given]
@@ -144,10 +145,10 @@ impl Kernel<6, 2> for Work {
 /// impulse (N s) and 1 / mass (1/kg). The uniform inputs are the velocity that gravity adds (m/s).
 pub(super) struct Midway(pub(super) Flight);
 
+#[kernel]
 impl UniformKernel<5, 2> for Midway {
     const UNIFORMS: usize = 2;
 
-    #[inline(always)]
     fn eval_with<R: Real>(
         &self,
         [vx, vy, jx, jy, inverse_mass]: [R; 5],
@@ -168,8 +169,8 @@ pub(super) struct Pulling {
     pub(super) softening: f64,
 }
 
+#[kernel]
 impl Kernel<3, 2> for Pulling {
-    #[inline(always)]
     fn eval<R: Real>(&self, [dx, dy, tension]: [R; 3]) -> [R; 2] {
         let d = Vector::new([dx, dy]);
         let per_length = tension * R::lit(self.dt) / d.softened_norm(self.softening);
@@ -185,8 +186,8 @@ pub(super) struct Pulled {
     pub(super) softening: f64,
 }
 
+#[kernel]
 impl Kernel<4, 1> for Pulled {
-    #[inline(always)]
     fn eval<R: Real>(&self, [dx, dy, jx, jy]: [R; 4]) -> [R; 1] {
         let (d, impulse) = (Vector::new([dx, dy]), Vector::new([jx, jy]));
         [d.dot(impulse) / (d.softened_norm(self.softening) * R::lit(self.dt))]

@@ -12,6 +12,7 @@ use autodiff::{AnyProgram, Array, Kernel, Real};
 use super::effort::{Meter, Pulled};
 use super::parameters::Parameters;
 use crate::geometry::Vector;
+use crate::kernel;
 use crate::laws::{
     AnyContact, Equation, FirstPass, Flat, Force, FreeEquation, Hold, Impulse, Linear, Meet,
     NextPass, Particle, Reaction, Step, Sum, Terrain, Under, add,
@@ -382,10 +383,10 @@ fn both(a: Vector<Array>, b: Vector<Array>) -> [Array; 4] {
 /// given by uniform inputs.
 struct Falling(f64);
 
+#[kernel]
 impl UniformKernel<2, 2> for Falling {
     const UNIFORMS: usize = 2;
 
-    #[inline(always)]
     fn eval_with<R: Real>(&self, v: [R; 2], gravity: &Uniforms<R>) -> [R; 2] {
         let gravity = Vector::new([gravity[0], gravity[1]]);
         Vector::new(v).fma(R::lit(self.0), gravity).array()
@@ -395,8 +396,8 @@ impl UniformKernel<2, 2> for Falling {
 /// The kernel of a position after a step of this duration (s), from the position and the velocity in the step.
 struct Moved(f64);
 
+#[kernel]
 impl Kernel<4, 2> for Moved {
-    #[inline(always)]
     fn eval<R: Real>(&self, node: [R; 4]) -> [R; 2] {
         Particle::new(node).after(R::lit(self.0)).x.array()
     }
@@ -405,8 +406,8 @@ impl Kernel<4, 2> for Moved {
 /// The kernel of the mean of two vectors.
 struct Mean;
 
+#[kernel]
 impl Kernel<4, 2> for Mean {
-    #[inline(always)]
     fn eval<R: Real>(&self, [vx, vy, wx, wy]: [R; 4]) -> [R; 2] {
         // A closure in a `map` would not be inlined, so its instructions would be calls.
         let half = R::lit(0.5);
@@ -417,8 +418,8 @@ impl Kernel<4, 2> for Mean {
 /// The kernel of a node's mass (kg) and its change of velocity by an impulse, from the impulse (N s) and 1 / mass.
 struct PerMass;
 
+#[kernel]
 impl Kernel<3, 3> for PerMass {
-    #[inline(always)]
     fn eval<R: Real>(&self, [jx, jy, inverse_mass]: [R; 3]) -> [R; 3] {
         [inverse_mass.recip(), jx * inverse_mass, jy * inverse_mass]
     }
@@ -428,8 +429,8 @@ impl Kernel<3, 3> for PerMass {
 /// `is_held`, the last input, is above 0.
 struct Balanced;
 
+#[kernel]
 impl Kernel<5, 2> for Balanced {
-    #[inline(always)]
     fn eval<R: Real>(&self, [wx, wy, ax, ay, is_held]: [R; 5]) -> [R; 2] {
         let (moving, mean) = (Vector::new([wx, wy]), Vector::new([ax, ay]));
         let holds = R::zero().less(is_held);

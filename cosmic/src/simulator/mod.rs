@@ -17,6 +17,7 @@ mod trajectory;
 mod prepare;
 mod plan;
 mod rollout;
+#[cfg(feature = "wgsl")]
 mod printed;
 mod driven;
 mod blame;
@@ -34,6 +35,7 @@ pub use energy::Store;
 pub use loads::{BarLoad, EdgeMoments, Largest, Loads, Magnitude};
 pub use overflow::{Overflow, Sweep};
 pub use prepare::{Simulator, Span};
+#[cfg(feature = "wgsl")]
 pub use printed::{PrintedRobots, Robots, Wanted, Workgroup};
 pub use step_check::{Grade, StepCheck, StepLimit, rounded_down};
 pub use surroundings::Surroundings;

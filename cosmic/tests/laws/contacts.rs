@@ -6,6 +6,7 @@ use autodiff::arrays::Fixed;
 use autodiff::check::Verdict;
 use autodiff::{Kernel, Real};
 use cosmic::geometry::{Profile, Vector};
+use cosmic::kernel;
 use cosmic::laws::{
     Contact, Coulomb, Drift, Drifting, Flat, Flight, Flying, Impact, Law, NoGround, Sticking,
     Terrain, Underfoot,
@@ -152,8 +153,8 @@ impl Law for Bouncing {
     const NAME: &'static str = "bouncing";
 }
 
+#[kernel]
 impl Contact for Bouncing {
-    #[inline(always)]
     fn respond<R: Real, const D: usize>(_: &Self, impact: Impact<R, D>) -> Vector<R, D> {
         let velocity = impact.velocity;
         velocity.with_up(R::lit(-0.5) * velocity.up())

@@ -2,6 +2,7 @@
 
 use autodiff::Real;
 use cosmic::Registry;
+use cosmic::kernel;
 use cosmic::laws::{Bar, BarForce, ContactLaw, ForceLaws, Law, LawFile, on_bars};
 use cosmic::settings::{Field, SettingValue, Settings, read_json, within};
 use serde_json::{Value, json};
@@ -40,6 +41,7 @@ impl Law for Everything {
     const NAME: &'static str = "everything_of_law_file";
 }
 
+#[kernel]
 impl BarForce for Everything {
     fn tension<R: Real>(_: &Self, _: Bar<R>) -> R {
         R::zero()

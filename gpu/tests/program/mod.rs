@@ -2,14 +2,15 @@
 
 use autodiff::arrays::{UniformKernel, Uniforms};
 use autodiff::{Array, Graph, Kernel, Model, Program, Real, lit};
+use cosmic::kernel;
 
 /// A spring with two results. Each has its own stiffness; all have the same damping.
 struct Spring;
 
+#[kernel]
 impl UniformKernel<3, 2> for Spring {
     const UNIFORMS: usize = 1;
 
-    #[inline(always)]
     fn eval_with<R: Real>(&self, [dx, dv, k]: [R; 3], u: &Uniforms<R>) -> [R; 2] {
         [
             k * dx.tanh() + u[0] * dv,
@@ -21,8 +22,8 @@ impl UniformKernel<3, 2> for Spring {
 /// The elongation of a bar.
 struct Elongation;
 
+#[kernel]
 impl Kernel<2, 1> for Elongation {
-    #[inline(always)]
     fn eval<R: Real>(&self, [dx, rest]: [R; 2]) -> [R; 1] {
         [(dx * dx + lit(1e-6)).sqrt() - rest]
     }
@@ -31,8 +32,8 @@ impl Kernel<2, 1> for Elongation {
 /// Moves a node.
 struct Move;
 
+#[kernel]
 impl Kernel<4, 2> for Move {
-    #[inline(always)]
     fn eval<R: Real>(&self, [x, v, force, push]: [R; 4]) -> [R; 2] {
         let v = (v + lit(0.01) * (force + push)).max(-10.0);
         [x + lit(0.01) * v, v]

@@ -124,6 +124,7 @@ impl<R: Real> DenseLayer<R> {
     }
 
     /// For each row of the matrix, the element of the output that holds its result.
+    #[cfg(feature = "wgsl")]
     pub(crate) fn places(&self) -> Vec<usize> {
         let Some(spread) = &self.spread else {
             return (0..self.matrix.rows).collect();
@@ -297,6 +298,7 @@ struct SetOut<'a, R> {
 }
 
 impl<R: Real> Vectorized<R> for SetOut<'_, R> {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
@@ -315,6 +317,7 @@ struct Gaps<'a, R> {
 }
 
 impl<R: Real> Vectorized<R> for Gaps<'_, R> {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
@@ -340,6 +343,7 @@ struct BeforeTanh<'a, R> {
 }
 
 impl<R: Real> Vectorized<R> for BeforeTanh<'_, R> {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
@@ -380,6 +384,7 @@ struct AddTo<'a, R> {
 }
 
 impl<R: Real> Vectorized<R> for AddTo<'_, R> {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {

@@ -57,6 +57,7 @@ impl<R: Real> MatrixProduct<'_, R> {
 struct OfPanels<'a, R, const K: usize>(&'a Panels<R>, &'a [R], Epilogue<'a, R>);
 
 impl<R: Real, const K: usize> Vectorized<R> for OfPanels<'_, R, K> {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(mut self) {
@@ -71,6 +72,7 @@ impl<R: Real, const K: usize> Vectorized<R> for OfPanels<'_, R, K> {
 struct OfTiles<'a, R>(&'a Tiles<R>, &'a [R], Epilogue<'a, R>);
 
 impl<R: Real> Vectorized<R> for OfTiles<'_, R> {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(mut self) {

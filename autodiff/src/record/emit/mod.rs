@@ -76,13 +76,13 @@ const POSITIVE: &str = " > 0";
 /// `uniforms`, and `vjp_with` must call it.
 ///
 /// ```
-/// use autodiff::{Kernel, Real, emit};
+/// use autodiff::{Kernel, Real, emit, kernel};
 ///
 /// struct Decay {
 ///     dt: f64,
 /// }
+/// #[kernel]
 /// impl Kernel<2, 1> for Decay {
-///     #[inline(always)]
 ///     fn eval<R: Real>(&self, [x, rate]: [R; 2]) -> [R; 1] {
 ///         [x - R::lit(self.dt) * rate * x]
 ///     }

@@ -91,6 +91,7 @@ pub(super) fn single<L: Real>(function: Function, a: L, b: L) -> [L; 3] {
 }
 
 impl<R: Real> Vectorized<R> for Elementwise<'_, R> {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(self) {

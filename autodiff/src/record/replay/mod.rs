@@ -12,6 +12,7 @@ mod layer;
 mod sweep;
 mod points;
 mod single;
+#[cfg(feature = "wgsl")]
 mod evaluate;
 
 pub(crate) use plan::Plan;

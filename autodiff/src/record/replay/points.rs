@@ -105,6 +105,7 @@ impl<'a, const REVERSE: bool> ByType for Other<'a, REVERSE> {
 }
 
 impl<R: Real> Vectorized<R> for Points<'_, R> {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = Replayed<R>;
     #[inline(always)]
     fn run<L: Lane<R>>(self) -> Replayed<R> {

@@ -2,6 +2,7 @@
 
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{Dual, Real};
+use cosmic::kernel;
 
 use super::affine::Affine;
 use super::instance::{BONES, FINGERS, GLOBAL, Instance, JOINTS, THETA};
@@ -62,9 +63,9 @@ struct Pose<'a, B, G> {
     skin: &'a mut Skin,
 }
 
+#[kernel]
 impl Vectorized<f64> for Pose<'_, f64, f64> {
     type Output = ();
-    #[inline(always)]
     fn run<L: Lane<f64>>(self) {
         let all: [usize; BONES] = std::array::from_fn(|bone| bone);
         let moves = splat::<L, BONES>(all, |bone| self.bones[bone]);
@@ -77,9 +78,9 @@ impl Vectorized<f64> for Pose<'_, f64, f64> {
     }
 }
 
+#[kernel]
 impl Vectorized<f64> for Pose<'_, Dual<f64, JOINTS>, Dual<f64, GLOBAL>> {
     type Output = ();
-    #[inline(always)]
     fn run<L: Lane<f64>>(mut self) {
         let moves = splat::<L, { 2 + FINGERS }>(STILL, |bone| self.bones[bone].map(primal));
         for first in (0..self.instance.len).step_by(L::N) {
@@ -161,9 +162,9 @@ struct Bones<'a, R> {
     angles: &'a [R],
 }
 
+#[kernel]
 impl<R: Real> Vectorized<f64> for Bones<'_, R> {
     type Output = Vec<Affine<R>>;
-    #[inline(always)]
     fn run<L: Lane<f64>>(self) -> Vec<Affine<R>> {
         let mut absolute: Vec<Affine<R>> = Vec::with_capacity(BONES);
         let mut transforms = Vec::with_capacity(BONES);

@@ -2,6 +2,7 @@
 
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{Dual, Real};
+use cosmic::kernel;
 
 use super::instance::{THETA, Target};
 use super::pose::Skin;
@@ -25,9 +26,9 @@ pub(super) struct Residuals<'a> {
     pub(super) jacobian: &'a mut [f64],
 }
 
+#[kernel]
 impl Vectorized<f64> for Residuals<'_> {
     type Output = ();
-    #[inline(always)]
     fn run<L: Lane<f64>>(self) {
         let columns = self.jacobian.len() / self.residuals.len();
         for first in (0..self.targets.len()).step_by(L::N) {

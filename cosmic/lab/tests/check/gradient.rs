@@ -3,6 +3,7 @@ use autodiff::Real;
 use autodiff::check::{Claim, Options, Verdict, check_directions};
 use cosmic::Registry;
 use cosmic::case::Case;
+use cosmic::kernel;
 use cosmic::laws::{Bar, BarForce, ContactLaw, ForceLaws, Law, on_bars};
 use cosmic::scene::{Integrator, Scene};
 use cosmic_lab::check::gradient::{Moved, is_rounding};
@@ -17,6 +18,7 @@ impl Law for Stiffening {
     const NAME: &'static str = "stiffening";
 }
 
+#[kernel]
 impl BarForce for Stiffening {
     fn tension<R: Real>(_: &Self, bar: Bar<R>) -> R {
         R::lit(80.0) * bar.stiffness * (bar.length - bar.target).powi(3)
