@@ -82,8 +82,8 @@ impl<'a> Subject<'a> {
             let projections = [Projection::Performance, Projection::Stability];
             let design = |k: usize| case.projected(projections[k], &copies[k].z);
             let designs = [design(0), design(1)];
-            let losses = task.losses(&designs, &copies[0], &self.loss, &self.horizon);
-            [losses[0], losses[1]]
+            let seen = task.over_horizon(&designs, &copies[0], &self.loss, &self.horizon);
+            [0, 1].map(|k| self.loss.loss(&seen[k]))
         })
     }
 

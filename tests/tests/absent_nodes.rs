@@ -9,7 +9,7 @@ use cosmic::inputs::{ALL, Inputs};
 use cosmic::lattice::{Body, State};
 use cosmic::policy::Controller;
 use cosmic::scene::{MovedBody, Scene, VoidEdges};
-use cosmic::simulator::{Simulator, Span, Trajectory};
+use cosmic::simulator::{Robots, Simulator, Span, Trajectory};
 
 const STEPS: usize = 60;
 
@@ -202,7 +202,12 @@ fn pair<R: Real>(
     controller: &Controller<R>,
     start: &State<R>,
 ) -> Vec<R> {
-    let walks = simulator.rollout_many(&bodies, controller, &[start, start], &span());
+    let robots = Robots {
+        surroundings: &[simulator.surroundings()],
+        bodies: &bodies,
+        controllers: std::slice::from_ref(controller),
+    };
+    let walks = simulator.rollouts(&robots, &[start, start], &span());
     walks.iter().flat_map(numbers).collect()
 }
 

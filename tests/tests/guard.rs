@@ -3,6 +3,7 @@
 
 use cosmic::case::Case;
 use cosmic::design::{Design, Material, Mixture};
+use cosmic::domain::{Domain, rollouts};
 use cosmic::error::Error;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
@@ -270,13 +271,15 @@ fn hold_together(
     wrong: usize,
 ) {
     let task = case.task();
+    let domain = |&start: &&State<f64>| Domain::of(&task, start.clone());
+    let domains: Vec<Domain> = starts.iter().map(domain).collect();
     let span = Span::from_start(vec![0, 7, case.physics.steps]);
     for watched in [true, false] {
         let span = Span {
             watched,
             ..span.clone()
         };
-        let together = task.rollout_many(designs, &case.controller, starts, &span);
+        let together = rollouts(designs, &case.controller, &domains, &span);
         for (k, (start, seen)) in starts.iter().zip(&together).enumerate() {
             let design = &designs[k % designs.len()];
             let alone = task.rollout(design, &case.controller, start, &span);

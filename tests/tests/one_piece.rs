@@ -4,6 +4,7 @@
 use autodiff::{Var, gradient};
 use cosmic::case::Case;
 use cosmic::design::{Design, Material, Mixture};
+use cosmic::domain::{Domain, rollouts};
 use cosmic::geometry::{Vector, flat, from_flat};
 use cosmic::inputs::DESIGN;
 use cosmic::lattice::State;
@@ -166,11 +167,9 @@ fn bodies_of_different_nodes_run_together() {
     let designs = [cell(&case), all_bars, cell(&case)].map(Design::Layout);
     let [first, second, _] = designs.each_ref().map(|design| task.body(design).presence);
     assert_ne!(first, second);
-    let (starts, span) = (
-        vec![&case.start; designs.len()],
-        Span::from_start(vec![20, STEPS]),
-    );
-    let together = task.rollout_many(&designs, &case.controller, &starts, &span);
+    let domains = vec![Domain::of(&task, case.start.clone()); designs.len()];
+    let span = Span::from_start(vec![20, STEPS]);
+    let together = rollouts(&designs, &case.controller, &domains, &span);
     for (design, seen) in designs.iter().zip(&together) {
         let alone = task.rollout(design, &case.controller, &case.start, &span);
         assert_eq!(alone.states, seen.states);
