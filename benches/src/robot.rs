@@ -59,7 +59,12 @@ impl<'a> Subject<'a> {
             nodes: self.loss.nodes().max(self.case.body().marker.nodes()),
             ..Span::from_start(self.loss.observed(self.horizon.steps))
         };
-        let seen = (self.task).rollout(&design, &inputs.controller, &inputs.start, &span);
+        let seen = (self.task.simulator).rollout(
+            &self.task.body(&design),
+            &inputs.controller,
+            &inputs.start,
+            &span,
+        );
         self.loss.loss(&seen)
     }
 

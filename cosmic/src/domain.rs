@@ -53,9 +53,8 @@ fn share_a_task(domains: &[Domain]) -> bool {
         .all(|domain| std::ptr::eq(first, &*domain.task))
 }
 
-/// Simulates robots with one controller, each in its own domain. `designs` has one design for all domains, or one for
-/// each domain. The trajectories are bit-identical to those of single [rollouts](Task::rollout), but take less time.
-/// The tasks of the domains must be [variations](Task::varied) of one task.
+/// [Simulates](crate::simulator::Simulator::rollouts) robots with one controller, each in its own domain. `designs` has one
+/// design for all domains, or one for each domain. The tasks of the domains must be [variations](Task::varied) of one task.
 ///
 /// # Panics
 /// If there are no domains.

@@ -9,13 +9,13 @@ use crate::geometry::{Ground, Vector};
 use crate::inputs::Inputs;
 use crate::lattice::{Body, Lattice, State};
 use crate::objective::{Loss, LossOf};
-use crate::policy::{Controller, Goals};
+use crate::policy::Goals;
 use crate::projection::{self, Holds, Projection, Variation};
 use crate::scene::{
     AnyDesign, ControllerSettings, MaterialSettings, MovedBody, PhysicsSettings, ProjectionSettings,
 };
 use crate::simulator::stability::Vibration;
-use crate::simulator::{EdgeMoments, Guarded, Robots, Simulator, Span, StepCheck, Trajectory};
+use crate::simulator::{Robots, Simulator, Span, StepCheck, Trajectory};
 
 /// The steps of a rollout that carry the gradient (D11). The rollout ends after them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -188,17 +188,6 @@ impl Task {
         }
     }
 
-    /// Computes the length, the tension and the activation of each edge in every state of a trajectory.
-    pub fn moments(
-        &self,
-        design: &Design<Mixture<f64>>,
-        controller: &Controller<f64>,
-        trajectory: &Trajectory<f64>,
-    ) -> Vec<EdgeMoments> {
-        let body = self.body(design);
-        self.simulator.moments(&body, controller, trajectory)
-    }
-
     /// The ground line of the physics.
     pub fn ground(&self) -> Ground {
         Ground::from(&self.physics)
@@ -217,30 +206,6 @@ impl Task {
         design: &Design<[f64; 3]>,
     ) -> Design<Mixture<f64>> {
         projection::projected(projection, design, &self.sharpness, &self.holds)
-    }
-
-    /// Simulates the robot of a design.
-    pub fn rollout<R: Real>(
-        &self,
-        design: &Design<Mixture<R>>,
-        controller: &Controller<R>,
-        start: &State<R>,
-        span: &Span,
-    ) -> Trajectory<R> {
-        self.simulator
-            .rollout(&self.body(design), controller, start, span)
-    }
-
-    /// Simulates the robot of a design and checks every state. The result tells where the rollout diverged, if it did.
-    pub fn guarded(
-        &self,
-        design: &Design<Mixture<f64>>,
-        controller: &Controller<f64>,
-        start: &State<f64>,
-        span: &Span,
-    ) -> Guarded {
-        self.simulator
-            .guarded(&self.body(design), controller, start, span)
     }
 
     /// The time step, s, below which every design of the lattice is [stable](AnyDesign::stable_step), and so are its

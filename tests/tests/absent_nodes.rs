@@ -110,7 +110,7 @@ fn are_close(a: &[f64], b: &[f64]) -> bool {
 fn near_its_layout_a_robot_has_the_bits_of_its_layout() {
     for (name, case) in robots() {
         let (task, inputs) = (case.task(), case.inputs());
-        let whole = task.rollout(&case.own_design(), &case.controller, &case.start, &span());
+        let whole = (task.simulator).rollout(&case.body(), &case.controller, &case.start, &span());
         assert_eq!(seen(&case, &inputs), numbers(&whole), "{name}");
         let State { x, v } = &whole.states[2];
         for node in [6, 7, 8] {

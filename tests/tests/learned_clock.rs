@@ -166,9 +166,9 @@ fn a_learned_clock_is_a_clock_of_its_frequency() {
     assert!(end::<f64>(&learned, &starts) != end::<f64>(&robot(&air, 0.0), &starts));
 
     // A rollout that continues another one has the phase of its first step.
-    let (task, design) = (learned.task(), learned.own_design());
+    let (simulator, body) = (learned.task().simulator, learned.body());
     let run = |start: &State<f64>, span: &Span| {
-        let seen = task.rollout(&design, &learned.controller, start, span);
+        let seen = simulator.rollout(&body, &learned.controller, start, span);
         seen.states.last().unwrap().clone()
     };
     let half = run(&learned.start, &Span::from_start(vec![200]));
@@ -188,9 +188,11 @@ fn a_learned_clock_is_a_clock_of_its_frequency() {
     // The activations that reports show are those of the rollout.
     let activations = |case: &Case| {
         let span = Span::from_start(vec![0, 100, 400]);
-        let (task, design) = (case.task(), case.own_design());
-        let seen = task.rollout(&design, &case.controller, &case.start, &span);
-        let moments = task.moments(&design, &case.controller, &seen).into_iter();
+        let (simulator, body) = (case.task().simulator, case.body());
+        let seen = simulator.rollout(&body, &case.controller, &case.start, &span);
+        let moments = simulator
+            .moments(&body, &case.controller, &seen)
+            .into_iter();
         moments
             .flat_map(|moment| moment.activation)
             .collect::<Vec<_>>()

@@ -44,7 +44,8 @@ fn robot() -> Case {
 /// Simulates a robot with this design and returns its last state.
 fn end(case: &Case, design: &Design<Mixture<f64>>, start: &State<f64>) -> State<f64> {
     let span = Span::from_start(vec![STEPS]);
-    let seen = case.task().rollout(design, &case.controller, start, &span);
+    let seen =
+        (case.task().simulator).rollout(&case.task().body(design), &case.controller, start, &span);
     seen.states[0].clone()
 }
 
@@ -144,7 +145,7 @@ fn nodes_without_a_bar_do_not_belong_to_the_robot() {
             let controller = case.controller.map(Var::constant);
             let layout = Design::Layout(cell(&case));
             let span = Span::from_start(vec![STEPS]);
-            let seen = task.rollout(&layout, &controller, &start, &span);
+            let seen = (task.simulator).rollout(&task.body(&layout), &controller, &start, &span);
             seen.states[0].x[0][0] + seen.states[0].x[4][1]
         },
         &start,
@@ -171,7 +172,8 @@ fn bodies_of_different_nodes_run_together() {
     let span = Span::from_start(vec![20, STEPS]);
     let together = rollouts(&designs, &case.controller, &domains, &span);
     for (design, seen) in designs.iter().zip(&together) {
-        let alone = task.rollout(design, &case.controller, &case.start, &span);
+        let alone =
+            (task.simulator).rollout(&task.body(design), &case.controller, &case.start, &span);
         assert_eq!(alone.states, seen.states);
     }
 }

@@ -356,7 +356,8 @@ fn rollout(
     start: &State<f64>,
     span: &Span,
 ) -> Result<Trajectory<f64>, String> {
-    let guarded = task.guarded(&robot.projected, &robot.controller, start, span);
+    let body = task.body(&robot.projected);
+    let guarded = (task.simulator).guarded(&body, &robot.controller, start, span);
     match &guarded.divergence {
         None => Ok(guarded.trajectory),
         Some(divergence) => Err(Error::from(divergence).to_string()),

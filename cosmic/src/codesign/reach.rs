@@ -240,8 +240,8 @@ impl Evaluator {
             }
             // The cheap check during the rollout failed. It is stricter than the guard, so the guard decides in a second
             // rollout.
-            let design = borrowed[k % borrowed.len()];
-            let guarded = task.guarded(design, controller, start, &span);
+            let body = task.body(borrowed[k % borrowed.len()]);
+            let guarded = (task.simulator).guarded(&body, controller, start, &span);
             guarded.divergence.is_none().then_some(guarded.trajectory)
         };
         all.into_iter().enumerate().map(seen).collect()

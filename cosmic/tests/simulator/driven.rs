@@ -60,7 +60,8 @@ fn held_activations_drive_as_a_controller_that_gives_them() {
         let by_controllers = driven.rollouts(&by_controllers, &starts, &span);
         for (k, ((case, held), seen)) in robots.iter().zip(&seen).enumerate() {
             let task = case.task();
-            let controlled = task.rollout(&case.own_design(), &case.controller, &case.start, &span);
+            let controlled =
+                (task.simulator).rollout(&case.body(), &case.controller, &case.start, &span);
             // Robots of one batch may have other controllers; each has the bits of a single rollout.
             assert_eq!(
                 by_controllers[k].states, controlled.states,
