@@ -121,7 +121,7 @@ impl Work {
             progress.iteration = entrant.iteration;
             progress.controller = robot.controller.clone();
             let merit = work.codesign.evaluator().evaluate(progress).merit;
-            progress.note_candidate(merit, usize::MAX);
+            progress.note_candidate(merit);
         }
         let entrants = robots.into_iter().zip(wholes).collect();
         Ok(Some(Packed { work, entrants }))
