@@ -10,7 +10,6 @@ use cosmic::inputs::{Block, DESIGN, Inputs};
 use cosmic::objective::{Displacement, Loss};
 use cosmic::projection::Projection;
 use cosmic::scene::LossSettings;
-use cosmic::simulator::Span;
 use cosmic::task::{Horizon, Task};
 
 /// The number of steps of a measured rollout, unless the case has fewer.
@@ -54,18 +53,7 @@ impl<'a> Subject<'a> {
     pub fn rollout<R: Real>(&self) -> R {
         let inputs = self.inputs.lift::<R>();
         let design = self.case.projected(self.case.projection, &inputs.z);
-        // The steps, and the states and nodes that the loss observes.
-        let span = Span {
-            nodes: self.loss.nodes().max(self.case.body().marker.nodes()),
-            ..Span::from_start(self.loss.observed(self.horizon.steps))
-        };
-        let seen = (self.task.simulator).rollout(
-            &self.task.body(&design),
-            &inputs.controller,
-            &inputs.start,
-            &span,
-        );
-        self.loss.loss(&seen)
+        self.task.loss(&design, &inputs, &self.loss, &self.horizon)
     }
 
     /// Computes the loss and its gradient with respect to some blocks of the inputs, such as [`DESIGN`] or

@@ -257,26 +257,14 @@ impl Task {
             controllers: std::slice::from_ref(&inputs.controller),
         };
         let starts = vec![&inputs.start; bodies.len()];
-        (self.simulator).rollouts(&robots, &starts, &self.span_of(loss, horizon))
-    }
-
-    /// The span of the steps that carry the gradient over a horizon, with the states and the nodes that the loss reads.
-    fn span_of(&self, loss: &(impl Loss + ?Sized), horizon: &Horizon) -> Span {
-        let steps = horizon.steps.min(self.physics.steps);
-        Span {
+        let of_markers = bodies.iter().map(|body| body.marker.nodes());
+        let span = Span {
             first: horizon.first,
-            nodes: loss.nodes().max(self.nodes_of_marker()),
+            nodes: of_markers.fold(loss.nodes(), usize::max),
             cotangent_bound: horizon.cotangent_bound,
             metered: loss.reads_efforts(),
-            ..Span::from_start(loss.observed(steps))
-        }
-    }
-
-    /// How many nodes a state must hold so that the [marker](crate::lattice::Marker) can be found in it.
-    fn nodes_of_marker(&self) -> usize {
-        match self.moved {
-            MovedBody::Payload => self.lattice.payload[0].node + 1,
-            MovedBody::Mass | MovedBody::Nodes => usize::MAX,
-        }
+            ..Span::from_start(loss.observed(horizon.steps.min(self.physics.steps)))
+        };
+        self.simulator.rollouts(&robots, &starts, &span)
     }
 }
