@@ -10,7 +10,6 @@ use cosmic::inputs::{Block, DESIGN, Inputs};
 use cosmic::objective::{Displacement, Loss};
 use cosmic::projection::Projection;
 use cosmic::scene::LossSettings;
-use cosmic::simulator::Span;
 use cosmic::task::{Horizon, Task};
 
 /// The number of steps of a measured rollout, unless the case has fewer.
@@ -54,13 +53,7 @@ impl<'a> Subject<'a> {
     pub fn rollout<R: Real>(&self) -> R {
         let inputs = self.inputs.lift::<R>();
         let design = self.case.projected(self.case.projection, &inputs.z);
-        // The steps, and the states and nodes that the loss observes.
-        let span = Span {
-            nodes: self.loss.nodes().max(self.case.body().marker.nodes()),
-            ..Span::from_start(self.loss.observed(self.horizon.steps))
-        };
-        let seen = (self.task).rollout(&design, &inputs.controller, &inputs.start, &span);
-        self.loss.loss(&seen)
+        self.task.loss(&design, &inputs, &self.loss, &self.horizon)
     }
 
     /// Computes the loss and its gradient with respect to some blocks of the inputs, such as [`DESIGN`] or
@@ -82,8 +75,8 @@ impl<'a> Subject<'a> {
             let projections = [Projection::Performance, Projection::Stability];
             let design = |k: usize| case.projected(projections[k], &copies[k].z);
             let designs = [design(0), design(1)];
-            let losses = task.losses(&designs, &copies[0], &self.loss, &self.horizon);
-            [losses[0], losses[1]]
+            let seen = task.over_horizon(&designs, &copies[0], &self.loss, &self.horizon);
+            [0, 1].map(|k| self.loss.loss(&seen[k]))
         })
     }
 

@@ -12,7 +12,7 @@ use crate::policy::{Controller, Goals};
 use crate::projection::Variation;
 use crate::random::symmetric;
 use crate::scene::{GoalsSettings, Scatter};
-use crate::simulator::{Span, Trajectory};
+use crate::simulator::{Robots, Span, Trajectory};
 use crate::task::Task;
 
 /// One robot in its surroundings: the task that simulates it, and its initial state. The numbers of the task may be
@@ -53,9 +53,8 @@ fn share_a_task(domains: &[Domain]) -> bool {
         .all(|domain| std::ptr::eq(first, &*domain.task))
 }
 
-/// Simulates robots with one controller, each in its own domain. `designs` has one design for all domains, or one for
-/// each domain. The trajectories are bit-identical to those of single [rollouts](Task::rollout), but take less time.
-/// The tasks of the domains must be [variations](Task::varied) of one task.
+/// [Simulates](crate::simulator::Simulator::rollouts) robots with one controller, each in its own domain. `designs` has one
+/// design for all domains, or one for each domain. The tasks of the domains must be [variations](Task::varied) of one task.
 ///
 /// # Panics
 /// If there are no domains.
@@ -66,18 +65,23 @@ pub fn rollouts<R: Real>(
     span: &Span,
 ) -> Vec<Trajectory<R>> {
     let starts: Vec<_> = (domains.iter().map(|domain| domain.start.map(R::lit))).collect();
-    let task = &domains[0].task;
-    if share_a_task(domains) {
-        return task.rollout_many(designs, controller, &starts, span);
-    }
-    let body =
-        |(k, domain): (usize, &Domain)| domain.task.body(designs[k % designs.len()].borrow());
-    let bodies: Vec<_> = domains.iter().enumerate().map(body).collect();
-    let surroundings = domains
-        .iter()
-        .map(|domain| domain.task.simulator.surroundings());
-    let surroundings: Vec<_> = surroundings.collect();
-    (task.simulator).rollout_many_in(&surroundings, &bodies, controller, &starts, span)
+    let is_shared = share_a_task(domains);
+    let bodies = if is_shared {
+        designs.len()
+    } else {
+        domains.len()
+    };
+    let body = |k: usize| domains[k].task.body(designs[k % designs.len()].borrow());
+    let bodies: Vec<_> = (0..bodies).map(body).collect();
+    let surroundings = if is_shared { 1 } else { domains.len() };
+    let surroundings = domains[..surroundings].iter();
+    let surroundings = surroundings.map(|domain| domain.task.simulator.surroundings());
+    let robots = Robots {
+        surroundings: &surroundings.collect::<Vec<_>>(),
+        bodies: &bodies,
+        controllers: std::slice::from_ref(controller),
+    };
+    (domains[0].task.simulator).rollouts(&robots, &starts, span)
 }
 
 /// Draws a random variation of `task`. The robot starts at rest, near its initial positions. Every number is drawn even

@@ -9,13 +9,13 @@ use crate::geometry::{Ground, Vector};
 use crate::inputs::Inputs;
 use crate::lattice::{Body, Lattice, State};
 use crate::objective::{Loss, LossOf};
-use crate::policy::{Controller, Goals};
+use crate::policy::Goals;
 use crate::projection::{self, Holds, Projection, Variation};
 use crate::scene::{
     AnyDesign, ControllerSettings, MaterialSettings, MovedBody, PhysicsSettings, ProjectionSettings,
 };
 use crate::simulator::stability::Vibration;
-use crate::simulator::{EdgeMoments, Guarded, Simulator, Span, StepCheck, Trajectory};
+use crate::simulator::{Robots, Simulator, Span, StepCheck, Trajectory};
 
 /// The steps of a rollout that carry the gradient (D11). The rollout ends after them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -188,17 +188,6 @@ impl Task {
         }
     }
 
-    /// Computes the length, the tension and the activation of each edge in every state of a trajectory.
-    pub fn moments(
-        &self,
-        design: &Design<Mixture<f64>>,
-        controller: &Controller<f64>,
-        trajectory: &Trajectory<f64>,
-    ) -> Vec<EdgeMoments> {
-        let body = self.body(design);
-        self.simulator.moments(&body, controller, trajectory)
-    }
-
     /// The ground line of the physics.
     pub fn ground(&self) -> Ground {
         Ground::from(&self.physics)
@@ -217,49 +206,6 @@ impl Task {
         design: &Design<[f64; 3]>,
     ) -> Design<Mixture<f64>> {
         projection::projected(projection, design, &self.sharpness, &self.holds)
-    }
-
-    /// Simulates the robot of a design.
-    pub fn rollout<R: Real>(
-        &self,
-        design: &Design<Mixture<R>>,
-        controller: &Controller<R>,
-        start: &State<R>,
-        span: &Span,
-    ) -> Trajectory<R> {
-        self.simulator
-            .rollout(&self.body(design), controller, start, span)
-    }
-
-    /// Simulates several robots with one controller. There is one robot per start. `designs` has one design for all
-    /// robots, or one design per start. The trajectories are bit-identical to those of single
-    /// [rollouts](Task::rollout), but take less time.
-    pub fn rollout_many<R: Real>(
-        &self,
-        designs: &[impl Borrow<Design<Mixture<R>>>],
-        controller: &Controller<R>,
-        starts: &[impl Borrow<State<R>>],
-        span: &Span,
-    ) -> Vec<Trajectory<R>> {
-        let bodies = self.bodies(designs);
-        self.simulator
-            .rollout_many(&bodies, controller, starts, span)
-    }
-
-    /// Simulates the robot of a design and checks every state. The result tells where the rollout diverged, if it did.
-    pub fn guarded(
-        &self,
-        design: &Design<Mixture<f64>>,
-        controller: &Controller<f64>,
-        start: &State<f64>,
-        span: &Span,
-    ) -> Guarded {
-        self.simulator
-            .guarded(&self.body(design), controller, start, span)
-    }
-
-    fn bodies<R: Real>(&self, designs: &[impl Borrow<Design<Mixture<R>>>]) -> Vec<Body<R>> {
-        designs.iter().map(|d| self.body(d.borrow())).collect()
     }
 
     /// The time step, s, below which every design of the lattice is [stable](AnyDesign::stable_step), and so are its
@@ -291,64 +237,34 @@ impl Task {
         loss: &(impl Loss + LossOf<R> + ?Sized),
         horizon: &Horizon,
     ) -> R {
-        self.losses(&[design], inputs, loss, horizon).remove(0)
-    }
-
-    /// Computes the losses of several designs with one controller and one initial state. They are bit-identical to the
-    /// losses computed one by one, but take less time.
-    pub fn losses<R: Real>(
-        &self,
-        designs: &[impl Borrow<Design<Mixture<R>>>],
-        inputs: &Inputs<R>,
-        loss: &(impl Loss + LossOf<R> + ?Sized),
-        horizon: &Horizon,
-    ) -> Vec<R> {
-        let trajectories = self.over_horizon(designs, inputs, loss, horizon);
-        trajectories.iter().map(|seen| loss.loss_of(seen)).collect()
+        let trajectories = self.over_horizon(&[design], inputs, loss, horizon);
+        loss.loss_of(&trajectories[0])
     }
 
     /// Simulates several designs with one controller and one initial state. The trajectories hold the states and the
     /// nodes that the loss reads.
-    pub(crate) fn over_horizon<R: Real>(
+    pub fn over_horizon<R: Real>(
         &self,
         designs: &[impl Borrow<Design<Mixture<R>>>],
         inputs: &Inputs<R>,
         loss: &(impl Loss + ?Sized),
         horizon: &Horizon,
     ) -> Vec<Trajectory<R>> {
-        self.over_span(designs, inputs, &self.span_of(loss, horizon))
-    }
-
-    /// The span of the steps that carry the gradient over a horizon, with the states and the nodes that the loss reads.
-    fn span_of(&self, loss: &(impl Loss + ?Sized), horizon: &Horizon) -> Span {
-        let steps = horizon.steps.min(self.physics.steps);
-        Span {
+        let bodies: Vec<_> = designs.iter().map(|d| self.body(d.borrow())).collect();
+        let robots = Robots {
+            surroundings: &[self.simulator.surroundings()],
+            bodies: &bodies,
+            controllers: std::slice::from_ref(&inputs.controller),
+        };
+        let starts = vec![&inputs.start; bodies.len()];
+        let of_markers = bodies.iter().map(|body| body.marker.nodes());
+        let span = Span {
             first: horizon.first,
-            nodes: loss.nodes().max(self.nodes_of_marker()),
+            nodes: of_markers.fold(loss.nodes(), usize::max),
             cotangent_bound: horizon.cotangent_bound,
             metered: loss.reads_efforts(),
-            ..Span::from_start(loss.observed(steps))
-        }
-    }
-
-    /// How many nodes a state must hold so that the [marker](crate::lattice::Marker) can be found in it.
-    fn nodes_of_marker(&self) -> usize {
-        match self.moved {
-            MovedBody::Payload => self.lattice.payload[0].node + 1,
-            MovedBody::Mass | MovedBody::Nodes => usize::MAX,
-        }
-    }
-
-    /// Simulates several designs over a horizon. This function does not depend on the type of the loss, so it is
-    /// compiled once.
-    fn over_span<R: Real>(
-        &self,
-        designs: &[impl Borrow<Design<Mixture<R>>>],
-        inputs: &Inputs<R>,
-        span: &Span,
-    ) -> Vec<Trajectory<R>> {
-        let bodies = self.bodies(designs);
-        let starts = vec![&inputs.start; bodies.len()];
-        (self.simulator).rollout_many(&bodies, &inputs.controller, &starts, span)
+            ..Span::from_start(loss.observed(horizon.steps.min(self.physics.steps)))
+        };
+        self.simulator.rollouts(&robots, &starts, &span)
     }
 }

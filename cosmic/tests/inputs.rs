@@ -19,7 +19,12 @@ fn both_products_are_of_one_jacobian() {
     fn seen<R: Real>(case: &Case, task: &cosmic::task::Task, inputs: &Inputs<R>) -> Vec<R> {
         let design = case.projected(case.projection, &inputs.z);
         let span = Span::from_start(vec![8, 32]);
-        let seen = task.rollout(&design, &inputs.controller, &inputs.start, &span);
+        let seen = (task.simulator).rollout(
+            &task.body(&design),
+            &inputs.controller,
+            &inputs.start,
+            &span,
+        );
         let states = seen.states.iter();
         states
             .flat_map(|s| [flat(&s.x), flat(&s.v)].concat())

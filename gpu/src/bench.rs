@@ -4,12 +4,13 @@ use std::error::Error;
 use std::time::Instant;
 
 use autodiff::wgsl::Placed;
-use autodiff::{Tape, Var};
+use autodiff::{Real, Tape, Var};
 use clap::Args;
 use cosmic::case::Case;
-use cosmic::lattice::Body;
+use cosmic::lattice::{Body, State};
+use cosmic::policy::Controller;
 use cosmic::scene::Scene;
-use cosmic::simulator::{Robots, Simulator, Span, Wanted};
+use cosmic::simulator::{Robots, Simulator, Span, Trajectory, Wanted};
 use cosmic_gpu::{Gpu, Members, Population, WORKGROUP};
 use rayon::prelude::*;
 
@@ -233,9 +234,7 @@ fn on_processor(drawn: &Drawn, steps: usize, robots: usize, work: Work, shared: 
         if work == Work::Forward {
             let bodies: Vec<Body<f32>> = own.into_iter().cloned().collect();
             let starts = vec![start.clone(); count];
-            drawn
-                .simulator
-                .rollout_many(&bodies, controller, &starts, &span);
+            rolled(&drawn.simulator, &bodies, controller, &starts, &span);
             return count;
         }
         let of_bodies = work == Work::OfDesigns;
@@ -264,9 +263,7 @@ fn on_processor(drawn: &Drawn, steps: usize, robots: usize, work: Work, shared: 
                 controller.numbers_mut().copy_from_slice(x);
             }
             let starts = vec![start.map(Var::constant); count];
-            let all = drawn
-                .simulator
-                .rollout_many(&bodies, &controller, &starts, &span);
+            let all = rolled(&drawn.simulator, &bodies, &controller, &starts, &span);
             all.iter()
                 .flat_map(|t| t.states.iter().map(|state| state.x[0][0]))
                 .sum::<Var<f32>>()
@@ -277,4 +274,20 @@ fn on_processor(drawn: &Drawn, steps: usize, robots: usize, work: Work, shared: 
     let mut done = 0;
     let seconds = shortest(|| done = (0..measured).into_par_iter().map(bundle).sum::<usize>());
     (done * steps) as f64 / seconds
+}
+
+/// Simulates robots with one controller on the processor.
+fn rolled<R: Real>(
+    simulator: &Simulator,
+    bodies: &[Body<R>],
+    controller: &Controller<R>,
+    starts: &[State<R>],
+    span: &Span,
+) -> Vec<Trajectory<R>> {
+    let robots = Robots {
+        surroundings: &[simulator.surroundings()],
+        bodies,
+        controllers: std::slice::from_ref(controller),
+    };
+    simulator.rollouts(&robots, starts, span)
 }

@@ -86,7 +86,7 @@ impl<L> ByParts<'_, L> {
     /// The gradient of a robot by its body, by its controller, and by its start: zeros for a body or a controller that is
     /// not wanted.
     fn split(&self, robot: usize, mut gradient: &[f64]) -> (Body<f64>, Vec<f64>, Vec<f64>) {
-        let (_, body, controller) = of_member(&self.robots, robot);
+        let (_, body, controller) = self.robots.member(robot);
         let mut next = |is_wanted: bool, len: usize| match is_wanted {
             true => {
                 let (part, others) = gradient.split_at(len);
@@ -110,7 +110,7 @@ where
     L: Fn(&Trajectory<Var<f64>>) -> Var<f64> + Sync,
 {
     fn numbers(&self, robot: usize) -> Vec<f64> {
-        let (_, body, controller) = of_member(&self.robots, robot);
+        let (_, body, controller) = self.robots.member(robot);
         let mut numbers = Vec::new();
         if self.wanted.bodies {
             numbers.extend(body.numbers());
@@ -124,7 +124,7 @@ where
     }
 
     fn robot(&self, robot: usize, mut numbers: &[Var<f64>]) -> Member<Var<f64>> {
-        let (surroundings, body, controller) = of_member(&self.robots, robot);
+        let (surroundings, body, controller) = self.robots.member(robot);
         let mut next = |len: usize| {
             let (part, others) = numbers.split_at(len);
             numbers = others;
@@ -242,7 +242,7 @@ impl RobotsOnGpu {
         }
         // Nothing is shared, so that each member's numbers can be collected on its own.
         let of_member = |k: usize| -> Vec<Vec<f32>> {
-            let (surroundings, body, controller) = of_member(robots, k);
+            let (surroundings, body, controller) = robots.member(k);
             let lists = self
                 .printed
                 .numbers_of_one(surroundings, body, controller)
@@ -281,7 +281,7 @@ impl RobotsOnGpu {
             let value = |&x: &f32| if exceeded[k] { f64::NAN } else { f64::from(x) };
             let mut numbers = self.at_start(&starts[k]);
             numbers.extend(self.seen_of(k, &seen).iter().map(value));
-            let (surroundings, body, _) = of_member(robots, k);
+            let (surroundings, body, _) = robots.member(k);
             self.printed
                 .trajectory(&numbers, surroundings, body, &starts[k])
         };
@@ -417,21 +417,4 @@ impl RobotsOnGpu {
 
 fn single(numbers: Vec<f64>) -> Vec<f32> {
     numbers.into_iter().map(|x| x as f32).collect()
-}
-
-/// The surroundings, the body and the controller of a member.
-fn of_member<'a, R>(
-    robots: &Robots<'a, R>,
-    k: usize,
-) -> (&'a Surroundings<R>, &'a Body<R>, &'a Controller<R>) {
-    let Robots {
-        surroundings,
-        bodies,
-        controllers,
-    } = *robots;
-    (
-        &surroundings[k % surroundings.len()],
-        &bodies[k % bodies.len()],
-        &controllers[k % controllers.len()],
-    )
 }

@@ -10,7 +10,7 @@ use cosmic::geometry::{flat, from_flat};
 use cosmic::inputs::Inputs;
 use cosmic::lattice::{Body, State};
 use cosmic::projection::Projection;
-use cosmic::simulator::{Span, Surroundings, Trajectory};
+use cosmic::simulator::{Robots, Span, Surroundings, Trajectory};
 use cosmic::task::{Task, together};
 use pyo3::prelude::*;
 use rayon::prelude::*;
@@ -127,7 +127,12 @@ impl<R: Number> Asked<R> {
         let surroundings =
             surroundings.map(|robot| surroundings_of(task, &self.batch.components(robot)));
         let surroundings: Vec<_> = surroundings.collect();
-        (task.simulator).rollout_many_in(&surroundings, &bodies, controller, &starts, &self.span)
+        let robots = Robots {
+            surroundings: &surroundings,
+            bodies: &bodies,
+            controllers: std::slice::from_ref(controller),
+        };
+        task.simulator.rollouts(&robots, &starts, &self.span)
     }
 
     /// Returns the observed states of every robot, without converting them to arrays. Used to measure the library's
@@ -280,8 +285,8 @@ pub(crate) fn seen<R: Real>(
     let body = mixing.body(task, &inputs.z);
     let (controller, start) = (&inputs.controller, &inputs.start);
     let surroundings = surroundings_of(task, goals);
-    let seen = (task.simulator).rollout_in(&surroundings, &body, controller, start, span);
-    let seen = flattened(&[seen]);
+    let robot = Robots::one(&surroundings, &body, controller);
+    let seen = flattened(&task.simulator.rollouts(&robot, &[start], span));
     [seen.x, seen.v].concat()
 }
 

@@ -15,7 +15,7 @@ use cosmic::policy::observation;
 use cosmic::projection::Projection;
 use cosmic::random::{Purpose, stream};
 use cosmic::scene::{ControllerSettings, GoalsSettings, PhysicsSettings};
-use cosmic::simulator::{Driven as Library, Span, Trajectory};
+use cosmic::simulator::{Span, Trajectory};
 use cosmic::task::Task;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
@@ -23,7 +23,6 @@ use pyo3::prelude::*;
 /// A robot whose activations the caller supplies, without a controller.
 #[pyclass(frozen, module = "cosmic._core")]
 pub(crate) struct Driven {
-    driven: Library,
     body: Body<f64>,
     ground: Ground,
     physics: PhysicsSettings,
@@ -82,7 +81,6 @@ impl Driven {
         let body = task.body(&task.projected(Projection::Performance, &design));
         let strains = |&edge: &usize| body.strain[edge] * body.stiffness[edge] != 0.0;
         Ok(Self {
-            driven: Library::new(lattice, &scene.physics, &scene.controller),
             actuators: (0..sizes.edges).filter(strains).collect(),
             ground: task.ground(),
             physics: scene.physics.clone(),
@@ -198,7 +196,7 @@ impl Driven {
         };
         let group = |robots: std::ops::Range<usize>| {
             let held: Vec<&[f64]> = held[robots.clone()].iter().map(Vec::as_slice).collect();
-            self.driven.held(&self.body, &held, &starts[robots], &span)
+            (self.task.simulator).rollouts_held(&self.body, &held, &starts[robots], &span)
         };
         let work = |stop: &Stop| in_groups(robots, true, stop, group);
         let seen = caught(|| whole(in_pool(py, robots, work)?))?;

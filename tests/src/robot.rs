@@ -48,9 +48,9 @@ pub fn robot_of(mut scene: Scene) -> Case {
 
 /// Every state of a case's rollout.
 pub fn states(case: &Case) -> Vec<State<f64>> {
-    let (task, design) = (case.task(), case.own_design());
+    let simulator = case.task().simulator;
     let span = Span::from_start((0..=case.physics.steps).collect());
-    let seen = task.rollout(&design, &case.controller, &case.start, &span);
+    let seen = simulator.rollout(&case.body(), &case.controller, &case.start, &span);
     seen.states
 }
 

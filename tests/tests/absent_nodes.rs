@@ -9,7 +9,7 @@ use cosmic::inputs::{ALL, Inputs};
 use cosmic::lattice::{Body, State};
 use cosmic::policy::Controller;
 use cosmic::scene::{MovedBody, Scene, VoidEdges};
-use cosmic::simulator::{Simulator, Span, Trajectory};
+use cosmic::simulator::{Robots, Simulator, Span, Trajectory};
 
 const STEPS: usize = 60;
 
@@ -110,7 +110,7 @@ fn are_close(a: &[f64], b: &[f64]) -> bool {
 fn near_its_layout_a_robot_has_the_bits_of_its_layout() {
     for (name, case) in robots() {
         let (task, inputs) = (case.task(), case.inputs());
-        let whole = task.rollout(&case.own_design(), &case.controller, &case.start, &span());
+        let whole = (task.simulator).rollout(&case.body(), &case.controller, &case.start, &span());
         assert_eq!(seen(&case, &inputs), numbers(&whole), "{name}");
         let State { x, v } = &whole.states[2];
         for node in [6, 7, 8] {
@@ -202,7 +202,12 @@ fn pair<R: Real>(
     controller: &Controller<R>,
     start: &State<R>,
 ) -> Vec<R> {
-    let walks = simulator.rollout_many(&bodies, controller, &[start, start], &span());
+    let robots = Robots {
+        surroundings: &[simulator.surroundings()],
+        bodies: &bodies,
+        controllers: std::slice::from_ref(controller),
+    };
+    let walks = simulator.rollouts(&robots, &[start, start], &span());
     walks.iter().flat_map(numbers).collect()
 }
 

@@ -67,17 +67,17 @@ fn efforts_have_the_right_gradients() {
 fn efforts_are_those_of_the_states() {
     for world in &WORLDS[..3] {
         let case = robot(world);
-        let (task, design) = (case.task(), case.own_design());
+        let (simulator, body) = (case.task().simulator, case.body());
         let plain = Span::from_start((0..=40).collect());
         let metered = Span {
             metered: true,
             ..plain.clone()
         };
         let [plain, seen] = [plain, metered]
-            .map(|span| task.rollout(&design, &case.controller, &case.start, &span));
+            .map(|span| simulator.rollout(&body, &case.controller, &case.start, &span));
         assert_eq!(plain.states, seen.states);
         assert!(plain.efforts.is_none());
-        let moments = task.moments(&design, &case.controller, &plain);
+        let moments = simulator.moments(&body, &case.controller, &plain);
         for (k, moment) in moments[..40].iter().enumerate() {
             let effort = seen.effort(k + 1);
             let pairs = effort.tension.iter().zip(&moment.tension);
@@ -218,7 +218,7 @@ fn metered(case: &Case, steps: usize) -> Trajectory<f64> {
         metered: true,
         ..Span::from_start((0..=steps).collect())
     };
-    (case.task()).rollout(&case.own_design(), &case.controller, &case.start, &span)
+    (case.task().simulator).rollout(&case.body(), &case.controller, &case.start, &span)
 }
 
 /// The power of a robot is the work that its steps record, by the time.
@@ -285,7 +285,8 @@ fn efforts_of_implicit_steps_are_reproduced() {
             metered: true,
             ..Span::from_start(vec![case.physics.steps])
         };
-        let run = (case.task()).rollout(&case.own_design(), &case.controller, &case.start, &span);
+        let run =
+            (case.task().simulator).rollout(&case.body(), &case.controller, &case.start, &span);
         let (effort, expected) = (run.effort(case.physics.steps), &reference.json["coverage"]);
         for (name, got) in [
             ("tension_last", &effort.tension),
@@ -308,8 +309,7 @@ fn forces_of_implicit_steps_approach_those_of_explicit_ones() {
             metered: true,
             ..Span::from_start(vec![89, 90])
         };
-        case.task()
-            .rollout(&case.own_design(), &case.controller, &case.start, &span)
+        (case.task().simulator).rollout(&case.body(), &case.controller, &case.start, &span)
     });
     let size = |numbers: &[f64]| numbers.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     let apart = |a: &[f64], b: &[f64]| -> f64 {

@@ -34,9 +34,8 @@ fn a_goal_may_change_while_a_robot_walks() {
             first,
             ..Span::from_start(vec![steps])
         };
-        let task = case.task().with_goals(&goals);
-        let design = case.own_design();
-        let mut seen = task.rollout(&design, &case.controller, start, &span);
+        let simulator = case.task().with_goals(&goals).simulator;
+        let mut seen = simulator.rollout(&case.body(), &case.controller, start, &span);
         seen.states.remove(0)
     };
     let half = walk(Goals::at(right), &case.start, 0, 300);
@@ -122,7 +121,7 @@ fn a_mirrored_robot_walks_back_as_it_walks_ahead() {
             Goals::at(Vector::new([middle + way, 0.1])).then(60, Vector::new([middle - way, 0.2]));
         let task = case.task().with_goals(&goals);
         let span = Span::from_start(vec![120]);
-        let seen = task.rollout(&case.own_design(), &case.controller, &case.start, &span);
+        let seen = (task.simulator).rollout(&case.body(), &case.controller, &case.start, &span);
         seen.states.into_iter().next_back().unwrap()
     };
     let (ahead, back) = (walk(1.0), walk(-1.0));

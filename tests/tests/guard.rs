@@ -3,6 +3,7 @@
 
 use cosmic::case::Case;
 use cosmic::design::{Design, Material, Mixture};
+use cosmic::domain::{Domain, rollouts};
 use cosmic::error::Error;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
@@ -133,11 +134,11 @@ static WATCHED: [Watched; 17] = [
 ];
 
 fn guarded(case: &Case, span: &Span) -> Guarded {
-    let design = case.own_design();
-    let (task, controller, start) = (case.task(), &case.controller, &case.start);
-    let guarded = task.guarded(&design, controller, start, span);
+    let (simulator, body) = (case.task().simulator, case.body());
+    let (controller, start) = (&case.controller, &case.start);
+    let guarded = simulator.guarded(&body, controller, start, span);
     // A guarded rollout has the same states as a plain one, including NaNs.
-    let plain = task.rollout(&design, controller, start, span);
+    let plain = simulator.rollout(&body, controller, start, span);
     assert_eq!(format!("{:?}", guarded.trajectory), format!("{plain:?}"));
     guarded
 }
@@ -252,8 +253,8 @@ fn parts_of_another_lattice_are_refused() {
         (&small.controller, &shifted, "initial positions"),
         (&longer, &small.start, "in `b2` of a robot"),
     ] {
-        let (task, design) = (small.task(), small.own_design());
-        let run = || task.rollout(&design, controller, start, &Span::from_start(vec![1]));
+        let (simulator, body) = (small.task().simulator, small.body());
+        let run = || simulator.rollout(&body, controller, start, &Span::from_start(vec![1]));
         let refused = std::panic::catch_unwind(std::panic::AssertUnwindSafe(run));
         let said = refused.expect_err("it is of another lattice");
         let said = said.downcast::<String>().expect("a sentence");
@@ -270,18 +271,20 @@ fn hold_together(
     wrong: usize,
 ) {
     let task = case.task();
+    let domain = |&start: &&State<f64>| Domain::of(&task, start.clone());
+    let domains: Vec<Domain> = starts.iter().map(domain).collect();
     let span = Span::from_start(vec![0, 7, case.physics.steps]);
     for watched in [true, false] {
         let span = Span {
             watched,
             ..span.clone()
         };
-        let together = task.rollout_many(designs, &case.controller, starts, &span);
+        let together = rollouts(designs, &case.controller, &domains, &span);
         for (k, (start, seen)) in starts.iter().zip(&together).enumerate() {
-            let design = &designs[k % designs.len()];
-            let alone = task.rollout(design, &case.controller, start, &span);
+            let (simulator, body) = (&task.simulator, task.body(&designs[k % designs.len()]));
+            let alone = simulator.rollout(&body, &case.controller, start, &span);
             assert_eq!(format!("{seen:?}"), format!("{alone:?}"), "{k}");
-            let guarded = task.guarded(design, &case.controller, start, &span);
+            let guarded = simulator.guarded(&body, &case.controller, start, &span);
             assert_eq!(guarded.divergence.is_some(), k == wrong, "{k}");
             let shows = watched && k == wrong;
             assert_eq!(seen.states[0].x[0][0].is_nan(), shows, "{k}");

@@ -175,8 +175,9 @@ fn a_batch_of_stiff_robots_has_the_bits_of_single_rollouts() {
     let domains: Vec<_> = (0..9).map(start).collect();
     let span = Span::from_start(vec![case.physics.steps]);
     let together = rollouts(&[&design], &case.controller, &domains, &span);
+    let body = case.body();
     for (k, (domain, seen)) in domains.iter().zip(&together).enumerate() {
-        let alone = task.rollout(&design, &case.controller, &domain.start, &span);
+        let alone = (task.simulator).rollout(&body, &case.controller, &domain.start, &span);
         assert_eq!(alone.states, seen.states, "robot {k}");
     }
 }
@@ -218,7 +219,7 @@ fn velocities(case: &Case, start: &[Vector<f64>], steps: &[usize]) -> Vec<Vec<Ve
     let mut from = case.start.clone();
     from.v = start.to_vec();
     let span = Span::from_start(steps.to_vec());
-    let seen = (case.task()).rollout(&case.own_design(), &case.controller, &from, &span);
+    let seen = (case.task().simulator).rollout(&case.body(), &case.controller, &from, &span);
     seen.states.into_iter().map(|state| state.v).collect()
 }
 

@@ -3,6 +3,7 @@
 use autodiff::{DoubleDouble, Dual, Real};
 use cosmic::case::Case;
 use cosmic::codesign::CoDesign;
+use cosmic::domain::{Domain, rollouts};
 use cosmic::inputs::{CONTROLLER, Inputs};
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss};
@@ -67,9 +68,10 @@ fn losses<R: Real>(case: &Case, inputs: &Inputs<R>, starts: &[State<f64>]) -> R 
     let task = case.task();
     let loss = Displacement::at_end(task.ground());
     let designs = [case.projected(case.projection, &inputs.z)];
-    let starts: Vec<State<R>> = starts.iter().map(|start| start.map(R::lit)).collect();
+    let domain = |start: &State<f64>| Domain::of(&task, start.clone());
+    let domains: Vec<Domain> = starts.iter().map(domain).collect();
     let span = Span::from_start(loss.observed(case.physics.steps));
-    let seen = task.rollout_many(&designs, &inputs.controller, &starts, &span);
+    let seen = rollouts(&designs, &inputs.controller, &domains, &span);
     R::sum_of(&seen.iter().map(|seen| loss.loss(seen)).collect::<Vec<_>>())
 }
 
@@ -128,9 +130,11 @@ fn a_learned_clock_is_a_clock_of_its_frequency() {
     fn end<R: Real>(case: &Case, starts: &[State<f64>]) -> Vec<f64> {
         let inputs = case.inputs().lift::<R>();
         let design = case.projected(case.projection, &inputs.z);
-        let starts: Vec<State<R>> = starts.iter().map(|start| start.map(R::lit)).collect();
+        let task = case.task();
+        let domain = |start: &State<f64>| Domain::of(&task, start.clone());
+        let domains: Vec<Domain> = starts.iter().map(domain).collect();
         let span = Span::from_start(vec![case.physics.steps]);
-        let seen = (case.task()).rollout_many(&[design], &inputs.controller, &starts, &span);
+        let seen = rollouts(&[design], &inputs.controller, &domains, &span);
         let states = seen.iter().flat_map(|seen| &seen.states[0].x);
         states.flatten().map(|x| x.primal()).collect()
     }
@@ -162,9 +166,9 @@ fn a_learned_clock_is_a_clock_of_its_frequency() {
     assert!(end::<f64>(&learned, &starts) != end::<f64>(&robot(&air, 0.0), &starts));
 
     // A rollout that continues another one has the phase of its first step.
-    let (task, design) = (learned.task(), learned.own_design());
+    let (simulator, body) = (learned.task().simulator, learned.body());
     let run = |start: &State<f64>, span: &Span| {
-        let seen = task.rollout(&design, &learned.controller, start, span);
+        let seen = simulator.rollout(&body, &learned.controller, start, span);
         seen.states.last().unwrap().clone()
     };
     let half = run(&learned.start, &Span::from_start(vec![200]));
@@ -184,9 +188,11 @@ fn a_learned_clock_is_a_clock_of_its_frequency() {
     // The activations that reports show are those of the rollout.
     let activations = |case: &Case| {
         let span = Span::from_start(vec![0, 100, 400]);
-        let (task, design) = (case.task(), case.own_design());
-        let seen = task.rollout(&design, &case.controller, &case.start, &span);
-        let moments = task.moments(&design, &case.controller, &seen).into_iter();
+        let (simulator, body) = (case.task().simulator, case.body());
+        let seen = simulator.rollout(&body, &case.controller, &case.start, &span);
+        let moments = simulator
+            .moments(&body, &case.controller, &seen)
+            .into_iter();
         moments
             .flat_map(|moment| moment.activation)
             .collect::<Vec<_>>()

@@ -4,6 +4,7 @@
 use autodiff::{Var, gradient};
 use cosmic::case::Case;
 use cosmic::design::{Design, Material, Mixture};
+use cosmic::domain::{Domain, rollouts};
 use cosmic::geometry::{Vector, flat, from_flat};
 use cosmic::inputs::DESIGN;
 use cosmic::lattice::State;
@@ -43,7 +44,8 @@ fn robot() -> Case {
 /// Simulates a robot with this design and returns its last state.
 fn end(case: &Case, design: &Design<Mixture<f64>>, start: &State<f64>) -> State<f64> {
     let span = Span::from_start(vec![STEPS]);
-    let seen = case.task().rollout(design, &case.controller, start, &span);
+    let seen =
+        (case.task().simulator).rollout(&case.task().body(design), &case.controller, start, &span);
     seen.states[0].clone()
 }
 
@@ -143,7 +145,7 @@ fn nodes_without_a_bar_do_not_belong_to_the_robot() {
             let controller = case.controller.map(Var::constant);
             let layout = Design::Layout(cell(&case));
             let span = Span::from_start(vec![STEPS]);
-            let seen = task.rollout(&layout, &controller, &start, &span);
+            let seen = (task.simulator).rollout(&task.body(&layout), &controller, &start, &span);
             seen.states[0].x[0][0] + seen.states[0].x[4][1]
         },
         &start,
@@ -166,13 +168,12 @@ fn bodies_of_different_nodes_run_together() {
     let designs = [cell(&case), all_bars, cell(&case)].map(Design::Layout);
     let [first, second, _] = designs.each_ref().map(|design| task.body(design).presence);
     assert_ne!(first, second);
-    let (starts, span) = (
-        vec![&case.start; designs.len()],
-        Span::from_start(vec![20, STEPS]),
-    );
-    let together = task.rollout_many(&designs, &case.controller, &starts, &span);
+    let domains = vec![Domain::of(&task, case.start.clone()); designs.len()];
+    let span = Span::from_start(vec![20, STEPS]);
+    let together = rollouts(&designs, &case.controller, &domains, &span);
     for (design, seen) in designs.iter().zip(&together) {
-        let alone = task.rollout(design, &case.controller, &case.start, &span);
+        let alone =
+            (task.simulator).rollout(&task.body(design), &case.controller, &case.start, &span);
         assert_eq!(alone.states, seen.states);
     }
 }

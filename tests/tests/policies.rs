@@ -214,8 +214,7 @@ fn a_step_uses_the_observation() {
         let network = Network::of(&case.controller, &case.lattice).unwrap();
         let expected = network.activation(&seen, seen[case.observation.clocks]);
         let start = Trajectory::new(vec![0], vec![case.start.clone()]);
-        let task = case.task();
-        let moments = task.moments(&case.own_design(), &case.controller, &start);
+        let moments = (case.task().simulator).moments(&body, &case.controller, &start);
         let found = &moments[0].activation;
         for (a, b) in found.iter().zip(&expected) {
             // The tolerance is for sums of some forty terms of order one.
@@ -252,7 +251,7 @@ fn a_policy_feels_its_bars() {
         }
         let (task, ground) = (case.task(), case.task().ground());
         let start = Trajectory::new(vec![0], vec![case.start.clone()]);
-        let moments = task.moments(&case.own_design(), &case.controller, &start);
+        let moments = (task.simulator).moments(&case.body(), &case.controller, &start);
         let below = Vector::new([0.0, ground.height]);
         let end = |node: usize| {
             let x = ground.vector_to_ground(case.start.x[node] - below).array();
@@ -303,7 +302,7 @@ fn the_clock_is_open_loop() {
         };
         let shape = |start: &State<f64>| {
             let span = Span::from_start(vec![60]);
-            let seen = task.rollout(&case.own_design(), &case.controller, start, &span);
+            let seen = (task.simulator).rollout(&case.body(), &case.controller, start, &span);
             let x = seen.states[0].x.clone();
             x.iter()
                 .map(|p| [p[0] - x[0][0], p[1] - x[0][1]])

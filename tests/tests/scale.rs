@@ -138,8 +138,7 @@ fn scene(world: &str) -> Scene {
 fn rollout(scene: &Scene, steps: usize) -> Trajectory<f64> {
     let case = Case::of_scene(scene, 4).unwrap();
     let span = Span::from_start((0..=steps).step_by(16).collect());
-    let (design, task) = (case.own_design(), case.task());
-    task.rollout(&design, &case.controller, &case.start, &span)
+    (case.task().simulator).rollout(&case.body(), &case.controller, &case.start, &span)
 }
 
 /// Pairs of vectors of a trajectory, the positions and the velocities of all states, with the factor between the two.

@@ -7,7 +7,7 @@ use cosmic::case::Case;
 use cosmic::geometry::Vector;
 use cosmic::policy::Goals;
 use cosmic::scene::GoalKind;
-use cosmic::simulator::{Simulator, Span};
+use cosmic::simulator::{Robots, Simulator, Span, Surroundings};
 
 use super::own_laws::robot;
 
@@ -47,13 +47,16 @@ impl<'a> ByNumber<'a> {
         let surroundings: Vec<_> = (values.iter())
             .map(|&value| self.simulator.surroundings().with(self.name, value))
             .collect();
-        let ends = if together {
-            let starts = vec![start; values.len()];
-            let bodies = [body];
-            (self.simulator).rollout_many_in(&surroundings, &bodies, &controller, &starts, &span)
-        } else {
-            let run = |s| (self.simulator).rollout_in(s, &body, &controller, &start, &span);
-            surroundings.iter().map(run).collect()
+        let run = |surroundings: &[Surroundings<R>]| {
+            let robots = Robots {
+                surroundings,
+                ..Robots::one(&surroundings[0], &body, &controller)
+            };
+            (self.simulator).rollouts(&robots, &vec![&start; surroundings.len()], &span)
+        };
+        let ends = match together {
+            true => run(&surroundings),
+            false => surroundings.chunks(1).flat_map(run).collect(),
         };
         ends.iter().map(|end| end.states[0].to_columns()).collect()
     }

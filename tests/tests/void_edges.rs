@@ -12,7 +12,7 @@ use cosmic::objective::Displacement;
 use cosmic::projection::Variation;
 use cosmic::scene::{PhysicsSettings, Scene, VoidEdges};
 use cosmic::simulator::stability::Vibration;
-use cosmic::simulator::{Simulator, Span};
+use cosmic::simulator::{Robots, Simulator, Span};
 use cosmic::task::{Horizon, Task};
 use cosmic_tests::laws;
 
@@ -110,11 +110,13 @@ fn dropped_edges_are_edges_without_stiffness_to_the_bit() {
         assert_eq!(all, states(&slack));
         assert_eq!(all, states(&dropped));
         // A guarded rollout and rollouts in a batch have the same bits.
-        let (bodies, span) = ([dropped.body()], Span::from_start(vec![STEPS]));
+        let (body, span) = (dropped.body(), Span::from_start(vec![STEPS]));
         let (simulator, controller) = (simulator(&dropped), &dropped.controller);
-        let guarded = simulator.guarded(&bodies[0], controller, &dropped.start, &span);
+        let guarded = simulator.guarded(&body, controller, &dropped.start, &span);
         assert_eq!(guarded.divergence, None);
-        let together = simulator.rollout_many(&bodies, controller, &[&dropped.start; 9], &span);
+        let surroundings = simulator.surroundings();
+        let robot = Robots::one(&surroundings, &body, controller);
+        let together = simulator.rollouts(&robot, &[&dropped.start; 9], &span);
         for seen in [guarded.trajectory].iter().chain(&together) {
             assert_eq!(seen.states[0], all[STEPS]);
         }

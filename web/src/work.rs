@@ -121,7 +121,7 @@ impl Work {
             progress.iteration = entrant.iteration;
             progress.controller = robot.controller.clone();
             let merit = work.codesign.evaluator().evaluate(progress).merit;
-            progress.note_candidate(merit, usize::MAX);
+            progress.note_candidate(merit);
         }
         let entrants = robots.into_iter().zip(wholes).collect();
         Ok(Some(Packed { work, entrants }))
@@ -356,7 +356,8 @@ fn rollout(
     start: &State<f64>,
     span: &Span,
 ) -> Result<Trajectory<f64>, String> {
-    let guarded = task.guarded(&robot.projected, &robot.controller, start, span);
+    let body = task.body(&robot.projected);
+    let guarded = (task.simulator).guarded(&body, &robot.controller, start, span);
     match &guarded.divergence {
         None => Ok(guarded.trajectory),
         Some(divergence) => Err(Error::from(divergence).to_string()),

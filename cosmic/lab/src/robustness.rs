@@ -4,6 +4,7 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::files::write_text;
@@ -158,9 +159,7 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
             .evaluator()
             .reach(&design, &case.controller, domain)
     };
-    let reached = codesign
-        .evaluator()
-        .reach_all(&design, &case.controller, &domains);
+    let reached: Vec<_> = domains.par_iter().map(reach).collect();
     let nominal = reach(&Domain {
         task: Cow::Borrowed(task),
         start: case.start.clone(),
@@ -168,10 +167,8 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
     let open_loop: Vec<Domain> = (domains.iter())
         .map(|domain| domain.without_feedback(&case.start))
         .collect();
-    let by_clock = codesign
-        .evaluator()
-        .reach_all(&design, &case.controller, &open_loop);
-    let by_clock: Vec<f64> = by_clock.iter().map(|r| r.moved[0]).collect();
+    let by_clock = open_loop.par_iter().map(|domain| reach(domain).moved[0]);
+    let by_clock: Vec<f64> = by_clock.collect();
     let far: Vec<f64> = reached.iter().map(|r| r.moved[0]).collect();
     let merits: Vec<f64> = reached.iter().map(|r| r.merit).collect();
     let spread = Quantiles::of(&far);

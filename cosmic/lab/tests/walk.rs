@@ -21,7 +21,7 @@ fn robot(speed_bound: Option<f64>) -> Case {
 fn along(case: &Case, goals: &Goals, observed: [usize; 2]) -> [f64; 2] {
     let task = case.task().with_goals(goals);
     let span = Span::from_start(observed.to_vec());
-    let seen = task.rollout(&case.own_design(), &case.controller, &case.start, &span);
+    let seen = (task.simulator).rollout(&case.body(), &case.controller, &case.start, &span);
     observed.map(|step| task.ground().along(seen.position(step)))
 }
 

@@ -62,10 +62,10 @@ fn seconds_of_step(scene: &Scene) -> Result<f64> {
     let share = substeps as f64 / physics.substeps as f64;
     (physics.steps, physics.substeps, physics.dt) = (more, substeps, share * physics.dt);
     let case = Case::of_scene(&short, 0)?;
-    let (task, design) = (case.task(), case.own_design());
+    let (simulator, body) = (case.task().simulator, case.body());
     let seconds = |steps: usize| {
         let span = Span::from_start(vec![steps]);
-        check::seconds(|| task.rollout(&design, &case.controller, &case.start, &span))
+        check::seconds(|| simulator.rollout(&body, &case.controller, &case.start, &span))
     };
     let measured = (0..3).map(|_| seconds(more) - seconds(less));
     let least = measured.fold(f64::INFINITY, f64::min).max(0.0);

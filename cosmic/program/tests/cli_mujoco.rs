@@ -227,7 +227,7 @@ fn a_flight_to_changing_goals_agrees_with_this_simulator() {
         let goals = Goals::at(a).then(first, b).then(second, c);
         let task = case.task().with_goals(&goals);
         let span = Span::from_start(vec![0, first, second, STEPS]);
-        let ours = task.rollout(&case.own_design(), &case.controller, &case.start, &span);
+        let ours = (task.simulator).rollout(&case.body(), &case.controller, &case.start, &span);
         let [begin, change] = CHANGES.map(|steps| steps as f64 * dt);
         let told = format!("--goal 1.5 --goal -1.5@{begin}s --goal 0.4@{change}");
         let there = Walk::of(python, &bench, "flight", &format!("--steps {STEPS} {told}"));

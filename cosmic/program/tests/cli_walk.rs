@@ -70,7 +70,7 @@ fn the_table_has_the_numbers_of_a_rollout() {
     let goals = Goals::at(place(&case, 0.3)).then(320, place(&case, -0.2));
     let task = case.task().with_goals(&goals);
     let span = Span::from_start(vec![320, 800]);
-    let seen = task.rollout(&case.own_design(), &case.controller, &case.start, &span);
+    let seen = (task.simulator).rollout(&case.body(), &case.controller, &case.start, &span);
     let start = place(&case, 0.0).forward();
     let [middle, end] = [320, 800].map(|step| seen.position(step).forward() - start);
 

@@ -106,10 +106,14 @@ impl Case {
         let recorded = self.recorded_steps(record)?;
         let design = self.own_design();
         let body = task.body(&design);
+        let mut observed = recorded.clone();
+        observed.push(self.physics.steps);
+        observed.dedup();
+        let span = Span::from_start(observed);
         let Guarded {
             trajectory,
             divergence,
-        } = self.rollout(&task, &design, &recorded);
+        } = (task.simulator).guarded(&body, &self.controller, &self.start, &span);
         let ground = task.ground();
         let l_disp = -ground.along(trajectory.position(self.physics.steps));
         let mixtures = design.mixtures();
@@ -147,15 +151,6 @@ impl Case {
             grad_l_disp,
             divergence,
         })
-    }
-
-    /// Simulates a design. The result holds the states after the steps in `recorded` and after the last step.
-    fn rollout(&self, task: &Task, design: &Design<Mixture<f64>>, recorded: &[usize]) -> Guarded {
-        let mut observed = recorded.to_vec();
-        observed.push(self.physics.steps);
-        observed.dedup();
-        let span = Span::from_start(observed);
-        task.guarded(design, &self.controller, &self.start, &span)
     }
 
     /// The activation of each edge in the first step.

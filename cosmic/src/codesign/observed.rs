@@ -43,12 +43,13 @@ impl Evaluator {
     /// simulated.
     pub fn observe(&self, design: &Design<Mixture<f64>>, controller: &Controller<f64>) -> Observed {
         let (task, steps) = (&self.task, self.scene.physics.steps);
+        let (simulator, body) = (&task.simulator, task.body(design));
         let kept = (0..steps).step_by(KEEP_EVERY).chain([steps]).collect();
         let span = Span::from_start(kept);
         let Guarded {
             trajectory,
             divergence,
-        } = task.guarded(design, controller, &self.start, &span);
+        } = simulator.guarded(&body, controller, &self.start, &span);
         let moved = match divergence {
             Some(_) => Vector::NAN,
             None => self.between(&self.start, &trajectory),
@@ -60,7 +61,6 @@ impl Evaluator {
         let structure = design.layout();
         let structure = structure.map(|layout| Structure::new(&task.lattice, layout));
         let layout = design.layout().filter(|_| divergence.is_none());
-        let (simulator, body) = (&task.simulator, task.body(design));
         let bars =
             layout.map(|layout| simulator.loads(layout, &body, controller, &self.start, steps));
         let bars = bars.unwrap_or_default();

@@ -86,20 +86,6 @@ impl Evaluator {
             .remove(0)
     }
 
-    /// Simulates robots in full rollouts from the unperturbed start, in the precision of gradients, and returns their
-    /// results. For perturbed starts, call [`reach_many`](Self::reach_many) with f64, because rounding to f32 would
-    /// remove a perturbation of a nanometre.
-    pub(super) fn try_many(
-        &self,
-        designs: &[Design<Mixture<f64>>],
-        controller: &Controller<f64>,
-        task: &Task,
-    ) -> Vec<Reached> {
-        let domains = vec![Domain::of(task, self.start.clone()); designs.len()];
-        let precision = self.scene.gradient.precision;
-        self.reach_many(designs, controller, &domains, precision)
-    }
-
     /// [Ranks](Self::ranked) a layout and its alternatives (`others`). Returns the best layout and the result of its
     /// rollout. Of equally good layouts, it returns the first. A layout without alternatives needs no rollout.
     pub(super) fn farthest(
@@ -119,15 +105,20 @@ impl Evaluator {
         (layouts.swap_remove(best), Some(reached[best]))
     }
 
-    /// The results of single rollouts of several robots with one controller, in the order of the designs. The rollouts
-    /// run in parallel.
+    /// The results of robots with one controller in full rollouts from the unperturbed start, in the order of the designs.
+    /// The rollouts run in parallel, in the precision of gradients. For perturbed starts, call
+    /// [`reach_many`](Self::reach_many) with f64, because rounding to f32 would remove a perturbation of a nanometre.
     pub(super) fn reached(
         &self,
         designs: &[Design<Mixture<f64>>],
         controller: &Controller<f64>,
         task: &Task,
     ) -> Vec<Reached> {
-        let side_by_side = |designs: &[_]| self.try_many(designs, controller, task);
+        let precision = self.scene.gradient.precision;
+        let side_by_side = |designs: &[_]| {
+            let domains = vec![Domain::of(task, self.start.clone()); designs.len()];
+            self.reach_many(designs, controller, &domains, precision)
+        };
         let groups = designs.par_chunks(together(designs.len()));
         groups.flat_map_iter(side_by_side).collect()
     }
@@ -141,17 +132,6 @@ impl Evaluator {
     ) -> Reached {
         let (domains, precision) = (std::slice::from_ref(domain), GradientPrecision::F64);
         self.reach_many(&[design], controller, domains, precision)[0]
-    }
-
-    /// Simulates a robot in full rollouts in several domains, in parallel, and returns the results.
-    pub fn reach_all(
-        &self,
-        design: &Design<Mixture<f64>>,
-        controller: &Controller<f64>,
-        domains: &[Domain],
-    ) -> Vec<Reached> {
-        let reach = |domain: &Domain| self.reach(design, controller, domain);
-        domains.par_iter().map(reach).collect()
     }
 
     /// The kind of merit by which robots of this scene are ranked.
@@ -260,8 +240,8 @@ impl Evaluator {
             }
             // The cheap check during the rollout failed. It is stricter than the guard, so the guard decides in a second
             // rollout.
-            let design = borrowed[k % borrowed.len()];
-            let guarded = task.guarded(design, controller, start, &span);
+            let body = task.body(borrowed[k % borrowed.len()]);
+            let guarded = (task.simulator).guarded(&body, controller, start, &span);
             guarded.divergence.is_none().then_some(guarded.trajectory)
         };
         all.into_iter().enumerate().map(seen).collect()

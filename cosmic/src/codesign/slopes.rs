@@ -182,7 +182,7 @@ impl Evaluator {
         let mut task = self.task.clone();
         task.physics.steps = steps;
         let design = sought.design(&self.task, &at.inputs.z);
-        let again = self.try_many(&[design], &at.inputs.controller, &task)[0];
+        let again = self.reached(&[design], &at.inputs.controller, &task)[0];
         match again.along().is_nan() {
             true => f64::NAN,
             false => displacement,

@@ -95,7 +95,7 @@ fn check_motion(
     let first = &trajectory.states[0];
     let case = design.case(scene, &folder.join(DESIGN).display().to_string())?;
     let span = Span::from_start(vec![*step]);
-    let rollout = (case.task()).rollout(&case.own_design(), &case.controller, first, &span);
+    let rollout = (case.task().simulator).rollout(&case.body(), &case.controller, first, &span);
     let pairs = rollout.at(*step).x.iter().zip(&second.x);
     let distance = pairs.map(|(a, b)| a.distance(*b));
     if distance.fold(0.0, f64::max) > APART * case.lattice.spacing {

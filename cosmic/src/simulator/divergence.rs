@@ -9,6 +9,7 @@ use std::ops::{ControlFlow, Range};
 
 use super::blame::Cause;
 use super::effort::Effort;
+use super::plan::Robots;
 use super::prepare::{Simulator, Span};
 use super::trajectory::{ABSURD, Still, Trajectory, WATCHED};
 use crate::error::Error;
@@ -157,13 +158,9 @@ impl Simulator {
         mut show: impl FnMut(usize, State<f64>, Option<Effort<f64>>) -> ControlFlow<()>,
     ) {
         let of_nodes = 4 * self.robot.graph.nodes();
-        let span = Span {
-            metered,
-            ..Span::from_start(Vec::new())
-        };
-        let planned = self
-            .planned(&self.surroundings(), body, controller, start)
-            .metered(&span);
+        let surroundings = self.surroundings();
+        let robot = Robots::one(&surroundings, body, controller);
+        let planned = self.planned(&robot, &[start], metered);
         let size = of_nodes + planned.model.meters();
         let still = Still::of(body, start);
         // States are kept as flat arrays in the ground's frame, so that the next block continues from identical bits.
@@ -171,10 +168,10 @@ impl Simulator {
         for first in steps.clone().step_by(BLOCK) {
             let span = Span {
                 first,
-                observed: (1..=BLOCK.min(steps.end - first)).collect(),
-                ..span.clone()
+                metered,
+                ..Span::from_start((1..=BLOCK.min(steps.end - first)).collect())
             };
-            let seen = planned.run(&flat, self, &span);
+            let seen = planned.run(vec![flat], self, &span).remove(0);
             for (k, raw) in seen.chunks_exact(size).enumerate() {
                 let (of_nodes, efforts) = raw.split_at(of_nodes);
                 let state = still.held(self.unflatten(of_nodes));

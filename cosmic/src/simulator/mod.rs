@@ -19,7 +19,6 @@ mod plan;
 mod rollout;
 #[cfg(feature = "wgsl")]
 mod printed;
-mod driven;
 mod blame;
 mod divergence;
 mod overflow;
@@ -28,15 +27,15 @@ mod economy;
 
 pub use blame::Cause;
 pub use divergence::{Divergence, Guarded};
-pub use driven::Driven;
 pub use economy::Energy;
 pub use effort::{Effort, Efforts};
 pub use energy::Store;
 pub use loads::{BarLoad, EdgeMoments, Largest, Loads, Magnitude};
 pub use overflow::{Overflow, Sweep};
+pub use plan::Robots;
 pub use prepare::{Simulator, Span};
 #[cfg(feature = "wgsl")]
-pub use printed::{PrintedRobots, Robots, Wanted, Workgroup};
+pub use printed::{PrintedRobots, Wanted, Workgroup};
 pub use step_check::{Grade, StepCheck, StepLimit, rounded_down};
 pub use surroundings::Surroundings;
 pub use trajectory::Trajectory;

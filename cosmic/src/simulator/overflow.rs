@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use autodiff::{Tape, Var};
 
-use super::plan::Planned;
+use super::plan::{Planned, Robots};
 use super::prepare::{Simulator, Span};
 use crate::lattice::{Body, State};
 use crate::policy::Controller;
@@ -71,9 +71,11 @@ impl<'a> Sweep<'a> {
         controller: &Controller<f64>,
         start: &State<f64>,
     ) -> Self {
+        let surroundings = simulator.surroundings();
+        let robot = Robots::one(&surroundings, body, controller);
         Self {
             simulator,
-            planned: simulator.planned(&simulator.surroundings(), body, controller, start),
+            planned: simulator.planned(&robot, &[start], false),
         }
     }
 
@@ -116,7 +118,8 @@ impl<'a> Sweep<'a> {
             first,
             ..Span::from_start(done)
         };
-        self.planned.run(state, self.simulator, &span)
+        let starts = vec![state.to_vec()];
+        self.planned.run(starts, self.simulator, &span).remove(0)
     }
 
     /// Computes the cotangent of `state`, the state before the steps, from the cotangent `bar` of the state after them.
@@ -126,12 +129,16 @@ impl<'a> Sweep<'a> {
             ..Span::from_start(vec![steps.len()])
         };
         let constant = |numbers: &Vec<f64>| numbers.iter().map(|&x| Var::constant(x)).collect();
+        let constants = |lists: &Vec<Vec<f64>>| lists.iter().map(constant).collect();
         let planned = Planned {
             model: self.planned.model.clone(),
-            parameters: self.planned.parameters.iter().map(constant).collect(),
+            numbers: self.planned.numbers.iter().map(constants).collect(),
         };
         let mut tape = Tape::new();
-        let last = tape.record(state, |state| planned.run(state, self.simulator, &span));
+        let last = tape.record(state, |state| {
+            let starts = vec![state.to_vec()];
+            planned.run(starts, self.simulator, &span).remove(0)
+        });
         tape.pullback(&last, bar).to_vec()
     }
 

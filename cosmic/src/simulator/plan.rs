@@ -11,6 +11,56 @@ use super::surroundings::Surroundings;
 use crate::lattice::{Body, State};
 use crate::policy::Controller;
 
+/// Robots on one lattice, for rollouts on the processor or on a GPU.
+#[derive(Clone, Copy, Debug)]
+pub struct Robots<'a, R> {
+    /// Gravity, friction, the settings of laws, and the goals. One for all robots, or one for each.
+    pub surroundings: &'a [Surroundings<R>],
+    /// One for all robots, or one for each.
+    pub bodies: &'a [Body<R>],
+    /// One for all robots, or one for each.
+    pub controllers: &'a [Controller<R>],
+}
+
+impl<'a, R> Robots<'a, R> {
+    /// A single robot.
+    pub fn one(
+        surroundings: &'a Surroundings<R>,
+        body: &'a Body<R>,
+        controller: &'a Controller<R>,
+    ) -> Self {
+        Self {
+            surroundings: std::slice::from_ref(surroundings),
+            bodies: std::slice::from_ref(body),
+            controllers: std::slice::from_ref(controller),
+        }
+    }
+
+    /// The surroundings, the body and the controller of robot `k`.
+    pub fn member(&self, k: usize) -> (&'a Surroundings<R>, &'a Body<R>, &'a Controller<R>) {
+        (
+            &self.surroundings[k % self.surroundings.len()],
+            &self.bodies[k % self.bodies.len()],
+            &self.controllers[k % self.controllers.len()],
+        )
+    }
+
+    /// Panics unless there is one entry of each kind, or one for each start.
+    pub(super) fn check(&self, starts: usize) {
+        let counts = [
+            ("surroundings", self.surroundings.len()),
+            ("bodies", self.bodies.len()),
+            ("controllers", self.controllers.len()),
+        ];
+        for (what, count) in counts {
+            assert!(
+                count == 1 || count == starts,
+                "{count} {what} for {starts} starts; expected one for all, or one for each"
+            );
+        }
+    }
+}
+
 /// The unit of the cotangents of efforts in the bound on cotangents: so large that they do not count.
 const NEGLIGIBLE: f64 = 1e30;
 
@@ -62,63 +112,53 @@ impl Simulator {
         })
     }
 
-    /// Prepares a robot for a body: leaves out the parts that the body does not need, and collects the numbers of the
-    /// parameters.
+    /// Prepares robots for rollouts: leaves out the parts that none of their bodies needs, and collects the numbers of the
+    /// parameters. If `metered` is true, steps record the efforts of the bars. The robots must share one controller.
     pub(super) fn planned<R: Real>(
         &self,
-        surroundings: &Surroundings<R>,
-        body: &Body<R>,
-        controller: &Controller<R>,
-        start: &State<R>,
+        robots: &Robots<R>,
+        starts: &[&State<R>],
+        metered: bool,
     ) -> Planned<R> {
-        let surroundings = std::slice::from_ref(surroundings);
-        let bodies = std::slice::from_ref(body);
-        self.check(bodies, &[start]);
-        self.check_controller(controller);
-        let model = self.robot.for_bodies(bodies);
-        let numbers = self.numbers(&model, surroundings, bodies, Driving::By(controller));
-        Planned {
-            model,
-            parameters: numbers.into_iter().flatten().collect(),
-        }
+        self.check(robots.bodies, starts);
+        let controllers = robots.controllers.iter();
+        controllers.for_each(|controller| self.check_controller(controller));
+        let model = self.robot.for_bodies(robots.bodies).metered(metered);
+        let numbers = self.numbers(&model, robots, Vec::new());
+        Planned { model, numbers }
     }
 
-    /// The numbers of all parameters: for each parameter one list per robot, or one list that all robots share.
+    /// The numbers of all parameters: for each parameter one list per robot, or one list that all robots share. `held` has
+    /// the activations of each start, one per slot of the graph, for robots that are driven by them.
     pub(super) fn numbers<R: Real>(
         &self,
-        robot: &Robot,
-        surroundings: &[Surroundings<R>],
-        bodies: &[Body<R>],
-        driving: Driving<R>,
+        model: &Robot,
+        robots: &Robots<R>,
+        held: Vec<Vec<R>>,
     ) -> Vec<Vec<Vec<R>>> {
-        let (of_starts, controller) = match driving {
-            Driving::By(controller) => (Vec::new(), Some(controller)),
-            Driving::Held(activations) => (activations, None),
-        };
         let fits = |given: &Surroundings<R>| given.fits(&self.robot.inputs);
         assert!(
-            surroundings.iter().all(fits),
+            robots.surroundings.iter().all(fits),
             "the surroundings are from a simulator with other laws or goals"
         );
         let mut filled = Filled {
-            bodies,
-            surroundings,
-            of_starts,
+            bodies: robots.bodies,
+            surroundings: robots.surroundings,
+            of_starts: held,
             numbers: Vec::new(),
         };
-        robot.parameters(&mut filled);
-        let of_policy = controller.map(|c| robot.policy_numbers(c, &self.ground));
-        let of_policy = of_policy.into_iter().flatten().map(|shared| vec![shared]);
-        filled.numbers.into_iter().chain(of_policy).collect()
+        model.parameters(&mut filled);
+        let mut numbers = filled.numbers;
+        let first = numbers.len();
+        for controller in robots.controllers {
+            let of_policy = model.policy_numbers(controller, &self.ground);
+            numbers.resize(first + of_policy.len(), Vec::new());
+            for (lists, list) in numbers[first..].iter_mut().zip(of_policy) {
+                lists.push(list);
+            }
+        }
+        numbers
     }
-}
-
-/// The source of the activations in a rollout.
-pub(super) enum Driving<'a, R> {
-    /// A policy, whose parameters are in this controller.
-    By(&'a Controller<R>),
-    /// Constant activations: for each start, a list with one activation per slot of the graph.
-    Held(Vec<Vec<R>>),
 }
 
 /// Runs a rollout from several starts. Each parameter in `numbers` has one list per start, or one list that all starts
@@ -136,27 +176,26 @@ pub(super) fn run_together<M: Model, R: Real>(
     rollout.run_batch(starts, &given.collect::<Vec<_>>())
 }
 
-/// A robot that is prepared for rollouts, and the values of its parameters.
+/// Robots that are prepared for rollouts.
 pub(super) struct Planned<R> {
     pub(super) model: Robot,
-    pub(super) parameters: Vec<Vec<R>>,
+    /// The numbers of each parameter: one list per robot, or one list that all robots share.
+    pub(super) numbers: Vec<Vec<Vec<R>>>,
 }
 
 impl<R: Real> Planned<R> {
-    /// A copy whose steps record efforts if the span asks for them.
-    pub(super) fn metered(self, span: &Span) -> Self {
-        Self {
-            model: self.model.metered(span.metered),
-            ..self
-        }
-    }
-
-    /// Simulates from a flat start state and returns the observed states as one list, one state after the other. If the
-    /// state has no efforts, they start at 0.
-    pub(super) fn run(&self, start: &[R], simulator: &Simulator, span: &Span) -> Vec<R> {
+    /// Simulates from flat start states. Returns the observed states of each start as one list, one state after the other.
+    /// If a start has no efforts, they start at 0.
+    pub(super) fn run(
+        &self,
+        starts: Vec<Vec<R>>,
+        simulator: &Simulator,
+        span: &Span,
+    ) -> Vec<Vec<R>> {
+        let started = starts.into_iter().map(|start| self.model.started(start));
+        let starts: Vec<Vec<R>> = started.collect();
         let rollout = simulator.plan(self.model.clone(), span);
-        let start = self.model.started(start.to_vec());
-        rollout.run(&start, &slices(&self.parameters))
+        run_together(&rollout, &slices(&starts), &self.numbers)
     }
 }
 

@@ -145,14 +145,6 @@ impl Simulator {
         }
     }
 
-    /// A copy of this simulator for robots whose activations are given, in place of a controller.
-    pub(super) fn driven(&self) -> Self {
-        Self {
-            robot: self.robot.held(),
-            ..self.clone()
-        }
-    }
-
     /// The surroundings of the scene, whose numbers are constants: gravity, friction, the settings of the laws, and the
     /// goals if they are inputs of a rollout.
     pub fn surroundings<R: Real>(&self) -> Surroundings<R> {

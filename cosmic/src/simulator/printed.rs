@@ -5,7 +5,8 @@ use std::sync::Arc;
 use autodiff::Real;
 use autodiff::wgsl::{self, Options, Printed, Refused};
 
-use super::parameters::{Filled, Road};
+use super::parameters::Road;
+use super::plan::Robots;
 use super::prepare::{Simulator, Span};
 use super::robot::Robot;
 use super::surroundings::Surroundings;
@@ -31,17 +32,6 @@ pub struct PrintedRobots {
     simulator: Simulator,
     robot: Robot,
     span: Span,
-}
-
-/// The robots of a population.
-#[derive(Clone, Copy, Debug)]
-pub struct Robots<'a, R> {
-    /// One for all, or one for each.
-    pub surroundings: &'a [Surroundings<R>],
-    /// One for all, or one for each.
-    pub bodies: &'a [Body<R>],
-    /// One for all, or one for each.
-    pub controllers: &'a [Controller<R>],
 }
 
 /// The cotangents that a reverse sweep computes.
@@ -83,7 +73,7 @@ impl Simulator {
     /// If the step cannot be printed. An implicit step cannot, because it solves linear equations.
     ///
     /// # Panics
-    /// Like [`rollout_many`](Simulator::rollout_many).
+    /// Like [`rollouts`](Simulator::rollouts).
     pub fn printed(
         &self,
         robots: &Robots<f64>,
@@ -100,7 +90,7 @@ impl Simulator {
         };
         let robot = robot.metered(span.metered);
         let plan = self.plan(robot.clone(), span);
-        let numbers = self.population_numbers(&robot, robots);
+        let numbers = self.numbers(&robot, robots, Vec::new());
         let common: Vec<bool> = numbers.iter().map(|lists| lists.len() == 1).collect();
         let mut kinds = Kinds(Vec::new());
         robot.parameters(&mut kinds);
@@ -133,27 +123,6 @@ impl Simulator {
             span: span.clone(),
         })
     }
-
-    /// The numbers of all parameters: for each parameter one list, or one list for each member.
-    fn population_numbers<R: Real>(&self, robot: &Robot, robots: &Robots<R>) -> Vec<Vec<Vec<R>>> {
-        let mut filled = Filled {
-            bodies: robots.bodies,
-            surroundings: robots.surroundings,
-            of_starts: Vec::new(),
-            numbers: Vec::new(),
-        };
-        robot.parameters(&mut filled);
-        let mut numbers = filled.numbers;
-        let first = numbers.len();
-        for controller in robots.controllers {
-            let of_policy = robot.policy_numbers(controller, &self.ground);
-            numbers.resize(first + of_policy.len(), Vec::new());
-            for (lists, list) in numbers[first..].iter_mut().zip(of_policy) {
-                lists.push(list);
-            }
-        }
-        numbers
-    }
 }
 
 impl PrintedRobots {
@@ -163,7 +132,7 @@ impl PrintedRobots {
     /// # Panics
     /// If the robots do not fit those with which the program was printed.
     pub fn numbers<R: Real>(&self, robots: &Robots<R>) -> Vec<Vec<R>> {
-        let numbers = self.simulator.population_numbers(&self.robot, robots);
+        let numbers = self.simulator.numbers(&self.robot, robots, Vec::new());
         let fits = numbers
             .iter()
             .map(|lists| lists.len() == 1)
@@ -182,12 +151,8 @@ impl PrintedRobots {
         body: &Body<R>,
         controller: &Controller<R>,
     ) -> Vec<Vec<R>> {
-        let one = Robots {
-            surroundings: std::slice::from_ref(surroundings),
-            bodies: std::slice::from_ref(body),
-            controllers: std::slice::from_ref(controller),
-        };
-        let numbers = self.simulator.population_numbers(&self.robot, &one);
+        let one = Robots::one(surroundings, body, controller);
+        let numbers = self.simulator.numbers(&self.robot, &one, Vec::new());
         numbers.into_iter().flatten().collect()
     }
 

@@ -179,10 +179,10 @@ impl Robot {
     }
 
     /// A copy of this robot with constant activations in place of a policy.
-    pub(super) fn held(&self) -> Self {
+    pub(super) fn held(self) -> Self {
         Self {
             drive: Drive::Held,
-            ..self.clone()
+            ..self
         }
     }
 

@@ -5,20 +5,48 @@ use std::borrow::Borrow;
 use autodiff::{Real, Rollout};
 
 use super::effort::{Effort, Efforts};
-use super::plan::{Driving, Planned, run_together, slices};
+use super::plan::{Planned, Robots, run_together, slices};
 use super::prepare::{Simulator, Span};
-use super::robot::{Activations, Robot};
+use super::robot::Activations;
 use super::surroundings::Surroundings;
 use super::trajectory::{Still, Trajectory};
 use crate::lattice::{Body, State};
 use crate::policy::{Controller, Goals};
 
 impl Simulator {
-    /// Simulates a robot from the state `start` and returns the observed states. States are in the world's frame.
+    /// Simulates robots, each from its own start, and returns the observed states of each. States are in the world's
+    /// frame. A trajectory can be differentiated with respect to every number of the robots and of the starts. A robot has
+    /// the same bits in any batch. Robots that share one controller take less time together: they run in SIMD lanes and
+    /// share each read of a weight.
     ///
     /// # Panics
-    /// If body, controller or state do not fit the lattice, if the span ends after the `physics.steps` that were given
-    /// to [`new`](Self::new), or if the span observes no node.
+    /// If bodies, controllers or starts do not fit the lattice, if there is neither one of them for all starts nor one for
+    /// each, if the surroundings are from a simulator with other laws, if the span ends after the `physics.steps` that were
+    /// given to [`new`](Self::new), or if the span observes no node.
+    pub fn rollouts<R: Real>(
+        &self,
+        robots: &Robots<R>,
+        starts: &[impl Borrow<State<R>>],
+        span: &Span,
+    ) -> Vec<Trajectory<R>> {
+        let starts: Vec<&State<R>> = starts.iter().map(Borrow::borrow).collect();
+        robots.check(starts.len());
+        if robots.controllers.len() > 1 {
+            let alone = |(k, start): (usize, &&State<R>)| {
+                let (surroundings, body, controller) = robots.member(k);
+                let robot = Robots::one(surroundings, body, controller);
+                self.rollouts(&robot, &[*start], span)
+            };
+            return starts.iter().enumerate().flat_map(alone).collect();
+        }
+        let planned = self.planned(robots, &starts, span.metered);
+        self.trajectories(&planned, robots, &starts, span)
+    }
+
+    /// Simulates one robot in the surroundings of the scene: a batch of one.
+    ///
+    /// # Panics
+    /// Like [`rollouts`](Simulator::rollouts).
     pub fn rollout<R: Real>(
         &self,
         body: &Body<R>,
@@ -26,66 +54,65 @@ impl Simulator {
         start: &State<R>,
         span: &Span,
     ) -> Trajectory<R> {
-        self.rollout_in(&self.surroundings(), body, controller, start, span)
+        let surroundings = self.surroundings();
+        let robot = Robots::one(&surroundings, body, controller);
+        self.rollouts(&robot, &[start], span).remove(0)
     }
 
-    /// Like [`rollout`](Simulator::rollout), in other [surroundings](Surroundings). The trajectory can be
-    /// differentiated with respect to them.
+    /// Like [`rollouts`](Simulator::rollouts), for robots whose activations the caller sets in place of a controller, as in
+    /// reinforcement learning. They share one body. `activations` has one list per start, with a number from -1 to 1 for
+    /// each edge, which stays constant.
     ///
     /// # Panics
-    /// Like [`rollout`](Simulator::rollout), and if the surroundings are from a simulator with other laws.
-    pub fn rollout_in<R: Real>(
+    /// Like [`rollouts`](Simulator::rollouts), and if the number of lists or their lengths are wrong.
+    pub fn rollouts_held(
         &self,
-        surroundings: &Surroundings<R>,
-        body: &Body<R>,
-        controller: &Controller<R>,
-        start: &State<R>,
+        body: &Body<f64>,
+        activations: &[&[f64]],
+        starts: &[State<f64>],
         span: &Span,
-    ) -> Trajectory<R> {
-        let planned = self.planned(surroundings, body, controller, start);
-        let seen = planned.metered(span).run(&self.flatten(start), self, span);
-        self.trajectory(&seen, span, surroundings, body, start)
-    }
-
-    /// Simulates robots with one controller from several starts. `bodies` has one body for all starts, or one for each
-    /// start. The result has the same bits as single [rollouts](Simulator::rollout). It takes less time, because the
-    /// robots run in SIMD lanes and share each read of a weight.
-    ///
-    /// # Panics
-    /// Like [`rollout`](Simulator::rollout), and if the number of bodies is neither one nor the number of starts.
-    pub fn rollout_many<R: Real>(
-        &self,
-        bodies: &[Body<R>],
-        controller: &Controller<R>,
-        starts: &[impl Borrow<State<R>>],
-        span: &Span,
-    ) -> Vec<Trajectory<R>> {
-        self.rollout_many_in(&[self.surroundings()], bodies, controller, starts, span)
-    }
-
-    /// Like [`rollout_many`](Simulator::rollout_many), in other surroundings. `surroundings` has one entry for all
-    /// starts, or one for each start.
-    ///
-    /// # Panics
-    /// Like [`rollout_many`](Simulator::rollout_many); if the number of surroundings is neither one nor the number of
-    /// starts; and if they are from a simulator with other laws.
-    pub fn rollout_many_in<R: Real>(
-        &self,
-        surroundings: &[Surroundings<R>],
-        bodies: &[Body<R>],
-        controller: &Controller<R>,
-        starts: &[impl Borrow<State<R>>],
-        span: &Span,
-    ) -> Vec<Trajectory<R>> {
-        if let ([surroundings], [body], [start]) = (surroundings, bodies, starts) {
-            return vec![self.rollout_in(surroundings, body, controller, start.borrow(), span)];
+    ) -> Vec<Trajectory<f64>> {
+        let surroundings = [self.surroundings()];
+        let robots = Robots {
+            surroundings: &surroundings,
+            bodies: std::slice::from_ref(body),
+            controllers: &[],
+        };
+        let starts: Vec<&State<f64>> = starts.iter().collect();
+        self.check(robots.bodies, &starts);
+        self.fits("lists of activations", activations.len(), starts.len());
+        for held in activations {
+            self.fits("activations", held.len(), body.strain.len());
         }
-        let starts: Vec<&State<R>> = starts.iter().map(Borrow::borrow).collect();
-        self.check(bodies, &starts);
-        self.check_controller(controller);
-        let model = self.robot.for_bodies(bodies).metered(span.metered);
-        let numbers = self.numbers(&model, surroundings, bodies, Driving::By(controller));
-        self.in_lanes(model, surroundings, bodies, &numbers, &starts, span)
+        let model = self.robot.for_bodies(robots.bodies).held();
+        let slots = activations.iter().map(|held| model.graph.to_slots(held));
+        let numbers = self.numbers(&model, &robots, slots.collect());
+        self.trajectories(&Planned { model, numbers }, &robots, &starts, span)
+    }
+
+    /// Simulates prepared robots in SIMD lanes.
+    fn trajectories<R: Real>(
+        &self,
+        planned: &Planned<R>,
+        robots: &Robots<R>,
+        starts: &[&State<R>],
+        span: &Span,
+    ) -> Vec<Trajectory<R>> {
+        let flat = starts.iter().map(|start| self.flatten(start)).collect();
+        let seen = planned.run(flat, self, span);
+        let Robots {
+            surroundings,
+            bodies,
+            ..
+        } = robots;
+        let trajectory = |(k, seen): (usize, &Vec<R>)| {
+            let (surroundings, body) = (
+                &surroundings[k % surroundings.len()],
+                &bodies[k % bodies.len()],
+            );
+            self.trajectory(seen, span, surroundings, body, starts[k])
+        };
+        seen.iter().enumerate().map(trajectory).collect()
     }
 
     /// The goals in these surroundings.
@@ -99,39 +126,6 @@ impl Simulator {
         })
     }
 
-    /// Simulates robots in SIMD lanes. `numbers` has the numbers of their parameters; `surroundings` and `bodies` have one
-    /// entry for all starts, or one for each start.
-    pub(super) fn in_lanes<R: Real>(
-        &self,
-        model: Robot,
-        surroundings: &[Surroundings<R>],
-        bodies: &[Body<R>],
-        numbers: &[Vec<Vec<R>>],
-        starts: &[&State<R>],
-        span: &Span,
-    ) -> Vec<Trajectory<R>> {
-        let trajectory = |(k, seen): (usize, &Vec<R>)| {
-            let surroundings = &surroundings[k % surroundings.len()];
-            self.trajectory(
-                seen,
-                span,
-                surroundings,
-                &bodies[k % bodies.len()],
-                starts[k],
-            )
-        };
-        if let [start] = starts {
-            let parameters = numbers.iter().flatten().cloned().collect();
-            let seen = Planned { model, parameters }.run(&self.flatten(start), self, span);
-            return vec![trajectory((0, &seen))];
-        }
-        let flat = |start: &&State<R>| model.started(self.flatten(start));
-        let flat: Vec<Vec<R>> = starts.iter().map(flat).collect();
-        let rollout = self.plan(model, span);
-        let seen = run_together(&rollout, &slices(&flat), numbers);
-        seen.iter().enumerate().map(trajectory).collect()
-    }
-
     /// Computes the activation of every edge in several states. `moments` has each state with its time (s).
     pub(crate) fn activations(
         &self,
@@ -139,11 +133,11 @@ impl Simulator {
         controller: &Controller<f64>,
         moments: &[(&State<f64>, f64)],
     ) -> Vec<Vec<f64>> {
-        let bodies = std::slice::from_ref(body);
         self.check_controller(controller);
-        let robot = self.robot.for_all_edges(bodies);
-        let surroundings = [self.surroundings()];
-        let numbers = self.numbers(&robot, &surroundings, bodies, Driving::By(controller));
+        let surroundings = self.surroundings();
+        let robots = Robots::one(&surroundings, body, controller);
+        let robot = self.robot.for_all_edges(robots.bodies);
+        let numbers = self.numbers(&robot, &robots, Vec::new());
         let slots = robot.graph.slots();
         let start = |(state, time): &(&State<f64>, f64)| {
             let clock = self

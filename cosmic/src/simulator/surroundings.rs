@@ -13,14 +13,14 @@ use crate::laws::StepInput;
 /// ([`with_goals`](super::Simulator::with_goals)).
 ///
 /// [`Simulator::surroundings`](super::Simulator::surroundings) returns the values of the scene, and
-/// [`Simulator::rollout_in`](super::Simulator::rollout_in) accepts other values. If a number is a variable, the rollout
+/// [`Simulator::rollouts`](super::Simulator::rollouts) accepts other values. If a number is a variable, the rollout
 /// can be differentiated with respect to it:
 ///
 /// ```
 /// use autodiff::{Var, gradient};
 /// use cosmic::case::Case;
 /// use cosmic::scene::Scene;
-/// use cosmic::simulator::{Simulator, Span};
+/// use cosmic::simulator::{Robots, Simulator, Span};
 ///
 /// let scene = Scene::parse("small", "lattice.columns = 3\nlattice.rows = 2\nphysics.contact = 'coulomb'")?;
 /// let case = Case::of_scene(&scene, 1)?;
@@ -34,8 +34,9 @@ use crate::laws::StepInput;
 ///     let body = case.body().map(Var::constant);
 ///     let controller = case.controller.map(Var::constant);
 ///     let start = case.start.map(Var::constant);
-///     let trajectory = simulator.rollout_in(&surroundings, &body, &controller, &start, &span);
-///     trajectory.at(100).x[0].forward()
+///     let robot = Robots::one(&surroundings, &body, &controller);
+///     let trajectories = simulator.rollouts(&robot, &[start], &span);
+///     trajectories[0].at(100).x[0].forward()
 /// };
 /// let [by_friction, by_gravity] = gradient(distance, &[2.5, 4.8])[..] else { unreachable!() };
 /// assert!(by_friction.is_finite() && by_gravity.is_finite());

@@ -37,14 +37,10 @@ fn delivered_loads_cover_every_step() {
     let loads = |every: usize| {
         let observed = (0..=scene.physics.steps).step_by(every).collect();
         let span = Span::from_start(observed);
-        let task = codesign.task();
-        let seen = task.rollout(
-            &design,
-            &delivery.controller,
-            &codesign.evaluator().start,
-            &span,
-        );
-        let moments = task.moments(&design, &delivery.controller, &seen);
+        let (simulator, start) = (&codesign.task().simulator, &codesign.evaluator().start);
+        let body = codesign.task().body(&design);
+        let seen = simulator.rollout(&body, &delivery.controller, start, &span);
+        let moments = simulator.moments(&body, &delivery.controller, &seen);
         let bar = |(edge, m): (usize, &Material)| m.is_solid().then(|| BarLoad::of(edge, &moments));
         let materials = delivery.materials.iter().enumerate();
         materials.map(bar).collect::<Vec<_>>()

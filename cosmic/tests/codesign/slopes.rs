@@ -227,13 +227,10 @@ fn robots_get_their_goals_at_rest_or_on_their_way() {
             for domain in &domains {
                 let moves = domain.start.v.iter().any(|v| v.norm() > 0.0);
                 assert_eq!(moves, first > 0);
-                let (design, span) = (
-                    codesign.evaluator().design(&progress),
-                    Span::from_start(vec![1]),
-                );
-                let seen = domain
-                    .task
-                    .rollout(&design, &progress.controller, &domain.start, &span);
+                let span = Span::from_start(vec![1]);
+                let body = (domain.task).body(&codesign.evaluator().design(&progress));
+                let (simulator, controller) = (&domain.task.simulator, &progress.controller);
+                let seen = simulator.rollout(&body, controller, &domain.start, &span);
                 let goal = seen.goals.unwrap().iter().next().unwrap();
                 ahead += usize::from(goal.forward() > domain.start.x[payload].forward());
             }

@@ -33,12 +33,12 @@ fn tensegrity() -> Scene {
 
 /// The tension of an edge after the rollout of a case, N.
 fn tension(case: &Case, edge: usize) -> f64 {
-    let (task, design) = (case.task(), case.own_design());
+    let (simulator, body) = (case.task().simulator, case.body());
     let span = Span::from_start(vec![case.physics.steps]);
-    let seen = task.rollout(&design, &case.controller, &case.start, &span);
+    let seen = simulator.rollout(&body, &case.controller, &case.start, &span);
     let [i, j] = case.lattice.edges[edge];
     let x = &seen.states[0].x;
-    case.body().stiffness[edge] * (x[i].distance(x[j]) - case.lattice.rest_length[edge])
+    body.stiffness[edge] * (x[i].distance(x[j]) - case.lattice.rest_length[edge])
 }
 
 /// The prestress follows from the rest lengths and stiffnesses of the file. The right values are those of the balance of

@@ -176,7 +176,7 @@ fn loads_of_a_second(mut scene: Scene) -> Loads {
     case.design = Design::Layout(layout.clone());
     let (task, steps, controller) = (case.task(), case.physics.steps, &case.controller);
     let span = Span::from_start(vec![steps]);
-    let seen = task.guarded(&case.own_design(), controller, &case.start, &span);
+    let seen = (task.simulator).guarded(&case.body(), controller, &case.start, &span);
     assert!(seen.divergence.is_none(), "{:?}", seen.divergence);
     let simulator = &task.simulator;
     let bars = simulator.loads(&layout, &case.body(), controller, &case.start, steps);

@@ -1,7 +1,7 @@
 use cosmic::case::Case;
 use cosmic::design::Design;
 use cosmic::scene::Scene;
-use cosmic::simulator::{Driven, Span, Trajectory};
+use cosmic::simulator::{Robots, Span, Trajectory};
 
 /// The activations that the tests give to edges: full, zero and in between, with both signs.
 const HELD: [f64; 6] = [0.0, 0.7, -0.7, 0.2, -1.0, 1.0];
@@ -47,18 +47,31 @@ fn held_activations_drive_as_a_controller_that_gives_them() {
         let robots = [0.0, 1.0, -1.0]
             .map(|scale: f64| case_of(&force, move |edge| scale * HELD[edge % HELD.len()]));
         let (case, _) = &robots[0];
-        let driven = Driven::new(&case.lattice, &case.physics, &case.observation);
+        let driven = case.task().simulator;
         let held = robots.each_ref().map(|(_, held)| &held[..]);
         let starts = [(); 3].map(|()| case.start.clone());
-        let seen = driven.held(&case.body(), &held, &starts, &span);
+        let seen = driven.rollouts_held(&case.body(), &held, &starts, &span);
+        let controllers = robots.each_ref().map(|(case, _)| case.controller.clone());
+        let by_controllers = Robots {
+            surroundings: &[driven.surroundings()],
+            bodies: &[case.body()],
+            controllers: &controllers,
+        };
+        let by_controllers = driven.rollouts(&by_controllers, &starts, &span);
         for (k, ((case, held), seen)) in robots.iter().zip(&seen).enumerate() {
             let task = case.task();
-            let controlled = task.rollout(&case.own_design(), &case.controller, &case.start, &span);
+            let controlled =
+                (task.simulator).rollout(&case.body(), &case.controller, &case.start, &span);
+            // Robots of one batch may have other controllers; each has the bits of a single rollout.
+            assert_eq!(
+                by_controllers[k].states, controlled.states,
+                "{force:?}, robot {k}"
+            );
             // Activations are rounded at 1e-16; 200 steps with contacts amplify this error to less than
             // 1e-10.
             let far = apart(&controlled, seen);
             assert!(far < 1e-10, "{force:?}, robot {k}: {far}");
-            let alone = driven.held(&case.body(), &[held], &starts[..1], &span);
+            let alone = driven.rollouts_held(&case.body(), &[held], &starts[..1], &span);
             assert_eq!(alone[0].states, seen.states, "{force:?}, robot {k} alone");
         }
         assert!(apart(&seen[0], &seen[1]) > 1e-3, "{force:?}");
@@ -79,12 +92,25 @@ fn held_activations_drive_as_a_controller_that_gives_them() {
 #[should_panic(expected = "activations of a robot of 6 nodes")]
 fn there_must_be_one_held_activation_per_edge() {
     let (case, held) = case_of("", |_| 0.0);
-    let driven = Driven::new(&case.lattice, &case.physics, &case.observation);
+    let driven = case.task().simulator;
     let start = std::slice::from_ref(&case.start);
-    let _ = driven.held(
+    let _ = driven.rollouts_held(
         &case.body(),
         &[&held[1..]],
         start,
         &Span::from_start(vec![1]),
     );
+}
+
+#[test]
+#[should_panic(expected = "2 bodies for 3 starts")]
+fn there_must_be_one_body_or_one_per_start() {
+    let (case, _) = case_of("", |_| 0.0);
+    let simulator = case.task().simulator;
+    let robots = Robots {
+        surroundings: &[simulator.surroundings()],
+        bodies: &[case.body(), case.body()],
+        controllers: std::slice::from_ref(&case.controller),
+    };
+    let _ = simulator.rollouts(&robots, &[&case.start; 3], &Span::from_start(vec![1]));
 }

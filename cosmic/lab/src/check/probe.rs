@@ -4,7 +4,7 @@ use autodiff::Real;
 
 use cosmic::case::Case;
 use cosmic::design::{Design, Mixture};
-use cosmic::domain::perturbed;
+use cosmic::domain::{Domain, perturbed, rollouts};
 use cosmic::geometry::Vector;
 use cosmic::inputs::Inputs;
 use cosmic::lattice::State;
@@ -47,9 +47,10 @@ impl<'a> Probe<'a> {
         observed: &[usize],
     ) -> Vec<Vec<State<f64>>> {
         let (design, controller) = (self.design.lift(), self.case.controller.map(R::lit));
-        let starts: Vec<State<R>> = starts.iter().map(|start| start.map(R::lit)).collect();
+        let domain = |start: &State<f64>| Domain::of(&self.task, start.clone());
+        let domains: Vec<Domain> = starts.iter().map(domain).collect();
         let span = Span::from_start(observed.to_vec());
-        let seen = (self.task).rollout_many(&[&design], &controller, &starts, &span);
+        let seen = rollouts(&[design], &controller, &domains, &span);
         let states =
             |states: Vec<State<R>>| states.iter().map(|state| state.map(R::into)).collect();
         seen.into_iter().map(|seen| states(seen.states)).collect()

@@ -45,8 +45,8 @@ impl<'r> Gait<'r> {
         let case = run.robot.case(&path, "the forces in bars")?;
         let kept = &run.trajectory;
         let trajectory = Trajectory::new(kept.steps.clone(), kept.states.clone());
-        let (task, design) = (case.task(), case.own_design());
-        let moments = task.moments(&design, &case.controller, &trajectory);
+        let simulator = case.task().simulator;
+        let moments = simulator.moments(&case.body(), &case.controller, &trajectory);
         let kept = &run.trajectory.bars;
         let load = |edge: usize| match kept.get(edge) {
             Some(bar) => bar.unwrap_or_default(),

@@ -120,11 +120,11 @@ fn the_exported_controller_has_the_library_s_controls() {
             true => case.task().with_goals(&goals),
             false => case.task(),
         };
-        let design = case.own_design();
+        let (simulator, body) = (task.simulator, case.body());
         let span = Span::from_start(vec![0, 10, 24, 30, 40, 64]);
-        let seen = task.rollout(&design, &case.controller, &case.start, &span);
-        let moments = task.moments(&design, &case.controller, &seen);
-        let (exported, body) = (Exported::of(&case), case.body());
+        let seen = simulator.rollout(&body, &case.controller, &case.start, &span);
+        let moments = simulator.moments(&body, &case.controller, &seen);
+        let exported = Exported::of(&case);
         assert_eq!(exported.goal.is_some(), is_given, "{name}");
         let ground = Ground::from(&case.physics);
         for ((&steps, state), moment) in seen.steps.iter().zip(&seen.states).zip(&moments) {

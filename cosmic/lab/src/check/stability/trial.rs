@@ -124,7 +124,8 @@ impl Trial {
         let any_design = task.stable_step_of_any_design(1.0);
         let check = task.step_check(&design, &case.lattice.positions, 1.0, any_design);
         let span = Span::from_start((0..=case.physics.steps).collect());
-        let guarded = task.guarded(&design, &case.controller, &case.start, &span);
+        let guarded =
+            (task.simulator).guarded(&task.body(&design), &case.controller, &case.start, &span);
         let states = &guarded.trajectory.states;
         // Rounding strains the bars of an implicit step with a very long time step, so their energy has no meaning.
         let has_energy = self.world == World::Free && !self.is_implicit();
