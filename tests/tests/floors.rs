@@ -180,23 +180,20 @@ fn groups_and_circles_are_found() {
 fn every_file_is_declared() {
     let mut lost = Vec::new();
     for path in SOURCES.into_iter().chain(TESTS).flat_map(sources) {
-        let (name, folder) = (path.file_stem().unwrap(), path.parent().unwrap());
+        let folder = path.parent().unwrap();
+        let name = match path.ends_with("mod.rs") {
+            true => folder.file_name().unwrap(),
+            false => path.file_stem().unwrap(),
+        };
         let name = name.to_string_lossy();
         // Roots of crates and binaries; `number_types.rs` is a binary of its own.
         let is_root = ["main", "lib", "number_types"].contains(&&*name);
         let is_binary = folder.ends_with("bin");
-        let (name, folder) = match &*name {
-            "mod" => (
-                folder.file_name().unwrap().to_string_lossy(),
-                folder.parent().unwrap(),
-            ),
-            _ => (name, folder),
-        };
-        let own = folder.with_extension("rs");
         // The root of a test binary may declare the modules of all folders.
-        let above = folder.parent().unwrap().join("main.rs");
-        let roots = ["mod.rs", "lib.rs", "main.rs"].map(|file| folder.join(file));
-        let texts = roots.into_iter().chain([own, above]);
+        let texts = path.ancestors().skip(1).take(3).flat_map(|folder| {
+            let inside = ["mod.rs", "lib.rs", "main.rs"].map(|file| folder.join(file));
+            inside.into_iter().chain([folder.with_extension("rs")])
+        });
         let declares = |file: PathBuf| {
             fs::read_to_string(file).is_ok_and(|text| text.contains(&format!("mod {name};")))
         };

@@ -55,7 +55,7 @@ fn a_report_is_a_page_a_picture_and_an_animation() {
     assert!(told.lines().eq(&written));
 
     let page = bench.read("run/report.html");
-    assert!(page.contains("tiny, seed 0") && page.contains("gradient.cotangent_bound"));
+    assert!(page.contains("tiny, seed 0") && page.contains("lattice.columns"));
     // The verdict comes first, then the moving robot, the poses and the tiles. Parts for authors are folded at the end.
     let places = [
         "class=\"verdict",
