@@ -17,10 +17,9 @@ fn scenes(plan: &Plan) -> Vec<(&str, Scene)> {
     (0..plan.trials.len()).map(scene).collect()
 }
 
-/// All trials of a study differ. The trials `strict-*` of the paper's study do not depart from the paper, and the
-/// trials `default-*` are built-in scenes.
+/// All trials of a study differ. The trials `default-*` of the paper's study are built-in scenes.
 #[test]
-fn all_trials_differ_and_strict_trials_have_no_departures() {
+fn all_trials_differ_and_default_trials_are_built_in_scenes() {
     for name in FILES {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../studies/");
         let source = format!("{path}{name}.toml");
@@ -32,15 +31,12 @@ fn all_trials_differ_and_strict_trials_have_no_departures() {
                 !scenes[..k].iter().any(|(_, other)| other == scene),
                 "{name}"
             );
-            if name.starts_with("strict-") {
-                assert!(scene.departures().is_empty(), "{name}");
-            }
             if let Some(builtin) = name.strip_prefix("default-") {
                 assert_eq!(*scene, Scene::load(builtin).unwrap());
             }
         }
         assert_eq!(
-            scenes.iter().any(|(name, _)| name.starts_with("strict-")),
+            scenes.iter().any(|(name, _)| name.starts_with("default-")),
             name == "paper"
         );
     }
