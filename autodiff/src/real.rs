@@ -94,6 +94,7 @@ pub trait Real:
     where
         Self: Accepts<T>;
     /// Returns whether the primal is neither infinite nor NaN.
+    #[inline(always)]
     #[track_caller]
     fn finite(self) -> Self::Mask {
         self.abs().less(f64::INFINITY)

@@ -3,6 +3,7 @@
 
 use crate::real::{Mask, Real};
 
+#[inline(always)]
 #[track_caller]
 pub(crate) fn pi<R: Real>() -> R {
     R::zero().atan2(-R::one())

@@ -9,6 +9,7 @@ use crate::simd::Lane;
 
 impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
     /// Copies the own inputs of a layer (those that differ from point to point) to adjacent memory.
+    #[inline(always)]
     fn gather_own(&mut self, layer: Layer) {
         self.own.make_room(layer.columns * W * L::N);
         for j in 0..layer.columns {
