@@ -170,6 +170,8 @@ class Run:
 _STYLE = "width: 100%; height: 800px; border: 0"
 _FIT = (
     "const page = this.contentDocument.body; "
+    # A scroll bar would make the page narrower, and so higher.
+    "page.parentElement.style.overflowY = 'hidden'; "
     "new ResizeObserver(() => this.style.height = page.scrollHeight + 'px').observe(page)"
 )
 

@@ -6,15 +6,16 @@ work in the folder ``out``, including ``cosmic sweep run``.
 
 from __future__ import annotations
 
+import csv
 import os
 from pathlib import Path
 from typing import Any, Union
 
+import numpy as np
 import numpy.typing as npt
 
 from . import _core
 from ._checks import whole
-from ._run import _columns
 
 _Path = Union[str, "os.PathLike[str]"]
 
@@ -36,4 +37,13 @@ def run(spec: _Path, out: _Path, index: int) -> str:
 def merge(out: _Path) -> dict[str, npt.NDArray[Any]]:
     """Writes ``results.csv``, and returns its columns, ready for a data frame. Unfinished runs have a
     state but no numbers."""
-    return _columns(Path(_core.sweep_merge(Path(out))).read_text())
+    with open(_core.sweep_merge(Path(out)), newline="") as table:
+        return {name: _column(cells) for name, *cells in zip(*csv.reader(table))}
+
+
+def _column(cells: list[str]) -> npt.NDArray[Any]:
+    """Numbers, with NaN for empty cells, or strings if a cell is not a number."""
+    try:
+        return np.array([float(cell or "nan") for cell in cells])
+    except ValueError:
+        return np.array(cells)

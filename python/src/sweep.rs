@@ -13,13 +13,13 @@ use std::path::PathBuf;
 
 fn planned(py: Python, spec: String) -> PyResult<Plan> {
     let read = || sweep::read(&[spec], &Overrides::default(), &Registry::default());
-    caught(|| py.detach(read).map_err(raised))
+    py.detach(read).map_err(raised)
 }
 
 /// The number of runs of a sweep. `spec` is a sweep's file or a scene.
 #[pyfunction]
 pub(crate) fn sweep_count(py: Python, spec: String) -> PyResult<usize> {
-    Ok(planned(py, spec)?.runs())
+    caught(|| Ok(planned(py, spec)?.runs()))
 }
 
 /// Does or continues one run of a sweep on one thread. Returns its outcome as one word.
@@ -30,7 +30,7 @@ pub(crate) fn sweep_run(
     folder: PathBuf,
     index: usize,
 ) -> PyResult<&'static str> {
-    let (plan, registry) = (planned(py, spec)?, Registry::default());
+    let (plan, registry) = (caught(|| planned(py, spec))?, Registry::default());
     let run = plan.run(index, &registry).map_err(raised)?;
     optimisation_fits(&run.scene)?;
     let (failure, listener) = (Failure::default(), Listener::default());

@@ -74,7 +74,7 @@ impl Robustness {
     /// Writes the results to a file: as a CSV table if the file's name ends in `.csv`, otherwise as JSON.
     ///
     /// # Errors
-    /// [`Error::Write`].
+    /// [`Error::Write`](cosmic::Error::Write).
     pub fn write(&self, path: &Path) -> Result<()> {
         if path.extension().is_some_and(|extension| extension == "csv") {
             return write_text(path, &self.table().to_csv());
