@@ -220,5 +220,8 @@ fn departures(scene: &Scene) -> String {
         .column("key", "", |d| &d.key[..])
         .column("here", "", |d| &d.here[..])
         .column("in stability", "", there);
-    fold("Keys that differ from the scene stability", &table.done().to_html())
+    fold(
+        "Keys that differ from the scene stability",
+        &table.done().to_html(),
+    )
 }
