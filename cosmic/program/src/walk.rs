@@ -21,7 +21,7 @@ use std::path::PathBuf;
 ///
 /// The run's scene must have `controller.goals = "given"`, as `errand` has. A goal is a place along the ground in
 /// metres, counted from the payload at the start: positive is ahead. Without --goal, the robot walks right, left and
-/// right: to the places that are a sixth of `goals.along` from its ends (1 m and -1 m in `errand`), for half of the
+/// right: to the places that are a sixth of `goals.along` from its ends (1.2 m and -1.2 m in `errand`), for half of the
 /// scene's time each, in whole seconds (8 s in `errand`).
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
