@@ -133,7 +133,7 @@ impl Verdict {
     }
 
     /// The verdict as the parts of a line: the figures, then the limits that are exceeded, then those that are doubtful. If
-    /// there are no bad or doubtful limits, the last part has no items and says so.
+    /// all items are good, the last part has no items and says so.
     pub fn clauses(&self) -> Vec<Clause<'_>> {
         let of = |is_figure: bool, level: Option<Level>| -> Vec<&Item> {
             let items = self.items.iter();
@@ -149,7 +149,8 @@ impl Verdict {
         let limits = limits.into_iter().filter(|(_, items)| !items.is_empty());
         let mut clauses = vec![("", of(true, None))];
         clauses.extend(limits);
-        if clauses.len() == 1 && self.items.iter().any(|item| !item.is_figure) {
+        let has_limits = self.items.iter().any(|item| !item.is_figure);
+        if has_limits && self.level() == Level::Good {
             clauses.push(("Nothing measured here speaks against building it", vec![]));
         }
         clauses.retain(|(says, items)| !says.is_empty() || !items.is_empty());

@@ -173,6 +173,8 @@ fn a_robot_must_move_reliably_and_forwards() {
     let said = |text: &str, level| (text.to_owned(), level);
     let [below, above] = around(STAYS);
     assert_eq!(speed(moved(below)), said("stays in place", Level::Bad));
+    let standing = moved(below).verdict().to_text();
+    assert!(!standing.contains("speaks against"), "{standing}");
     assert_eq!(speed(moved(above)), said("0.00063 m/s", Level::Good));
     assert_eq!(speed(moved(-1.6)), said("0.10 m/s backwards", Level::Bad));
     let reason = "rollouts diverge".to_owned();
