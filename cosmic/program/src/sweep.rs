@@ -101,11 +101,11 @@ impl Run {
                 sweep.run_all(self.work.threads, &overseer)?;
             }
         }
-        if plan.left(folder).next().is_none() {
+        let (left, total) = (plan.left(folder).count(), plan.runs());
+        if left == 0 {
             return merge(folder, output);
         }
         if self.index.is_none() && !output.quiet {
-            let (left, total) = (plan.left(folder).count(), plan.runs());
             note(&format!("other processes are doing {left} of {total} runs"));
         }
         Ok(())

@@ -53,6 +53,14 @@ impl Method {
         }
     }
 
+    /// A method without substeps.
+    pub(super) fn single(integrator: Integrator) -> Self {
+        Self {
+            integrator,
+            substeps: 1,
+        }
+    }
+
     /// The method with which the case itself is simulated.
     pub fn of(case: &Case) -> Self {
         Self {
@@ -79,10 +87,7 @@ impl Method {
         while limit > 0.0 && case.physics.dt / substeps as f64 > limit && substeps < FINER {
             substeps *= 2;
         }
-        let implicit = Self {
-            integrator: Integrator::Implicit,
-            substeps: 1,
-        };
+        let implicit = Self::single(Integrator::Implicit);
         let explicit = EXPLICIT.map(|integrator| Self {
             integrator,
             substeps,
@@ -120,11 +125,7 @@ impl Method {
 
 /// The longest stable step of symplectic Euler, s.
 fn longest_explicit(case: &Case) -> f64 {
-    let method = Method {
-        integrator: Integrator::SymplecticEuler,
-        substeps: 1,
-    };
-    largest_stable_step(&method.applied(case, 1.0, 1))
+    largest_stable_step(&Method::single(Integrator::SymplecticEuler).applied(case, 1.0, 1))
 }
 
 /// The reference: a run by leapfrog with steps so short that its positions count as exact.
@@ -148,11 +149,7 @@ impl Reference {
             (Integrator::Leapfrog, 2.0),
         ];
         let run = |&(integrator, coarser)| {
-            let method = Method {
-                integrator,
-                substeps: 1,
-            };
-            method.run::<f64>(case, coarser / finer, marks)
+            Method::single(integrator).run::<f64>(case, coarser / finer, marks)
         };
         let found: Vec<Vec<State<f64>>> = ways.par_iter().map(run).collect();
         let diverged = found.iter().flatten().any(State::is_absurd);

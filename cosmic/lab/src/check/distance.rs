@@ -4,7 +4,7 @@ use autodiff::Real;
 use rayon::prelude::*;
 
 use super::accuracy::Method;
-use super::probe::{Probe, largest_stable_step};
+use super::probe::{Probe, largest_stable_step, moved_starts};
 use crate::report::sheet::{Chart, Line, Section};
 use crate::table::{Cell, Standing, Table, decimals};
 use cosmic::case::Case;
@@ -75,7 +75,7 @@ fn trial<R: Real + Into<f64>>(
     fraction: f64,
     precision: &'static str,
 ) -> Trial {
-    let starts = Probe::new(case).moved_starts(STARTS);
+    let starts = moved_starts(case, STARTS);
     let here = method.applied(case, fraction, case.physics.steps);
     let probe = Probe::new(&here);
     let observed = [here.physics.steps];

@@ -61,15 +61,15 @@ impl<'a> Probe<'a> {
         let starts = std::slice::from_ref(&self.case.start);
         self.run::<R>(starts, observed).remove(0)
     }
+}
 
-    /// Returns copies of the case's start, in which every coordinate is moved forwards or back at random.
-    /// Cases of equal size get equal moves.
-    pub(super) fn moved_starts(&self, count: usize) -> Vec<State<f64>> {
-        let mut stream = stream(0, Purpose::Verification);
-        let moved_by = MOVED * self.case.lattice.scale;
-        let mut start = || perturbed(&self.case.start, moved_by, &mut stream);
-        (0..count).map(|_| start()).collect()
-    }
+/// Returns copies of a case's start, in which every coordinate is moved forwards or back at random. Cases of equal size
+/// get equal moves.
+pub(super) fn moved_starts(case: &Case, count: usize) -> Vec<State<f64>> {
+    let mut stream = stream(0, Purpose::Verification);
+    let moved_by = MOVED * case.lattice.scale;
+    let mut start = || perturbed(&case.start, moved_by, &mut stream);
+    (0..count).map(|_| start()).collect()
 }
 
 /// The vibrations of a case's robot about a position of its nodes.
@@ -120,9 +120,4 @@ pub(super) fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
 /// The largest of the numbers, or 0 if all are negative; NaN if any number is NaN. In contrast, `f64::max` ignores NaN.
 pub(super) fn most(numbers: impl Iterator<Item = f64>) -> f64 {
     numbers.fold(0.0, |most, x| if x > most || x.is_nan() { x } else { most })
-}
-
-/// The Euclidean norm of a vector.
-pub(super) fn norm(x: &[f64]) -> f64 {
-    x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }

@@ -1,11 +1,10 @@
 //! A drawing of the robot at rest as SVG, to scale: one unit of the drawing is a millimetre.
 
-use super::member::{Member, place};
+use super::member::{Member, nodes_of, place};
 use crate::report::RobotFiles;
 use cosmic::design::Material;
 use cosmic::geometry::{Bounds, Vector};
 use cosmic::scene::SkeletonPart;
-use std::collections::BTreeSet;
 use std::fmt::Write;
 
 /// Millimetres in a metre.
@@ -20,7 +19,7 @@ pub(super) fn draw(robot: &RobotFiles, members: &[Member]) -> String {
         SkeletonPart::Numbers => thin,
         SkeletonPart::Tube | SkeletonPart::Rod | SkeletonPart::Strut => MM * parts.outer,
     };
-    let nodes: BTreeSet<usize> = members.iter().flat_map(|member| member.nodes).collect();
+    let nodes = nodes_of(members);
     let bounds = Bounds::of(nodes.iter().map(|&node| place(robot, node) * MM));
     let bounds = bounds.widened(3.0 * thin + outer);
     let [width, height] = bounds.size().array();

@@ -4,6 +4,7 @@ use crate::report::RobotFiles;
 use cosmic::design::Material;
 use cosmic::error::{Error, Result};
 use cosmic::geometry::{Segment, Vector};
+use std::collections::BTreeSet;
 
 /// A bar of the exported robot.
 pub(super) struct Member {
@@ -27,6 +28,11 @@ impl Member {
             Material::Void | Material::Skeleton => "skeleton",
         }
     }
+}
+
+/// Returns the nodes at which bars end.
+pub(super) fn nodes_of(members: &[Member]) -> BTreeSet<usize> {
+    members.iter().flat_map(|member| member.nodes).collect()
 }
 
 /// Returns the position of a node along and above the ground, in metres.

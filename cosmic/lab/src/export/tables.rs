@@ -1,14 +1,13 @@
 //! The tables `bars.csv` and `nodes.csv`, in SI units. Numbers have nine decimals: lengths are exact to a nanometre,
 //! masses to a microgram, forces to a nanonewton.
 
-use super::member::{Member, place};
+use super::member::{Member, nodes_of, place};
 use crate::report::{RobotFiles, RunFiles, loads};
 use crate::table::{Cell, Table};
 use cosmic::design::Material;
 use cosmic::error::Result;
 use cosmic::scene::{ActuatorPart, Named, PartsSettings, SkeletonPart};
 use cosmic::simulator::BarLoad;
-use std::collections::BTreeSet;
 
 /// The number of decimals in all tables.
 const DECIMALS: usize = 9;
@@ -84,8 +83,7 @@ pub(super) fn bars(run: &RunFiles, members: &[Member]) -> Result<Table> {
 
 /// Returns the table of nodes, with one row for each node at which a bar ends.
 pub(super) fn nodes(robot: &RobotFiles, members: &[Member]) -> Table {
-    let nodes: BTreeSet<usize> = members.iter().flat_map(|member| member.nodes).collect();
-    let nodes: Vec<usize> = nodes.into_iter().collect();
+    let nodes: Vec<usize> = nodes_of(members).into_iter().collect();
     let bars = |node: usize| members.iter().filter(|m| m.nodes.contains(&node)).count();
     let physics = &robot.scene.physics;
     let payload = |node: usize| -> f64 {

@@ -90,7 +90,7 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, ways: &[Way]) -> String {
     html(&run.title(), &body.concat())
 }
 
-/// Returns the section of a robot's ways to several goals; empty if there are none.
+/// Returns the section of a robot's ways to several goals; empty for a robot without goals.
 fn of_ways(ways: &[Way]) -> String {
     if ways.is_empty() {
         return String::new();

@@ -160,7 +160,8 @@ impl<'p> Row<'p> {
     }
 }
 
-/// The table with a row for each trial. Columns about published numbers are left out if there are none.
+/// The table with a row for each trial. Columns about published numbers are left out if no trial has
+/// one.
 fn trials(rows: &[Row]) -> Table {
     let rows: Vec<(&Row, Statistics)> = rows.iter().map(|row| (row, row.statistics())).collect();
     let published = |(row, _): &(&Row, Statistics)| row.trial.published;

@@ -9,7 +9,7 @@ use autodiff::{Dual, Real};
 pub use robot::Moved;
 use robot::{LIFT, lifted, stands_and_touches};
 
-use super::probe::{Probe, norm};
+use super::probe::Probe;
 use crate::report::sheet::Section;
 use cosmic::case::Case;
 use cosmic::design::{Design, Mixture};
@@ -317,7 +317,7 @@ impl<'a> CaseLoss<'a> {
         let rounding = self.rounding();
         let is_usable = |norm: f64| norm.is_finite() && !is_below_rounding(norm, rounding);
         let parts = self.parts().into_iter();
-        let without = parts.filter(|part| !is_usable(norm(&self.gradient.part(part))));
+        let without = parts.filter(|part| !is_usable(f64::norm(&self.gradient.part(part))));
         without.map(|part| part.name).collect()
     }
 
@@ -326,7 +326,7 @@ impl<'a> CaseLoss<'a> {
         let largest = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let steps = self.probe.case.physics.steps as f64;
         let start = largest(&self.probe.inputs.block(Block::X0));
-        f64::EPSILON * steps * norm(&self.gradient.block(Block::X0)) * start
+        f64::EPSILON * steps * f64::norm(&self.gradient.block(Block::X0)) * start
     }
 
     /// Checks the gradient with respect to one block of the inputs.
@@ -352,7 +352,10 @@ impl<'a> CaseLoss<'a> {
             inputs.set_part(part, x);
             self.moved_loss(&inputs)
         };
-        let (report, norm) = (check_directions(value, &claim, options), norm(&gradient));
+        let (report, norm) = (
+            check_directions(value, &claim, options),
+            f64::norm(&gradient),
+        );
         let magnified = rounding > WORN && is_rounding(&report, norm, rounding);
         let mut verdict = report.verdict;
         if magnified || norm < rounding {

@@ -45,37 +45,48 @@ fn word(stable: bool) -> &'static str {
     if stable { "stable" } else { "unstable" }
 }
 
+/// The smallest unstable time steps of a method, s: by the bound from single edges, and by the largest frequency.
+struct Limits {
+    method: Method,
+    bound: f64,
+    exact: f64,
+}
+
 /// Makes a table of the largest stable time steps of a case at its start, for every integrator.
 fn stable_steps(case: &Case) -> Table {
     use Integrator::{Implicit, Leapfrog, SymplecticEuler};
     let own = Method::of(case);
     let mut methods = [SymplecticEuler, Leapfrog, Implicit]
-        .map(|integrator| Method {
-            integrator,
-            substeps: 1,
-        })
+        .map(Method::single)
         .to_vec();
     if !methods.contains(&own) {
         methods.push(own);
     }
-    let limit = |method: &Method| {
+    let limits = |method: Method| {
         let case = method.applied(case, 1.0, 1);
         let vibrations = Vibrations::of(&case, &case.start.x);
-        [vibrations.bound, vibrations.fastest].map(|frequency| vibrations.step(&case, frequency))
+        Limits {
+            bound: vibrations.step(&case, vibrations.bound),
+            exact: vibrations.step(&case, vibrations.fastest),
+            method,
+        }
     };
+    let limits: Vec<Limits> = methods.into_iter().map(limits).collect();
     let title = "Time steps below which the design is stable at its start";
-    Table::of("stable_steps", title, &methods)
-        .column("integrator", "integrator and substeps", Method::name)
-        .column("bound_s", "by the bound from single edges", |m| {
-            Cell::if_finite(limit(m)[0])
+    Table::of("stable_steps", title, &limits)
+        .column("integrator", "integrator and substeps", |limits| {
+            limits.method.name()
         })
-        .column("limit_s", "by the largest frequency", |m| {
-            Cell::if_finite(limit(m)[1])
+        .column("bound_s", "by the bound from single edges", |limits| {
+            Cell::if_finite(limits.bound)
         })
-        .column("at_dt", "with the scene's time step", |m| {
-            word(case.physics.dt < limit(m)[1])
+        .column("limit_s", "by the largest frequency", |limits| {
+            Cell::if_finite(limits.exact)
         })
-        .mark(Standing::Default, |method| *method == own)
+        .column("at_dt", "with the scene's time step", |limits| {
+            word(case.physics.dt < limits.exact)
+        })
+        .mark(Standing::Default, |limits| limits.method == own)
         .done()
 }
 
