@@ -31,7 +31,8 @@
 //!
 //! *Measured* are ratios of times: to one evaluation of the value, or to a derivative that is written by hand. In the
 //! repository, `RAYON_NUM_THREADS=1 cargo bench -p benches --bench peers --features rivals` measures them, and
-//! `cargo bench -p benches --bench instructions` counts the instructions of the robot. `benches/RESULTS.md` has the tables, with machine and commit.
+//! `cargo bench -p benches --bench instructions` counts the instructions of the robot. `benches/RESULTS.md`
+//! has the tables, with machine and commit.
 //!
 //! A driver whose name ends in `_into` writes to buffers of the caller, as
 //! [`value_and_gradient_into`] does. Newton's method takes

@@ -2,9 +2,9 @@
 //!
 //! On x86-64, lanes are the widest registers of the processor, chosen at run time. Builds below optimisation level 2
 //! have no AVX-512 lanes and no lanes of `f32`, which shortens compilation. A processor without AVX2 computes with
-//! scalars, but replays recordings of the kernels of programs, which are only compiled in lanes. On aarch64, lanes are NEON registers.
-//! On wasm32 they are `simd128` registers if the crate is compiled with `-C target-feature=+simd128`. On all other
-//! targets, and in builds without optimisation, a register is a scalar, with a single lane.
+//! scalars, but replays recordings of the kernels of programs, which are only compiled in lanes. On aarch64, lanes are
+//! NEON registers. On wasm32 they are `simd128` registers if the crate is compiled with `-C target-feature=+simd128`. On
+//! all other targets, and in builds without optimisation, a register is a scalar, with a single lane.
 //!
 //! Each register width has its own type for f64 and for f32, because the instructions differ. The macro `define_lanes`
 //! defines all of them.

@@ -3,7 +3,7 @@ use cosmic::scene::Scene;
 #[test]
 fn departures_are_the_keys_that_differ_from_the_paper_s_scene() {
     assert_eq!(Scene::paper().departures(), []);
-    // A key that states the value of `stability` is no departure.
+    // A key that states the value of `stability` is not a departure.
     let text = "base = 'stability'\nphysics = {forces = ['stops'], dt = 0.002, gravity = 9.81}\nloss.kind = 'final'";
     let departures = Scene::parse("own", text).unwrap().departures();
     let shown: Vec<String> = departures
