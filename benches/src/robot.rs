@@ -34,7 +34,7 @@ impl<'a> Subject<'a> {
                 ground: task.ground(),
                 settings: loss.clone(),
             },
-            horizon: Horizon::of_steps(MEASURED_STEPS.min(case.physics.steps)),
+            horizon: Horizon::of_steps(MEASURED_STEPS.min(case.scene.physics.steps)),
             inputs: case.inputs(),
             task,
             case,
@@ -108,7 +108,7 @@ impl TwoMatvecs {
     pub fn new(case: &Case) -> Self {
         Self {
             inputs: 4 * case.lattice.nodes(),
-            hidden: case.observation.hidden,
+            hidden: case.scene.controller.hidden,
             edges: case.lattice.edges.len(),
         }
     }

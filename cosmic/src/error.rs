@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::geometry::Vector;
+use crate::numbers::rounded;
 
 /// An error of the library or the program.
 #[derive(Debug, thiserror::Error)]
@@ -94,8 +95,9 @@ pub enum Error {
     },
     /// The time step is so long that the vibrations of the robot grow.
     #[error(
-        "the time step of {dt} s is unstable: the fastest vibration ({frequency:.1} 1/s, \
-         strongest at node {node}) grows if the time step is {limit:.3e} s or more; {remedy}"
+        "the time step of {} s is unstable: the fastest vibration ({frequency:.1} 1/s, \
+         strongest at node {node}) grows if the time step is {limit:.3e} s or more; {remedy}",
+        rounded(*dt, 5)
     )]
     UnstableStep {
         /// The time step, in seconds.

@@ -1,6 +1,8 @@
 //! The keys of files and the columns of tables. Each is declared once: the struct, the file, the table and the
 //! documentation follow from this declaration.
 
+use crate::numbers::fixed;
+
 /// A key of a JSON file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Key {
@@ -12,8 +14,8 @@ pub struct Key {
     pub unit: &'static str,
     /// The meaning of the key, in Markdown on one line.
     pub doc: &'static str,
-    /// The names of the table columns that show the key.
-    pub columns: Vec<&'static str>,
+    /// The table columns that show the key, or its parts.
+    pub columns: Vec<KeyColumn>,
     /// The keys inside the value, if the value is an object or a list of objects. Empty for any other value.
     pub parts: Vec<Key>,
 }
@@ -27,19 +29,27 @@ pub struct KeyColumn {
     pub unit: &'static str,
     /// The meaning in Markdown: the first sentence about the key.
     pub says: &'static str,
-    /// The number of decimals in tables for people.
+    /// The number of decimals in texts for people.
     pub decimals: usize,
 }
 
-impl KeyColumn {
-    fn new(name: &'static str, key: &Key) -> Self {
-        let says = key.doc.split_once(". ").map_or(key.doc, |(first, _)| first);
-        Self {
+impl Key {
+    /// This key with columns of these names, which have the given decimals, or otherwise none for whole numbers and three
+    /// for others.
+    pub fn with_columns(mut self, names: &[&'static str], decimals: &[usize]) -> Self {
+        let says = self
+            .doc
+            .split_once(". ")
+            .map_or(self.doc, |(first, _)| first);
+        let usual = if self.kind.starts_with("whole") { 0 } else { 3 };
+        let column = |name: &&'static str| KeyColumn {
             name,
-            unit: key.unit,
+            unit: self.unit,
             says: says.trim_end_matches('.'),
-            decimals: if key.kind.starts_with("whole") { 0 } else { 3 },
-        }
+            decimals: decimals.first().copied().unwrap_or(usual),
+        };
+        self.columns.extend(names.iter().map(column));
+        self
     }
 }
 
@@ -48,24 +58,36 @@ pub trait Keyed {
     /// Every key, in the order in which the file lists them.
     fn keys() -> Vec<Key>;
 
-    /// The numbers of all columns that show this struct, in the order of [`columns`]. A number is `None` if the file does
-    /// not have it.
+    /// The numbers of all [`columns`] that show this struct. A number is `None` if the file does not have it.
     fn numbers(&self) -> Vec<Option<f64>>;
+
+    /// The number in a column as text, with its decimals and its unit; `None` if the file does not have it.
+    ///
+    /// # Panics
+    /// If no column has this name.
+    fn shown(&self, column: &str) -> Option<String> {
+        let columns = columns(&Self::keys());
+        let at = columns.iter().position(|known| known.name == column);
+        let at = at.unwrap_or_else(|| panic!("no column is named {column}"));
+        let KeyColumn { unit, decimals, .. } = columns[at];
+        let text = fixed(self.numbers()[at]?, decimals);
+        Some(format!("{text} {unit}").trim_end().to_owned())
+    }
 }
 
-/// The names of all table columns that show `keys`, in the order of the keys.
-pub fn columns(keys: &[Key]) -> Vec<&'static str> {
+impl<K: Keyed> Keyed for &K {
+    fn keys() -> Vec<Key> {
+        K::keys()
+    }
+
+    fn numbers(&self) -> Vec<Option<f64>> {
+        K::numbers(self)
+    }
+}
+
+/// All table columns that show `keys`, in the order of the keys.
+pub fn columns(keys: &[Key]) -> Vec<KeyColumn> {
     keys.iter().flat_map(|key| key.columns.clone()).collect()
-}
-
-/// The [`columns`] that show `keys`, with what the declarations say about them.
-pub fn described(keys: &[Key]) -> Vec<KeyColumn> {
-    let of_key = |key: &Key| match (&key.columns[..], &key.parts[..]) {
-        ([], _) => Vec::new(),
-        (names, []) => names.iter().map(|name| KeyColumn::new(name, key)).collect(),
-        (_, parts) => described(parts),
-    };
-    keys.iter().flat_map(of_key).collect()
 }
 
 /// The value of a key that is a column.
@@ -100,7 +122,7 @@ impl<T: Number> Number for Option<T> {
 ///     #[derive(Serialize, Deserialize)]
 ///     struct Summary {
 ///         /// What the key means.
-///         volume as "V": f64, "number", unit "m", columns ["V"];
+///         volume as "V": f64, "number", unit "m", columns ["V"] decimals 4;
 ///         /// An object, whose columns are those of its type.
 ///         structure: Option<Structure>, "object or `null`", parts Structure as columns;
 ///         /// Objects that have no columns.
@@ -111,6 +133,8 @@ impl<T: Number> Number for Option<T> {
 ///
 /// A single column shows the value of the field. Several columns show its entries. `columns ["a"] of
 /// |file: &Summary| ...` shows another value, computed from the whole struct.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! keys {
     (
         $(#[$about:meta])+
@@ -120,7 +144,7 @@ macro_rules! keys {
                 $(#[serde($($serde:tt)*)])?
                 $field:ident $(as $name:literal)?: $Type:ty, $kind:literal $(, unit $unit:literal)?
                 $(, parts $Part:ty $(as $flat:ident)?)?
-                $(, columns [$($column:literal),+] $(of $of:expr)?)?;
+                $(, columns [$($column:literal),+] $(decimals $decimals:literal)? $(of $of:expr)?)?;
             )+
         }
     ) => {
@@ -143,18 +167,17 @@ macro_rules! keys {
                     unit: concat!($($unit)?),
                     doc: concat!($($doc),+).trim_ascii(),
                     columns: [
-                        $(vec![$($column),+],)?
                         $($($crate::keys::$flat(&<$Part as $crate::keys::Keyed>::keys()),)?)?
                         Vec::new(),
                     ].concat(),
                     parts: [$(<$Part as $crate::keys::Keyed>::keys(),)? Vec::new()].concat(),
-                },)+]
+                }$(.with_columns(&[$($column),+], &[$($decimals)?]))?,)+]
             }
 
             fn numbers(&self) -> Vec<Option<f64>> {
                 let numbers: Vec<Vec<Option<f64>>> = vec![$(
-                    $(keys!(@numbers self, $field, [$($column),+] $(of $of)?),)?
-                    $($(keys!(@parts self, $field, $Part, $flat),)?)?
+                    $($crate::keys!(@numbers self, $field, [$($column),+] $(of $of)?),)?
+                    $($($crate::keys!(@parts self, $field, $Part, $flat),)?)?
                 )+];
                 numbers.concat()
             }
@@ -184,4 +207,3 @@ macro_rules! keys {
         }
     };
 }
-pub(crate) use keys;

@@ -193,6 +193,7 @@ impl<R: Real> Body<R> {
                     Material::Void | Material::Skeleton => 0.0,
                 },
             ),
+            largest_strain: materials.largest_strain(),
             mass: node_masses(&edge_masses, lattice, physics),
             presence: Vec::new(),
             marker: Marker {

@@ -12,6 +12,7 @@ use serde::Serialize;
 use crate::codesign::{Delivery, Observed, Reliability, Standstill};
 use crate::design::{Material, Structure, VolumeBounds};
 use crate::lattice::Lattice;
+use crate::numbers::{brief, fixed, mass, percent};
 use crate::scene::{DataSheet, Riser, Scene};
 use crate::simulator::{Energy, Loads};
 
@@ -314,7 +315,7 @@ impl<'m> Measured<'m> {
         let still = self.standstill.filter(|_| self.is_far);
         // The time after a robot got stuck is not a part of its walk.
         let seconds = still.map_or(self.seconds, |still| still.since);
-        let speed = format!("{} m/s", plain(displacement.abs() / seconds));
+        let speed = format!("{} m/s", brief(displacement.abs() / seconds));
         let is_unreliable = matches!(self.reliability, Some(Reliability::Unreliable { .. }));
         if let Some(Standstill { since, at }) = still.filter(|_| displacement >= STAYS) {
             let says = format!("{speed} until it stands still at {at:.2} m after {since:.1} s");
@@ -338,10 +339,8 @@ impl<'m> Measured<'m> {
         let (loss, idle) = self.losses?;
         let gain = idle - loss;
         let is_better = gain > LEAST_GAIN * loss.abs().max(idle.abs());
-        // Without rounding, a small negative loss would be shown as "-0.0000".
-        let shown = |x: f64| (x * 1e4).round() / 1e4 + 0.0;
-        let [loss, idle] = [loss, idle].map(shown);
-        let compared = format!("loss {loss:.4} ({idle:.4} with muscles at rest)");
+        let [loss, idle] = [loss, idle].map(|x| fixed(x, 4));
+        let compared = format!("loss {loss} ({idle} with muscles at rest)");
         Some(match is_better {
             true => Item::figure(compared, Level::Good),
             false => Item::figure(
@@ -371,9 +370,9 @@ impl<'m> Measured<'m> {
         let endurance = BATTERY * mass / power;
         let says = format!(
             "needs {} W ({} of {} W/kg)",
-            plain(power),
-            plain(power / mass),
-            plain(BATTERY / ENDURANCES[0])
+            brief(power),
+            brief(power / mass),
+            brief(BATTERY / ENDURANCES[0])
         );
         // A robot that needs no power has an infinite endurance.
         Some(Item::figure(says, Level::from_on(ENDURANCES, endurance)))
@@ -434,7 +433,7 @@ impl<'m> Measured<'m> {
         let safety = self.loads?.euler_safety?;
         let says = match Level::from_on(EULER_SAFETIES, safety) {
             Level::Bad => format!("a bar buckles at {} of its load", percent(safety)),
-            _ => format!("bars buckle at {} times their load", plain(safety)),
+            _ => format!("bars buckle at {} times their load", brief(safety)),
         };
         Some(Item::limit(says, Level::from_on(EULER_SAFETIES, safety)))
     }
@@ -447,30 +446,4 @@ pub fn bars(volume: f64, lattice: &Lattice) -> usize {
 
 fn finite(x: f64) -> Option<f64> {
     x.is_finite().then_some(x)
-}
-
-/// Formats a positive number with two digits, or as a whole number from 10 on.
-pub fn plain(x: f64) -> String {
-    if x == 0.0 {
-        // Without the sign of a negative zero.
-        return "0".to_owned();
-    }
-    if !x.is_finite() {
-        return format!("{x}");
-    }
-    // From 9.95 on, one decimal would round to 10.0.
-    let digits = 1 - (x.abs() * 1.005).log10().floor() as i32;
-    format!("{x:.*}", digits.clamp(0, 12) as usize)
-}
-
-/// Formats a mass: in grams below 100 g.
-pub fn mass(kg: f64) -> String {
-    match kg {
-        kg if kg < 0.0995 => format!("{} g", plain(1e3 * kg)),
-        kg => format!("{} kg", plain(kg)),
-    }
-}
-
-fn percent(share: f64) -> String {
-    format!("{} %", plain(100.0 * share))
 }

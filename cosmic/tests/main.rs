@@ -52,6 +52,7 @@ mod laws {
     mod law_file;
     mod walls;
 }
+mod numbers;
 mod objective {
     mod augmented;
     mod displacement;
@@ -108,4 +109,7 @@ mod simulator {
     mod step_check;
 }
 mod small;
-mod verdict;
+mod verdict {
+    mod hints;
+    mod items;
+}

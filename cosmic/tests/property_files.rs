@@ -88,7 +88,7 @@ proptest! {
         } else {
             Design::Undecided(z)
         };
-        let physics = &mut case.physics;
+        let physics = &mut case.scene.physics;
         [physics.dt, physics.gravity, physics.damping, physics.friction] =
             [world[0], world[1], world[2], world[3]];
         (case.start.x[1], case.start.v[3]) = (
@@ -106,21 +106,20 @@ proptest! {
             physics.void_edges = VoidEdges::Drop;
         }
         physics.speed_bound = layout.then_some(7.5);
-        case.rules.one_piece = layout;
+        case.scene.design.one_piece = layout;
         let read = Case::parse("case.json", &case.to_json()).unwrap();
         // A case has neither the settings of an optimisation nor those of the controller's start.
-        let expected = Case {
-            physics: cosmic::scene::PhysicsSettings {
-                unstable_step: read.physics.unstable_step,
-                ..case.physics.clone()
-            },
-            observation: cosmic::scene::ControllerSettings {
-                gain: read.observation.gain,
-                ..case.observation.clone()
-            },
-            ..case
-        };
-        prop_assert_eq!(read, expected);
+        let mut scene = read.scene.clone();
+        scene.lattice.clone_from(&case.scene.lattice);
+        scene.physics.clone_from(&case.scene.physics);
+        scene.materials.clone_from(&case.scene.materials);
+        scene.projection.clone_from(&case.scene.projection);
+        scene.design.clone_from(&case.scene.design);
+        scene.controller.clone_from(&case.scene.controller);
+        scene.objective.clone_from(&case.scene.objective);
+        scene.physics.unstable_step = read.scene.physics.unstable_step;
+        scene.controller.gain = read.scene.controller.gain;
+        prop_assert_eq!(read, Case { scene, ..case });
     }
 
     /// A snapshot that is written and read back has the same bits, for any seed and after any number of iterations.

@@ -71,7 +71,11 @@ impl Drawn {
             .map(case)
             .collect::<cosmic::Result<Vec<_>>>()?;
         Ok(Self {
-            simulator: Simulator::new(&cases[0].lattice, &cases[0].physics, &cases[0].observation),
+            simulator: Simulator::new(
+                &cases[0].lattice,
+                &cases[0].scene.physics,
+                &cases[0].scene.controller,
+            ),
             bodies: cases.iter().map(Case::body).collect(),
             cases,
         })

@@ -139,7 +139,7 @@ fn reference_cases_walk_alike_on_a_device_and_on_the_processor() {
     assert!(references.len() > 10);
     for reference in references {
         let mut case = reference.case();
-        case.physics.steps = case.physics.steps.max(64);
+        case.scene.physics.steps = case.scene.physics.steps.max(64);
         let name = reference.path.file_stem().unwrap().to_string_lossy();
         let begun = Begun::of([case.clone(), case]);
         let printed = begun.printed(64, gpu.memory_of_workgroup());

@@ -31,6 +31,7 @@ impl Bare {
         let body = Body {
             stiffness: springs.iter().map(|spring| spring.2).collect(),
             strain: vec![0.0; springs.len()],
+            largest_strain: 1.0,
             mass: masses.to_vec(),
             presence: Vec::new(),
             marker: Marker::default(),

@@ -60,8 +60,8 @@ pub fn case(bytes: &[u8]) -> Result<()> {
     case.listed_steps.clear();
     let again = Case::parse("again.json", &case.to_json());
     assert_eq!(again.expect("a case's own text is a case"), case);
-    if case.lattice.nodes() <= FEW && case.observation.hidden <= FEW {
-        case.physics.steps = case.physics.steps.min(FEW);
+    if case.lattice.nodes() <= FEW && case.scene.controller.hidden <= FEW {
+        case.scene.physics.steps = case.scene.physics.steps.min(FEW);
         case.evaluate(false, &[])?;
         case.step_check();
     }

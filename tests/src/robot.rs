@@ -49,7 +49,7 @@ pub fn robot_of(mut scene: Scene) -> Case {
 /// Every state of a case's rollout.
 pub fn states(case: &Case) -> Vec<State<f64>> {
     let simulator = case.task().simulator;
-    let span = Span::from_start((0..=case.physics.steps).collect());
+    let span = Span::from_start((0..=case.scene.physics.steps).collect());
     let seen = simulator.rollout(&case.body(), &case.controller, &case.start, &span);
     seen.states
 }
@@ -68,7 +68,7 @@ pub fn least_height(physics: &PhysicsSettings, states: &[State<f64>]) -> f64 {
 /// # Panics
 /// If one of these does not hold.
 pub fn assert_smooth(name: &str, case: &Case) {
-    let check = check_gradients(case, None, case.physics.steps, &Options::default());
+    let check = check_gradients(case, None, case.scene.physics.steps, &Options::default());
     for group in &check.groups {
         let text = format!("{name}, {}:\n{}", group.name, group.report);
         assert_eq!(group.verdict, Verdict::Smooth, "{text}");

@@ -35,9 +35,9 @@ fn some_keys_may_be_absent() {
         map.retain(|key, _| may_be_absent.split(' ').all(|absent| absent != key));
     });
     let case = case.unwrap_or_else(|error| panic!("{error}"));
-    let seen = &case.observation;
+    let seen = &case.scene.controller;
     assert_eq!((seen.goal_scale, seen.goal_relative), (1.0, false));
-    let mut expected = vec![0, 1, 2, 3, case.physics.steps];
+    let mut expected = vec![0, 1, 2, 3, case.scene.physics.steps];
     expected.dedup();
     assert_eq!(case.recorded_steps(&[]).ok(), Some(expected));
 }
@@ -52,7 +52,7 @@ fn some_keys_are_read_if_they_are_there() {
         json["results"] = json!({"anything": 1, "trajectory": {"2": null}});
     });
     let case = case.unwrap_or_else(|error| panic!("{error}"));
-    let seen = &case.observation;
+    let seen = &case.scene.controller;
     assert_eq!((seen.goal_scale, seen.goal_relative), (0.25, true));
     assert_eq!(case.listed_steps, [2]);
 }
@@ -140,7 +140,7 @@ fn sizes_that_do_not_fit_are_named() {
         assert!(text.contains(name) && text.contains("expected"), "{text}");
     }
     let text = message(|json| pop(&mut json["z"][1]));
-    let says = "error: expected 3 entries in `z[1]`, found 2\n --> case.json:1:";
+    let says = "error: `z[1]`: invalid length 2, expected an array of length 3\n --> case.json:1:";
     assert!(text.starts_with(says), "{text}");
     let text = message(|json| pop(&mut json["controller"]["w1"][1]));
     assert!(text.contains("entries in `controller.w1[1]`"), "{text}");
@@ -187,6 +187,6 @@ fn a_robot_written_as_a_case_reads_back_the_same() {
     assert_eq!(again.own_design(), case.own_design());
     assert_eq!(again.body().stiffness, case.body().stiffness);
     assert_eq!(again.body().mass, case.body().mass);
-    assert_eq!(again.materials, case.materials);
+    assert_eq!(again.scene.materials, case.scene.materials);
     assert_eq!(again.task().physics, case.task().physics);
 }

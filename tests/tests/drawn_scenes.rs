@@ -94,7 +94,7 @@ fn robot(rng: &mut ChaCha8Rng, scene: &Scene) -> Case {
     }
     // The sharp projection gives shares of almost zero. Near such shares, the slope of bending changes completely if a
     // share changes by a millionth, which differences cannot resolve.
-    let mut forces = case.physics.forces.about().into_iter();
+    let mut forces = case.scene.physics.forces.about().into_iter();
     if forces.all(|(name, _)| name != "bending") {
         case.projection = one_of(rng, &[Projection::Performance, Projection::Stability]);
     }
@@ -114,7 +114,7 @@ fn gradients_of_drawn_robots_agree_with_differences() {
         lay_terrain(&mut ChaCha8Rng::seed_from_u64(!seed), &mut scene);
         let case = robot(&mut rng, &scene);
         // With an unstable time step, the motion grows without bound, and differences of results mean nothing.
-        if case.step_check().accept(&case.physics).is_err() {
+        if case.step_check().accept(&case.scene.physics).is_err() {
             continue;
         }
         let check = check_gradients(&case, None, scene.physics.steps, &options);
@@ -125,7 +125,7 @@ fn gradients_of_drawn_robots_agree_with_differences() {
         assert!(
             failures.is_empty() && check.control.is_some(),
             "seed {seed}: {check}\n{:?} {:?} {:?}",
-            (case.physics, case.projection, case.design),
+            (case.scene.physics, case.projection, case.design),
             (scene.controller, scene.start.kind),
             (scene.lattice, scene.materials)
         );

@@ -107,7 +107,7 @@ struct Budget {
 
 /// The budget of the step after state `k`, in plain loops. `is_implicit` tells how nodes move in it.
 fn budget(case: &Case, seen: &Trajectory<f64>, k: usize, is_implicit: bool) -> Budget {
-    let (lattice, physics, body) = (&case.lattice, &case.physics, case.body());
+    let (lattice, physics, body) = (&case.lattice, &case.scene.physics, case.body());
     let (dt, [before, after]) = (physics.dt, [&seen.states[k], &seen.states[k + 1]]);
     let decay = (-physics.damping * dt).exp();
     let (efforts, nodes) = ([seen.effort(k), seen.effort(k + 1)], 0..lattice.nodes());
@@ -163,14 +163,14 @@ fn the_energy_of_a_step_is_accounted_for() {
         ("integrator = 'implicit'", true, 1e-3),
     ] {
         let mut case = robot(&format!("physics = {{{integrator}, {laws}}}\n{more}"));
-        case.physics.passes = 16;
-        let steps = case.physics.steps;
+        case.scene.physics.passes = 16;
+        let steps = case.scene.physics.steps;
         let seen = metered(&case, steps);
         let (mut lost, mut moved) = (0.0, 0.0_f64);
         for k in 0..steps {
             let all = budget(&case, &seen, k, is_implicit);
             let brought = all.bars + all.gravity + all.drag + all.ground;
-            let off = (brought - all.kinetic) / case.physics.dt;
+            let off = (brought - all.kinetic) / case.scene.physics.dt;
             assert!(
                 off.abs() < tolerance,
                 "{integrator}, step {k}: {off:e} W, {all:?}"
@@ -196,14 +196,14 @@ fn the_energy_of_a_flight_is_accounted_for() {
     for k in 0..40 {
         let [before, after] = [&seen.states[k], &seen.states[k + 1]];
         let (dt, decay) = (
-            case.physics.dt,
-            (-case.physics.damping * case.physics.dt).exp(),
+            case.scene.physics.dt,
+            (-case.scene.physics.damping * case.scene.physics.dt).exp(),
         );
         let sum = |k: usize| seen.effort(k).net.iter().sum::<f64>();
         let mut left = sum(k + 1) - sum(k);
         for (node, mass) in case.body().mass.iter().enumerate() {
             let (v, end) = (before.v[node], after.v[node]);
-            let gravity = Vector::new([0.0, -case.physics.gravity * dt]);
+            let gravity = Vector::new([0.0, -case.scene.physics.gravity * dt]);
             let pushed = v * (decay - 1.0) + gravity;
             left += mass * (pushed.dot((v + end) * 0.5) - 0.5 * (end.dot(end) - v.dot(v)));
         }
@@ -238,11 +238,11 @@ fn powers_are_those_of_the_steps() {
                 }
             })
             .collect();
-        let (simulator, materials) = (&task.simulator, &case.materials);
+        let (simulator, materials) = (&task.simulator, &case.scene.materials);
         let bars = simulator.loads(&layout, &body, &case.controller, &case.start, steps);
         let energy = simulator.energy_of(&layout, &bars, &body, materials, steps, 0.5);
         let of_actuators = |numbers: &[f64]| numbers.iter().step_by(3).sum::<f64>();
-        let (last, seconds) = (seen.effort(steps), steps as f64 * case.physics.dt);
+        let (last, seconds) = (seen.effort(steps), steps as f64 * case.scene.physics.dt);
         for (found, work) in [(energy.power, &last.work), (energy.net_power, &last.net)] {
             // Works are summed in another order.
             assert!(
@@ -266,7 +266,7 @@ fn powers_are_those_of_the_steps() {
             for k in 0..steps {
                 travel += (length(k + 1) - length(k)).abs();
                 force = force.max(seen.effort(k + 1).tension[edge].abs());
-                power = power.max((net(k + 1) - net(k)).abs() / case.physics.dt);
+                power = power.max((net(k + 1) - net(k)).abs() / case.scene.physics.dt);
             }
             assert!((bar.travel - travel / seconds).abs() < 1e-12);
             assert_eq!(bar.force.peak, force);
@@ -283,11 +283,14 @@ fn efforts_of_implicit_steps_are_reproduced() {
         let case = reference.case();
         let span = Span {
             metered: true,
-            ..Span::from_start(vec![case.physics.steps])
+            ..Span::from_start(vec![case.scene.physics.steps])
         };
         let run =
             (case.task().simulator).rollout(&case.body(), &case.controller, &case.start, &span);
-        let (effort, expected) = (run.effort(case.physics.steps), &reference.json["coverage"]);
+        let (effort, expected) = (
+            run.effort(case.scene.physics.steps),
+            &reference.json["coverage"],
+        );
         for (name, got) in [
             ("tension_last", &effort.tension),
             ("work", &effort.work),

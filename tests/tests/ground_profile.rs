@@ -43,8 +43,8 @@ fn a_profile_of_one_slope_is_the_incline() {
         });
         let mut slope = incline.clone();
         let rise = 20.0 * f64::to_radians(incline_deg).tan();
-        slope.physics.incline_deg = 0.0;
-        slope.physics.ground = profile(&[[-20.0, -rise], [20.0, rise]]);
+        slope.scene.physics.incline_deg = 0.0;
+        slope.scene.physics.ground = profile(&[[-20.0, -rise], [20.0, rise]]);
         let [on_incline, on_slope] = [&incline, &slope].map(states);
         let pairs = on_incline.iter().zip(&on_slope);
         let off = pairs.flat_map(|(a, b)| {
@@ -60,7 +60,7 @@ fn a_profile_of_one_slope_is_the_incline() {
         // The test is useful only if nodes reach the ground.
         let last = on_slope.last().unwrap();
         assert!(last.v.contains(&Vector::zero()) || contact != ContactLaw::infinite());
-        assert!(least_height(&slope.physics, &on_slope).abs() < 1e-12);
+        assert!(least_height(&slope.scene.physics, &on_slope).abs() < 1e-12);
     }
 }
 
@@ -157,11 +157,11 @@ fn a_robot_leans_on_an_inclined_wall() {
             scene.physics.ground = profile(&[[0.65, 0.0], [0.65, 0.25]]);
             scene.physics.steps = 400;
         });
-        let ground = Ground::from(&case.physics);
+        let ground = Ground::from(&case.scene.physics);
         for round in 0..4 {
             let seen = states(&case);
             // The tolerance covers rounding of the conversion between the frames.
-            let least = least_height(&case.physics, &seen);
+            let least = least_height(&case.scene.physics, &seen);
             assert!(least > -1e-12, "{integrator:?}, {round}: {least:e} m");
             case.start = seen.last().unwrap().clone();
         }
@@ -206,8 +206,8 @@ fn a_body_at_rest_on_a_step_stays() {
         let fastest = last.speeds().fold(0.0, f64::max);
         // The robot stands on at least two levels, and all vibrations are damped.
         assert!(fastest < 1e-6, "{contact:?}: {fastest:e}");
-        let profile = case.physics.ground.resolved();
-        let ground = Ground::from(&case.physics);
+        let profile = case.scene.physics.ground.resolved();
+        let ground = Ground::from(&case.scene.physics);
         let stands = last
             .x
             .iter()
@@ -231,8 +231,8 @@ fn a_body_at_rest_on_a_step_stays() {
 fn a_profile_works_with_the_rest_of_the_physics() {
     let case = |change: fn(&mut PhysicsSettings)| {
         let mut case = on_stairs(ContactLaw::coulomb());
-        case.physics.steps = 300;
-        change(&mut case.physics);
+        case.scene.physics.steps = 300;
+        change(&mut case.scene.physics);
         case
     };
     for change in [
@@ -241,13 +241,13 @@ fn a_profile_works_with_the_rest_of_the_physics() {
         |p| p.ground_height = 0.25,
     ] {
         let mut case = case(change);
-        let lift = case.physics.ground_height - 0.1;
+        let lift = case.scene.physics.ground_height - 0.1;
         case.start.x.iter_mut().for_each(|x| x[1] += lift);
-        let least = least_height(&case.physics, &states(&case));
+        let least = least_height(&case.scene.physics, &states(&case));
         assert!(least.abs() < 1e-12, "{least:e}");
     }
     let case = case(|p| p.contact = ContactLaw::none());
-    assert!(least_height(&case.physics, &states(&case)) < -0.1);
+    assert!(least_height(&case.scene.physics, &states(&case)) < -0.1);
 }
 
 /// A profile on an incline is measured along the incline and perpendicular to it.
@@ -255,12 +255,12 @@ fn a_profile_works_with_the_rest_of_the_physics() {
 fn a_profile_turns_with_the_ground_line() {
     // The whole world is turned. A robot without weight and without actuators must make the same motion, but turned.
     let mut case = on_stairs(ContactLaw::infinite());
-    case.physics.steps = 300;
-    (case.physics.gravity, case.physics.damping) = (0.0, 0.0);
+    case.scene.physics.steps = 300;
+    (case.scene.physics.gravity, case.scene.physics.damping) = (0.0, 0.0);
     case.start.v.iter_mut().for_each(|v| v[1] -= 0.5);
     let mut turned = case.clone();
-    turned.physics.incline_deg = 20.0;
-    let [level, ground] = [&case, &turned].map(|case| Ground::from(&case.physics));
+    turned.scene.physics.incline_deg = 20.0;
+    let [level, ground] = [&case, &turned].map(|case| Ground::from(&case.scene.physics));
     turned.start = case.start.to_ground(&level).to_world(&ground);
     let [straight, turned] = [&case, &turned].map(states);
     let pairs = straight.iter().zip(&turned);
@@ -272,14 +272,14 @@ fn a_profile_turns_with_the_ground_line() {
     // The tolerance covers rounding errors of 1e-16 in each of 300 steps, which the motion amplifies.
     assert!(off.fold(0.0, f64::max) < 1e-9);
     // The robot reaches the stairs.
-    assert!(least_height(&case.physics, &straight).abs() < 1e-12);
+    assert!(least_height(&case.scene.physics, &straight).abs() < 1e-12);
 }
 
 #[test]
 fn a_case_keeps_the_profile() {
     let case = on_stairs(ContactLaw::coulomb());
     let read = Case::parse("case.json", &case.to_json()).unwrap();
-    let points = |case: &Case| case.physics.ground.resolved();
+    let points = |case: &Case| case.scene.physics.ground.resolved();
     assert_eq!(points(&read), points(&case));
     assert!(points(&read).points().len() == 6);
     assert_eq!(

@@ -41,7 +41,7 @@ fn loose(scene: &mut Scene) {
 /// Moves the robot and the ground up. The guard's first check measures distances from the ground's origin, but a state
 /// is absurd if it is too far from the world's origin.
 fn raise(case: &mut Case, height: f64) {
-    case.physics.ground_height = height;
+    case.scene.physics.ground_height = height;
     case.start.x.iter_mut().for_each(|x| x[1] += height);
 }
 
@@ -61,13 +61,13 @@ static WATCHED: [Watched; 17] = [
     (|s| s.physics.substeps = 3, unchanged, None),
     (
         |s| s.physics.integrator = Integrator::Leapfrog,
-        |case| case.physics.substeps = 2,
+        |case| case.scene.physics.substeps = 2,
         None,
     ),
-    (on_incline, |case| case.physics.substeps = 3, None),
+    (on_incline, |case| case.scene.physics.substeps = 3, None),
     (
         on_incline,
-        |case| case.physics.integrator = Integrator::Leapfrog,
+        |case| case.scene.physics.integrator = Integrator::Leapfrog,
         None,
     ),
     // The first search reports this state, but it is not absurd: the second search accepts it.
@@ -151,7 +151,7 @@ fn every_absurd_state_is_found_and_replayed() {
     for (k, (scene, change, expected)) in WATCHED.iter().enumerate() {
         let mut case = case(scene);
         change(&mut case);
-        let span = Span::from_start(vec![0, 7, case.physics.steps]);
+        let span = Span::from_start(vec![0, 7, case.scene.physics.steps]);
         let found = guarded(&case, &span).divergence;
         let Some((step, node, words)) = *expected else {
             assert_eq!(found, None, "{k}");
@@ -174,7 +174,7 @@ fn every_absurd_state_is_found_and_replayed() {
         // The start is not checked.
         let mut before = before.iter().skip(usize::from(last.steps[0] == 0));
         assert!(!before.any(State::is_absurd), "{k}");
-        let too_fast = case.physics.speed_bound.is_some();
+        let too_fast = case.scene.physics.speed_bound.is_some();
         assert_eq!(after.is_absurd(), !too_fast, "{k}");
         // A file that is made from the report replays the divergence and names its cause.
         let text = case.diverged_json(&found);
@@ -237,7 +237,7 @@ fn parts_of_another_lattice_are_refused() {
     shifted.v.insert(0, last);
     let numbers = [small.controller.numbers(), &[0.0; 2]].concat();
     let edges = small.lattice.edges.len();
-    let blocks = blocks_of(&small.observation, &small.lattice)
+    let blocks = blocks_of(&small.scene.controller, &small.lattice)
         .into_iter()
         .take(3);
     let shapes: Vec<Block> = blocks.chain([Block::biases("b2", edges + 2)]).collect();
@@ -273,7 +273,7 @@ fn hold_together(
     let task = case.task();
     let domain = |&start: &&State<f64>| Domain::of(&task, start.clone());
     let domains: Vec<Domain> = starts.iter().map(domain).collect();
-    let span = Span::from_start(vec![0, 7, case.physics.steps]);
+    let span = Span::from_start(vec![0, 7, case.scene.physics.steps]);
     for watched in [true, false] {
         let span = Span {
             watched,

@@ -140,7 +140,7 @@ fn a_stiff_robot_runs_in_single_precision() {
     let case = stiff("");
     let exact = states(&case);
     let (task, design) = (case.task(), case.own_design());
-    let span = Span::from_start((0..=case.physics.steps).collect());
+    let span = Span::from_start((0..=case.scene.physics.steps).collect());
     let domains = [Domain::of(&task, case.start.clone())];
     let controller = case.controller.map(f32::lit);
     let single = rollouts(&[design.lift::<f32>()], &controller, &domains, &span).remove(0);
@@ -173,7 +173,7 @@ fn a_batch_of_stiff_robots_has_the_bits_of_single_rollouts() {
         Domain::of(&task, start)
     };
     let domains: Vec<_> = (0..9).map(start).collect();
-    let span = Span::from_start(vec![case.physics.steps]);
+    let span = Span::from_start(vec![case.scene.physics.steps]);
     let together = rollouts(&[&design], &case.controller, &domains, &span);
     let body = case.body();
     for (k, (domain, seen)) in domains.iter().zip(&together).enumerate() {

@@ -45,7 +45,7 @@ fn scene(settings: &[&str]) -> Scene {
 /// The case of the small robot, with this `tempo`.
 fn robot(settings: &[&str], tempo: f64) -> Case {
     let mut case = Case::of_scene(&scene(settings), 1).unwrap();
-    if case.observation.clock == ClockKind::Learned {
+    if case.scene.controller.clock == ClockKind::Learned {
         case.controller.block_mut(TEMPO)[0] = tempo;
     }
     case
@@ -70,7 +70,7 @@ fn losses<R: Real>(case: &Case, inputs: &Inputs<R>, starts: &[State<f64>]) -> R 
     let designs = [case.projected(case.projection, &inputs.z)];
     let domain = |start: &State<f64>| Domain::of(&task, start.clone());
     let domains: Vec<Domain> = starts.iter().map(domain).collect();
-    let span = Span::from_start(loss.observed(case.physics.steps));
+    let span = Span::from_start(loss.observed(case.scene.physics.steps));
     let seen = rollouts(&designs, &inputs.controller, &domains, &span);
     R::sum_of(&seen.iter().map(|seen| loss.loss(seen)).collect::<Vec<_>>())
 }
@@ -133,7 +133,7 @@ fn a_learned_clock_is_a_clock_of_its_frequency() {
         let task = case.task();
         let domain = |start: &State<f64>| Domain::of(&task, start.clone());
         let domains: Vec<Domain> = starts.iter().map(domain).collect();
-        let span = Span::from_start(vec![case.physics.steps]);
+        let span = Span::from_start(vec![case.scene.physics.steps]);
         let seen = rollouts(&[design], &inputs.controller, &domains, &span);
         let states = seen.iter().flat_map(|seen| &seen.states[0].x);
         states.flatten().map(|x| x.primal()).collect()
@@ -150,7 +150,7 @@ fn a_learned_clock_is_a_clock_of_its_frequency() {
 
     let air = ["physics.contact=none", "physics.gravity=0"];
     let learned = robot(&air, 0.3);
-    let omega = frequency(&learned.observation, &learned.controller);
+    let omega = frequency(&learned.scene.controller, &learned.controller);
     assert!(omega > 13.4 && omega < 13.6, "{omega}");
     let omega = format!("controller.omega={omega}");
     let fixed = robot(
@@ -208,7 +208,7 @@ fn files_keep_the_tempo() {
     let case = robot(&[], 0.25);
     let read = Case::parse("case", &case.to_json()).unwrap();
     assert_eq!(
-        (&read.controller, read.observation.clock),
+        (&read.controller, read.scene.controller.clock),
         (&case.controller, ClockKind::Learned)
     );
 

@@ -51,9 +51,8 @@ struct Mixtures<'a>(&'a Case, Projection);
 
 impl Values for Mixtures<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-        let Case {
-            sharpness, lattice, ..
-        } = self.0;
+        let Case { scene, lattice, .. } = self.0;
+        let sharpness = &scene.projection;
         let holds = Holds::new(sharpness, lattice);
         shares(&mixtures(self.1, x.as_chunks().0, sharpness, &holds))
     }
@@ -73,13 +72,13 @@ fn performance_projections() {
 #[test]
 fn projections_with_held_materials() {
     for mut case in cases() {
-        case.sharpness.hold_materials = 0.3;
-        case.sharpness.beta_stability = case.sharpness.beta_straight_through;
+        case.scene.projection.hold_materials = 0.3;
+        case.scene.projection.beta_stability = case.scene.projection.beta_straight_through;
         let z = case.design.vectors().into_owned().into_flattened();
         for projection in [Projection::Performance, Projection::Stability] {
             let held = Mixtures(&case, projection);
             let free = Holds::default();
-            let free = mixtures(projection, z.as_chunks().0, &case.sharpness, &free);
+            let free = mixtures(projection, z.as_chunks().0, &case.scene.projection, &free);
             assert_ne!(held.eval(&z), shares(&free));
             smooth(held, &z);
         }
@@ -93,11 +92,11 @@ fn projections_with_held_materials() {
 #[test]
 fn stability_projections() {
     for mut case in cases() {
-        let sharp = case.sharpness.beta_stability;
-        case.sharpness.beta_stability = case.sharpness.beta_straight_through;
+        let sharp = case.scene.projection.beta_stability;
+        case.scene.projection.beta_stability = case.scene.projection.beta_straight_through;
         let z = case.design.vectors().into_owned().into_flattened();
         smooth(Mixtures(&case, Projection::Stability), &z);
-        case.sharpness.beta_stability = sharp;
+        case.scene.projection.beta_stability = sharp;
         let function = Mixtures(&case, Projection::Stability);
         let direction: Vec<f64> = (0..z.len()).map(|i| (2.3 * i as f64).sin()).collect();
         let cotangent: Vec<f64> = (0..z.len()).map(|i| (1.1 * i as f64).cos()).collect();
@@ -115,7 +114,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 fn performance<R: Real>(case: &Case, z: &[R]) -> Vec<Mixture<R>> {
     let (z, holds) = (z.as_chunks().0, Holds::default());
-    mixtures(Projection::Performance, z, &case.sharpness, &holds)
+    mixtures(Projection::Performance, z, &case.scene.projection, &holds)
 }
 
 /// The volumes, the measures and the augmented terms of a design as a function of the design vectors.
@@ -124,7 +123,7 @@ struct Objectives<'a>(&'a Case);
 impl Values for Objectives<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let case = self.0;
-        let m = measures(&performance(case, x), case.sharpness.delta);
+        let m = measures(&performance(case, x), case.scene.projection.delta);
         let violations = violations(m.constrained(), &case.thresholds);
         let augmented = case.lagrangian.objective(R::zero(), violations);
         vec![m.volume, m.actuator_volume, augmented]

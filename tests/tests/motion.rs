@@ -50,8 +50,11 @@ fn moment(masses: &[f64], points: &[Vector<f64>]) -> (Vector<f64>, f64) {
 /// sign.
 fn mirrored(case: &Case) -> Controller<f64> {
     let mut controller = case.controller.clone();
-    let clocks = case.observation.clocks;
-    let inputs = case.observation.observation_length(case.lattice.nodes());
+    let clocks = case.scene.controller.clocks;
+    let inputs = case
+        .scene
+        .controller
+        .observation_length(case.lattice.nodes());
     for row in controller.block_mut(NETWORK[0]).chunks_exact_mut(inputs) {
         // The inputs after the clocks are pairs of x and y: goal, offsets, velocities.
         row[clocks..].iter_mut().step_by(2).for_each(|w| *w = -*w);
@@ -77,10 +80,10 @@ proptest! {
         mut case in robots(),
         bends in any::<bool>(),
     ) {
-        (case.physics.gravity, case.physics.damping) = (0.0, 0.0);
-        case.physics.ground_height = -1e3;
+        (case.scene.physics.gravity, case.scene.physics.damping) = (0.0, 0.0);
+        case.scene.physics.ground_height = -1e3;
         if bends {
-            case.physics.forces = laws::forces("physics.forces = ['bending']\nbending.radius = 0.02");
+            case.scene.physics.forces = laws::forces("physics.forces = ['bending']\nbending.radius = 0.02");
         }
         let masses = case.body().mass;
         let seen = states(&case);
@@ -97,7 +100,7 @@ proptest! {
             let (now, scale) = moment(&masses, &state.v);
             // Velocities are rounded in each step, and the sums are rounded here once more, at 1e-16 of their terms.
             let tolerance = 1e-15 * (n + 10) as f64 * (scale + 1.0);
-            let time = n as f64 * case.physics.dt;
+            let time = n as f64 * case.scene.physics.dt;
             let (place, scale) = moment(&masses, &state.x);
             for k in 0..2 {
                 prop_assert!((now[k] - start[k]).abs() < tolerance);
@@ -120,10 +123,10 @@ proptest! {
         // The robot starts in the air. If it started exactly on the ground, rounding would decide which nodes touch.
         case.start.x.iter_mut().for_each(|x| x[1] += 0.01);
         if coulomb {
-            case.physics.contact = ContactLaw::coulomb();
+            case.scene.physics.contact = ContactLaw::coulomb();
         }
         let here = states(&case);
-        case.physics.ground_height += moved[1];
+        case.scene.physics.ground_height += moved[1];
         for x in &mut case.start.x {
             *x += Vector::new(moved);
         }
@@ -142,11 +145,11 @@ proptest! {
     #[test]
     fn a_mirrored_robot_moves_as_the_mirror_image(mut case in robots(), coulomb in any::<bool>()) {
         if coulomb {
-            case.physics.contact = ContactLaw::coulomb();
+            case.scene.physics.contact = ContactLaw::coulomb();
         }
         let seen = states(&case);
         case.controller = mirrored(&case);
-        case.observation.goal[0] = -case.observation.goal[0];
+        case.scene.controller.goal[0] = -case.scene.controller.goal[0];
         case.start = mirror(&case.start);
         let mirrored = states(&case);
         for (a, b) in seen.iter().zip(&mirrored) {

@@ -47,7 +47,10 @@ fn an_evaluation_has_the_displacement_of_the_body() {
     for &(name, body) in MovedBody::ALL {
         let written = Case::of_scene(&scene(body), 3).unwrap();
         let case = Case::parse(name, &written.to_json()).unwrap();
-        assert_eq!((case.moved, case.lattice.payload[0].node), (body, 4));
+        assert_eq!(
+            (case.scene.objective.body, case.lattice.payload[0].node),
+            (body, 4)
+        );
         let results = case.evaluate(true, &[64]).unwrap();
         let (start, end) = (&case.start.x, &results.trajectory[&64].x);
         let body = case.body();
@@ -55,7 +58,7 @@ fn an_evaluation_has_the_displacement_of_the_body() {
         let weights: Vec<f64> = (body.mass.iter().zip(&body.presence))
             .map(|(mass, presence)| mass * presence)
             .collect();
-        let expected = match case.moved {
+        let expected = match case.scene.objective.body {
             MovedBody::Payload => end[4][0] - start[4][0],
             MovedBody::Mass => mean(&weights, start, end),
             MovedBody::Nodes => mean(&body.presence, start, end),

@@ -64,7 +64,7 @@ fn gradients_flow_through_the_presence_of_nodes() {
     // The presence of nodes contributes noticeably to the design gradient: without it, the gradient is different.
     let gradient = |one_piece: bool| {
         let mut other = case.clone();
-        other.rules.one_piece = one_piece;
+        other.scene.design.one_piece = one_piece;
         let task = other.task();
         let (_, gradient) = other
             .inputs()
@@ -112,7 +112,7 @@ fn nothing_jumps_at_the_snap() {
     // If all nodes had equal weights, the robot with the layout would observe something else, and the motion would
     // jump.
     let mut alike = case.clone();
-    alike.rules.one_piece = false;
+    alike.scene.design.one_piece = false;
     assert!(farthest(&end(&alike, &layout, &case.start), &snapped, live) > 10.0 * far);
 }
 

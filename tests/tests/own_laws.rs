@@ -304,7 +304,7 @@ fn the_energy_includes_forces_that_have_one() {
     };
     let plain = energy(&with(&[]), &case.start).expect("springs have one");
     let tethered = energy(&with(&["tether"]), &case.start).expect("the tether has one");
-    let ground = Ground::from(&case.physics);
+    let ground = Ground::from(&case.scene.physics);
     let of_tether = case.start.to_ground(&ground).x;
     let of_tether: f64 = of_tether.iter().map(|x| x.dot(*x)).sum();
     // The tolerance is for sums of a dozen terms.
@@ -332,7 +332,7 @@ fn a_law_is_chosen_by_name_and_has_its_settings_in_a_section() {
     // A case has the settings of the law too.
     let case = Case::of_scene(&set, 0).unwrap();
     let again = Case::parse_with(&registry(), "case", &case.to_json()).unwrap();
-    assert_eq!(again.physics.contact, case.physics.contact);
+    assert_eq!(again.scene.physics.contact, case.scene.physics.contact);
     let says = Case::parse("case", &case.to_json())
         .unwrap_err()
         .to_string();
@@ -416,7 +416,7 @@ fn the_stable_step_includes_stops() {
         ));
         case.design = Design::Layout(vec![Material::Actuator; case.lattice.edges.len()]);
         let body = case.body();
-        Vibration::new(&case.lattice, &body, &case.physics, &case.start.x).largest_frequency()
+        Vibration::new(&case.lattice, &body, &case.scene.physics, &case.start.x).largest_frequency()
     };
     let [none, soft, hard] =
         ["stiffness = 0.0", "stiffness = 40.0", "stiffness = 40000.0"].map(bound);
@@ -432,7 +432,7 @@ fn the_stable_step_includes_the_speed_of_actuators() {
         ));
         case.design = Design::Layout(vec![Material::Actuator; case.lattice.edges.len()]);
         let body = case.body();
-        Vibration::new(&case.lattice, &body, &case.physics, &case.start.x).damping()
+        Vibration::new(&case.lattice, &body, &case.scene.physics, &case.start.x).damping()
     };
     let [slow, fast] = ["0.2", "2.0"].map(damping);
     assert!(

@@ -26,7 +26,7 @@ fn case(scene: &str, change: impl FnOnce(&mut Scene)) -> Case {
 }
 
 fn simulator(case: &Case) -> Simulator {
-    Simulator::new(&case.lattice, &case.physics, &case.observation)
+    Simulator::new(&case.lattice, &case.scene.physics, &case.scene.controller)
 }
 
 /// A positive number that is smaller than the rounding error of any sum to which it is added.
@@ -43,7 +43,7 @@ fn straining(body: &Body<f64>) -> Body<f64> {
 
 /// The last state of a rollout of the case with the given body.
 fn end(case: &Case, simulator: &Simulator, body: &Body<f64>) -> State<f64> {
-    let span = Span::from_start(vec![case.physics.steps]);
+    let span = Span::from_start(vec![case.scene.physics.steps]);
     let rollout = simulator.rollout(body, &case.controller, &case.start, &span);
     rollout.states[0].clone()
 }
@@ -147,9 +147,9 @@ fn inputs_with_a_scale_of_zero_change_a_rollout_by_rounding_only() {
         [|s| &mut s.offset_scale, |s| &mut s.velocity_scale];
     for scale in scales {
         let case = case("baseline_tall", |scene| *scale(&mut scene.controller) = 0.0);
-        let mut full = case.observation.clone();
+        let mut full = case.scene.controller.clone();
         *scale(&mut full) = TINY;
-        let full = Simulator::new(&case.lattice, &case.physics, &full);
+        let full = Simulator::new(&case.lattice, &case.scene.physics, &full);
         let body = case.body();
         let planned = end(&case, &simulator(&case), &body);
         let apart = farthest(&planned, &end(&case, &full, &body));

@@ -210,9 +210,15 @@ fn a_step_uses_the_observation() {
     ] {
         let case = robot_with(policy, settings, of_cases);
         let (body, ground) = (case.body(), case.task().ground());
-        let seen = observation(&case.observation, 0.0, &case.start, &body.presence, &ground);
+        let seen = observation(
+            &case.scene.controller,
+            0.0,
+            &case.start,
+            &body.presence,
+            &ground,
+        );
         let network = Network::of(&case.controller, &case.lattice).unwrap();
-        let expected = network.activation(&seen, seen[case.observation.clocks]);
+        let expected = network.activation(&seen, seen[case.scene.controller.clocks]);
         let start = Trajectory::new(vec![0], vec![case.start.clone()]);
         let moments = (case.task().simulator).moments(&body, &case.controller, &start);
         let found = &moments[0].activation;

@@ -73,7 +73,10 @@ fn the_steps_that_a_case_lists_are_recorded() {
         let name = reference.name();
         assert_eq!(case.recorded_steps(&[]).ok(), Some(steps), "{name}");
         assert_eq!(case.recorded_steps(&[2, 0, 2]).ok(), Some(vec![0, 2]));
-        assert!(case.recorded_steps(&[case.physics.steps + 1]).is_err());
+        assert!(
+            case.recorded_steps(&[case.scene.physics.steps + 1])
+                .is_err()
+        );
     }
 }
 
@@ -83,7 +86,7 @@ fn the_steps_that_a_case_lists_are_recorded() {
 fn edges_are_laid_out_in_the_order_of_the_files() {
     for reference in references(&own_reference_folder()) {
         let case = reference.case();
-        let expected = edges(case.layout.columns, case.layout.rows);
+        let expected = edges(case.scene.lattice.columns, case.scene.lattice.rows);
         assert_eq!(case.lattice.edges, expected, "{}", reference.name());
     }
 }

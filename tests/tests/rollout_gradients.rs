@@ -66,8 +66,8 @@ fn every_block_in_every_world_and_projection() {
             let mut case = robot(world);
             case.projection = projection;
             // Some implicit steps solve their equations three times.
-            case.physics.passes = 2 + k % 2;
-            let lowest = least_height(&case.physics, &states(&case));
+            case.scene.physics.passes = 2 + k % 2;
+            let lowest = least_height(&case.scene.physics, &states(&case));
             // In the frame of an incline, the height of a node on the ground is zero except for rounding.
             touched += usize::from(lowest.abs() < 1e-12);
             assert_smooth(&format!("{world}, {projection:?}"), &case);
@@ -105,14 +105,14 @@ fn the_mean_loss_of_a_rollout() {
         let function = OfDesign {
             task: case.task(),
             loss: Displacement {
-                ground: Ground::from(&case.physics),
+                ground: Ground::from(&case.scene.physics),
                 settings: LossSettings {
                     kind: LossKind::Mean,
                     window: 64,
                     every: 8,
                 },
             },
-            horizon: Horizon::of_steps(case.physics.steps),
+            horizon: Horizon::of_steps(case.scene.physics.steps),
             case: &case,
             wrong_by,
         };

@@ -20,9 +20,9 @@ struct ByNumber<'a> {
 
 impl<'a> ByNumber<'a> {
     fn new(case: &'a Case, name: &'a str) -> Self {
-        let simulator = Simulator::new(&case.lattice, &case.physics, &case.observation);
-        let third = case.physics.steps / 3;
-        let simulator = match case.observation.goals {
+        let simulator = Simulator::new(&case.lattice, &case.scene.physics, &case.scene.controller);
+        let third = case.scene.physics.steps / 3;
+        let simulator = match case.scene.controller.goals {
             GoalKind::Fixed => simulator,
             GoalKind::Given => {
                 let goals = Goals::at(Vector::new([0.4, 0.1]));
@@ -43,7 +43,7 @@ impl<'a> ByNumber<'a> {
         let body = self.case.body().map(R::lit);
         let controller = self.case.controller.map(R::lit);
         let start = self.case.start.map(R::lit);
-        let span = Span::from_start(vec![self.case.physics.steps]);
+        let span = Span::from_start(vec![self.case.scene.physics.steps]);
         let surroundings: Vec<_> = (values.iter())
             .map(|&value| self.simulator.surroundings().with(self.name, value))
             .collect();
@@ -173,8 +173,8 @@ fn surroundings_are_those_of_a_scene() {
     };
     let (low, high) = (friction(0.2), friction(1.5));
     let end = |case: &Case| {
-        let simulator = Simulator::new(&case.lattice, &case.physics, &case.observation);
-        let span = Span::from_start(vec![case.physics.steps]);
+        let simulator = Simulator::new(&case.lattice, &case.scene.physics, &case.scene.controller);
+        let span = Span::from_start(vec![case.scene.physics.steps]);
         let end = simulator.rollout(&case.body(), &case.controller, &case.start, &span);
         end.states[0].to_columns()
     };

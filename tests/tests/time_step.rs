@@ -142,14 +142,14 @@ fn no_design_vibrates_faster_than_the_bound_of_any() {
             let mut scene = laws::scene(&format!("physics.forces = {forces:?}\n{world}"));
             (scene.lattice.columns, scene.lattice.rows) = (columns, rows);
             let case = case(&scene);
-            let (lattice, physics) = (&case.lattice, &case.physics);
-            let any = AnyDesign::new(lattice, &case.materials, physics);
+            let (lattice, physics) = (&case.lattice, &case.scene.physics);
+            let any = AnyDesign::new(lattice, &case.scene.materials, physics);
             let (bound, stable) = (any.frequency(), any.stable_step(1.0));
             // The factor allows for rounding and for the softening, which adds 1e-12 to squared lengths of 1e-2.
             let slack = 1.0 + 1e-9;
             for k in 0..12 {
                 let design = Design::of_shares(&design(k, lattice.edges.len()));
-                let body = Body::new(&design, lattice, &case.materials, physics);
+                let body = Body::new(&design, lattice, &case.scene.materials, physics);
                 let vibration = |x: &[Vector<f64>]| {
                     let vibration = Vibration::new(lattice, &body, physics, x);
                     [vibration.edge_bound(), vibration.largest_frequency()]
@@ -248,7 +248,7 @@ fn bending_limits_an_implicit_step() {
         let mut case = case(&scene);
         case.start.x = shaken(&case.start.x);
         let limit = case.step_check().bound.dt.expect("its bars bend");
-        case.physics.dt = share * limit;
+        case.scene.physics.dt = share * limit;
         let safe = case.step_check().grade() == Grade::Safe;
         assert_eq!(safe, share < 1.0);
         let span = Span::from_start((0..=400).collect());

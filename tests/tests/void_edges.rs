@@ -29,7 +29,7 @@ fn case(scene: &str, void_edges: VoidEdges) -> Case {
 /// The robot of a case in physics that `change` changes.
 fn with(case: &Case, change: impl FnOnce(&mut PhysicsSettings)) -> Case {
     let mut case = case.clone();
-    change(&mut case.physics);
+    change(&mut case.scene.physics);
     case
 }
 
@@ -53,7 +53,7 @@ fn layouts(void_edges: VoidEdges) -> [Case; 3] {
 }
 
 fn simulator(case: &Case) -> Simulator {
-    Simulator::new(&case.lattice, &case.physics, &case.observation)
+    Simulator::new(&case.lattice, &case.scene.physics, &case.scene.controller)
 }
 
 /// All states of a rollout, including the start.
@@ -80,7 +80,7 @@ fn states_with_all_edges(case: &Case) -> Vec<State<f64>> {
 fn void_edges_are_kept_unless_a_scene_drops_them() {
     assert_eq!(Scene::paper().physics.void_edges, VoidEdges::Keep);
     for case in layouts(VoidEdges::Keep) {
-        let void = case.materials.stiffness[0];
+        let void = case.scene.materials.stiffness[0];
         assert!(case.body().stiffness.iter().all(|k| *k >= void));
         assert_eq!(states(&case), states_with_all_edges(&case));
     }
@@ -105,7 +105,7 @@ fn dropped_edges_are_edges_without_stiffness_to_the_bit() {
     {
         let dropped = with(layout, world);
         let mut slack = with(&dropped, |p| p.void_edges = VoidEdges::Keep);
-        slack.materials.stiffness[0] = 0.0;
+        slack.scene.materials.stiffness[0] = 0.0;
         let all = states_with_all_edges(&slack);
         assert_eq!(all, states(&slack));
         assert_eq!(all, states(&dropped));
@@ -129,7 +129,7 @@ fn task_loss<R: Real>(
 ) -> R {
     let horizon = Horizon::of_steps(STEPS / 2);
     let loss = Displacement::at_end(task.ground());
-    assert!(case.physics.steps == STEPS);
+    assert!(case.scene.physics.steps == STEPS);
     task.loss(design, inputs, &loss, &horizon)
 }
 
@@ -199,7 +199,8 @@ fn stable_steps_and_robots_as_built_have_no_dropped_edges() {
     for (kept, dropped) in pairs {
         let [with_void, without] = [&kept, &dropped].map(Case::body);
         assert_eq!(with_void.mass, without.mass);
-        let vibration = |body| Vibration::new(&kept.lattice, body, &kept.physics, &kept.start.x);
+        let vibration =
+            |body| Vibration::new(&kept.lattice, body, &kept.scene.physics, &kept.start.x);
         let [before, after] = [&with_void, &without].map(|body| {
             let vibration = vibration(body);
             let (bound, fastest) = (vibration.edge_bound(), vibration.largest_frequency());
@@ -208,7 +209,7 @@ fn stable_steps_and_robots_as_built_have_no_dropped_edges() {
         });
         assert!(after[0] <= before[0]);
         // Eight edges of 1e-7 N/m at two nodes of 1e-4 kg change a squared frequency by at most this number.
-        let most = 2.0 * 8.0 * kept.materials.stiffness[0] / kept.physics.node_mass;
+        let most = 2.0 * 8.0 * kept.scene.materials.stiffness[0] / kept.scene.physics.node_mass;
         // The square of the largest frequency has a relative error of 1e-12.
         let rounding = 2e-12 * before[1].powi(2);
         assert!((before[1].powi(2) - after[1].powi(2)).abs() < most + rounding);

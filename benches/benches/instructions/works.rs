@@ -106,7 +106,7 @@ fn rollout(
 ) -> CountedWork {
     let run = move |repeats| {
         let (scene, mut case) = built_in(scene);
-        case.rules.one_piece = one_piece.unwrap_or(case.rules.one_piece);
+        case.scene.design.one_piece = one_piece.unwrap_or(case.scene.design.one_piece);
         let subject = Subject::new(&case, &scene.loss);
         for _ in 0..repeats {
             work(&subject);

@@ -37,32 +37,18 @@ pub struct Robustness {
     pub seed: u64,
     /// One entry per design.
     pub runs: Vec<RobustRun>,
+    /// The folders of the designs whose rollouts without random changes diverged, and how.
+    #[serde(skip)]
+    pub divergences: Vec<(String, Divergence)>,
 }
 
 impl Robustness {
     /// A table with a row per run.
     pub fn table(&self) -> Table {
-        let metres = |name, says| Column::new(name, says).unit("m").decimals(3, "diverged");
-        let nominal = metres("nominal", "displacement of the robot as it was designed");
-        let says = "median displacement over the drawn domains without feedback (open loop)";
-        let clock = metres("clock_p50", says);
-        let least = metres("least", "the least displacement over the drawn domains");
         let table = Table::of("", "", &self.runs)
             .column("run", "the run's folder", |run| &run.run[..])
-            .add(nominal, |run| run.nominal)
-            .add(least, |run| run.least)
-            .add(
-                metres("p10", "10 % quantile over the drawn domains"),
-                |run| run.p10,
-            )
-            .add(metres("p50", "median over the drawn domains"), |run| {
-                run.p50
-            })
-            .add(
-                metres("p90", "90 % quantile over the drawn domains"),
-                |run| run.p90,
-            )
-            .add(clock, |run| run.clock_p50);
+            .keyed(Some)
+            .missing("diverged");
         if self.runs.iter().all(|run| run.loss.is_none()) {
             return table.done();
         }
@@ -83,28 +69,28 @@ impl Robustness {
     }
 }
 
-/// The result of one design over all random draws. Lengths are in metres along the ground.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct RobustRun {
-    /// The run's folder.
-    pub run: String,
-    /// The displacement without random changes, from a single rollout; `None` if the rollout diverged.
-    pub nominal: Option<f64>,
-    /// The smallest displacement over the random draws; `None` if a rollout diverged.
-    pub least: Option<f64>,
-    /// The 10 % quantile of the displacement over the random draws; `None` if it depends on a diverged rollout.
-    pub p10: Option<f64>,
-    /// The median displacement over the random draws.
-    pub p50: Option<f64>,
-    /// The 90 % quantile of the displacement over the random draws.
-    pub p90: Option<f64>,
-    /// The median displacement over the random draws if the controller gets no feedback (open loop).
-    pub clock_p50: Option<f64>,
-    /// The median loss over the random draws, if the scene's task is another than distance.
-    pub loss: Option<f64>,
-    /// Describes how the rollout without random changes diverged; `None` if it did not.
-    #[serde(skip)]
-    pub divergence: Option<Divergence>,
+cosmic::keys! {
+    /// The result of one design over all random draws. Displacements are along the ground; `None` if they depend on a
+    /// diverged rollout.
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    struct RobustRun {
+        /// The run's folder.
+        run: String, "text";
+        /// Displacement of the robot as it was designed, from a single rollout.
+        nominal: Option<f64>, "number or `null`", unit "m", columns ["nominal"];
+        /// The least displacement over the drawn domains.
+        least: Option<f64>, "number or `null`", unit "m", columns ["least"];
+        /// 10 % quantile over the drawn domains.
+        p10: Option<f64>, "number or `null`", unit "m", columns ["p10"];
+        /// Median over the drawn domains.
+        p50: Option<f64>, "number or `null`", unit "m", columns ["p50"];
+        /// 90 % quantile over the drawn domains.
+        p90: Option<f64>, "number or `null`", unit "m", columns ["p90"];
+        /// Median displacement over the drawn domains without feedback (open loop).
+        clock_p50: Option<f64>, "number or `null`", unit "m", columns ["clock_p50"];
+        /// Median loss over the drawn domains, if the task is not distance.
+        loss: Option<f64>, "number or `null`", unit "the loss's";
+    }
 }
 
 /// The settings of domain randomization: how many domains are drawn, and how far they may differ from the nominal
@@ -130,16 +116,23 @@ pub struct DrawnDomains {
 /// # Errors
 /// If a run is not finished, its scene or design cannot be read, or the design does not fit the scene.
 pub fn measure(runs: &[PathBuf], trial: &DrawnDomains) -> Result<Robustness> {
-    let runs = runs.iter().map(|folder| one(folder, trial));
+    let mut divergences = Vec::new();
+    let runs = runs.iter().map(|folder| {
+        let (run, divergence) = one(folder, trial)?;
+        divergences.extend(divergence.map(|divergence| (run.run.clone(), divergence)));
+        Ok(run)
+    });
     Ok(Robustness {
         samples: trial.samples,
         scatter: trial.scatter.clone(),
         seed: trial.seed,
         runs: runs.collect::<Result<_>>()?,
+        divergences,
     })
 }
 
-fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
+/// The result of one design, and how its rollout without random changes diverged.
+fn one(folder: &Path, trial: &DrawnDomains) -> Result<(RobustRun, Option<Divergence>)> {
     // The design is read before the scene. If a folder is not a run, both are missing, and the error should name the
     // design.
     let file = result_of(folder, run::DESIGN)?;
@@ -176,7 +169,7 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
     let finite = |x: f64| x.is_finite().then_some(x);
     let loss = -Quantiles::of(&merits).p50;
     let diverges = !nominal.moved[0].is_finite();
-    Ok(RobustRun {
+    let run = RobustRun {
         run: folder.display().to_string(),
         nominal: finite(nominal.moved[0]),
         least: Some(least).filter(|_| far.iter().all(|x| x.is_finite())),
@@ -185,6 +178,6 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<RobustRun> {
         p90: finite(spread.p90),
         clock_p50: finite(Quantiles::of(&by_clock).p50),
         loss: finite(loss).filter(|_| !codesign.evaluator().is_far()),
-        divergence: diverges.then(|| case.divergence()).flatten(),
-    })
+    };
+    Ok((run, diverges.then(|| case.divergence()).flatten()))
 }

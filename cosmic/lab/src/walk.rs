@@ -1,6 +1,6 @@
 //! Robots that walk to the goals that they are given.
 
-use crate::table::{Cell, Column, Table};
+use crate::table::{Column, Table};
 use cosmic::case::Case;
 use cosmic::error::{Error, Result};
 use cosmic::geometry::{Ground, Vector};
@@ -35,21 +35,21 @@ pub struct Walk {
     pub path: Vec<[f64; 2]>,
 }
 
-/// The part of a walk in which one goal holds. Positions and distances are along the ground, in metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Leg {
-    /// The goal, counted from the payload at the start.
-    pub goal: f64,
-    /// When the goal begins, in seconds.
-    pub from: f64,
-    /// When the goal ends, in seconds.
-    pub until: f64,
-    /// True if the goal is ahead of the robot when it begins.
-    pub is_ahead: bool,
-    /// The distance from the goal when it begins.
-    pub way: f64,
-    /// The distance from the goal when it ends. NaN if the robot diverged.
-    pub left: f64,
+cosmic::keys! {
+    /// The part of a walk in which one goal holds. Positions and distances are along the ground.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    struct Leg {
+        /// Place of the goal along the ground, counted from the payload at the start.
+        goal: f64, "number", unit "m", columns ["goal"];
+        /// When the goal begins.
+        from: f64, "number", unit "s", columns ["from"] decimals 1;
+        /// When the goal ends.
+        until: f64, "number", unit "s", columns ["until"] decimals 1;
+        /// Distance from the goal when it begins.
+        way: f64, "number", unit "m", columns ["way"];
+        /// Distance from the goal when it ends. NaN if the robot diverged.
+        left: f64, "number", unit "m", columns ["left"];
+    }
 }
 
 impl Leg {
@@ -62,7 +62,7 @@ impl Leg {
 /// Returns the point to which a robot walks if its goal is `along` metres ahead of the payload at the start. Its height
 /// is that of the payload.
 pub fn place(case: &Case, along: f64) -> Vector<f64> {
-    let ground = Ground::from(&case.physics);
+    let ground = Ground::from(&case.scene.physics);
     case.lattice.payload_point(&case.start, &ground) + Vector::upright(along, 0.0)
 }
 
@@ -71,7 +71,7 @@ pub fn place(case: &Case, along: f64) -> Vector<f64> {
 /// # Errors
 /// [`Error::Usage`] if the goal of the robot is a number of its controller; [`Error::Diverged`].
 pub fn walk(case: &Case, goals: &Goals, steps: usize) -> Result<Walk> {
-    if case.observation.goals != GoalKind::Given {
+    if case.scene.controller.goals != GoalKind::Given {
         return Err(Error::Usage(
             "this robot has one fixed goal, which is a number of its controller; to walk to other goals, a robot \
              needs a scene with `controller.goals = \"given\"`, such as `errand`"
@@ -79,7 +79,7 @@ pub fn walk(case: &Case, goals: &Goals, steps: usize) -> Result<Walk> {
         ));
     }
     let mut case = case.clone();
-    case.physics.steps = steps;
+    case.scene.physics.steps = steps;
     let task = case.task().with_goals(goals);
     let walker = Walker {
         body: task.body(&case.own_design()),
@@ -88,7 +88,7 @@ pub fn walk(case: &Case, goals: &Goals, steps: usize) -> Result<Walk> {
         start: &case.start,
     };
     let trajectory = walker.walk(goals, (0..steps).step_by(EVERY))?;
-    let (dt, start) = (case.physics.dt, walker.place());
+    let (dt, start) = (case.scene.physics.dt, walker.place());
     let path = trajectory.steps.iter().map(|&step| {
         let along = task.ground().along(trajectory.position(step)) - start;
         [step as f64 * dt, along]
@@ -160,7 +160,6 @@ impl Walker<'_> {
                 goal,
                 from,
                 until,
-                is_ahead: goal > first,
                 way: (first - goal).abs(),
                 left: (last - goal).abs(),
             }
@@ -186,7 +185,11 @@ pub struct Way {
 pub fn to_nine_goals(case: &Case, [low, high]: [f64; 2]) -> Result<Vec<Way>> {
     let goals = (0..NINE).into_par_iter();
     let goals = goals.map(|k| low + (high - low) * f64::from(k) / f64::from(NINE - 1));
-    let way = |goal: f64| match walk(case, &Goals::at(place(case, goal)), case.physics.steps) {
+    let way = |goal: f64| match walk(
+        case,
+        &Goals::at(place(case, goal)),
+        case.scene.physics.steps,
+    ) {
         Ok(walk) => Ok(Way {
             leg: walk.legs[0],
             path: walk.path,
@@ -195,8 +198,7 @@ pub fn to_nine_goals(case: &Case, [low, high]: [f64; 2]) -> Result<Vec<Way>> {
             leg: Leg {
                 goal,
                 from: 0.0,
-                until: case.physics.steps as f64 * case.physics.dt,
-                is_ahead: goal > 0.0,
+                until: case.scene.physics.steps as f64 * case.scene.physics.dt,
                 way: goal.abs(),
                 left: f64::NAN,
             },
@@ -209,35 +211,10 @@ pub fn to_nine_goals(case: &Case, [low, high]: [f64; 2]) -> Result<Vec<Way>> {
 
 /// Returns the table of legs, with a row for each.
 pub fn table(legs: &[Leg]) -> Table {
-    let column = |name, says, unit, digits| {
-        Column::new(name, says)
-            .unit(unit)
-            .decimals(digits, "\u{2013}")
-    };
-    let unless_diverged = |number: Option<f64>| match number {
-        Some(x) if x.is_nan() => "diverged".into(),
-        number => Cell::from(number),
-    };
-    let place = "place of the goal along the ground, counted from the payload at the start";
-    let left = "distance from the goal when it ends";
-    let ratio = "`left` divided by `way`: 0 at the goal, 1 if the robot came no nearer";
+    let says = "`left` divided by `way`: 0 at the goal, 1 if the robot came no nearer";
+    let ratio = Column::new("ratio", says).decimals(2, "\u{2013}");
     Table::of("goals", "", legs)
-        .add(column("goal", place, "m", 3), |leg| leg.goal)
-        .add(column("from", "when the goal begins", "s", 1), |leg| {
-            leg.from
-        })
-        .add(column("until", "when the goal ends", "s", 1), |leg| {
-            leg.until
-        })
-        .add(
-            column("way", "distance from the goal when it begins", "m", 3),
-            |leg| leg.way,
-        )
-        .add(column("left", left, "m", 3), move |leg| {
-            unless_diverged(Some(leg.left))
-        })
-        .add(column("ratio", ratio, "", 2), move |leg| {
-            unless_diverged(leg.ratio())
-        })
+        .keyed(Some)
+        .add(ratio, Leg::ratio)
         .done()
 }

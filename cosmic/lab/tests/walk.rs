@@ -43,7 +43,7 @@ fn a_walk_measures_the_ways_of_a_rollout() {
         near(leg.goal, goal);
         assert_eq!(
             [leg.from, leg.until],
-            steps.map(|step| step as f64 * case.physics.dt)
+            steps.map(|step| step as f64 * case.scene.physics.dt)
         );
         near(leg.way, way.abs());
         near(leg.left, (at - goal).abs());

@@ -8,6 +8,7 @@ use clap::Args;
 use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::error::{Error, Result};
+use cosmic::numbers::rounded;
 use cosmic::record::files::make_folder;
 use cosmic_lab::check::accuracy::Method;
 use cosmic_lab::check::{accuracy, distance, gradient, plan, stability};
@@ -75,7 +76,7 @@ impl Arguments {
     fn sheet(&self, source: &Source) -> Result<Sheet> {
         let Source { case, scene, .. } = source;
         let mut short = case.clone();
-        short.physics.steps = self.steps.min(case.physics.steps);
+        short.scene.physics.steps = self.steps.min(case.scene.physics.steps);
         if let Some(divergence) = short.divergence() {
             return Err(Error::from(&divergence));
         }
@@ -100,14 +101,14 @@ impl Arguments {
 
 /// Describes a case in a few words.
 fn subject(case: &Case) -> String {
-    let (lattice, physics) = (&case.lattice, &case.physics);
+    let (lattice, physics) = (&case.lattice, &case.scene.physics);
     format!(
         "{}, {} nodes, {} edges, {} steps of {} s, {}",
-        case.layout.name(),
+        case.scene.lattice.name(),
         lattice.nodes(),
         lattice.edges.len(),
         physics.steps,
-        physics.dt,
+        rounded(physics.dt, 5),
         Method::of(case).name()
     )
 }

@@ -3,6 +3,7 @@
 use crate::arguments::Output;
 use cosmic::codesign::Reliability;
 use cosmic::error::{Error, Result, in_shell};
+use cosmic::numbers::fixed;
 use cosmic::verdict::{Item, Level};
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
@@ -35,17 +36,9 @@ pub(super) fn note(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");
 }
 
-/// Formats a count with its noun, such as "1 run" or "2 runs".
-pub(super) fn counted(count: usize, thing: &str) -> String {
-    match count {
-        1 => format!("1 {thing}"),
-        _ => format!("{count} {thing}s"),
-    }
-}
-
 /// Formats a displacement in metres; `None` becomes "diverged".
 pub(super) fn metres(x: Option<f64>) -> String {
-    x.map_or("diverged".to_owned(), |x| format!("{x:.3} m"))
+    x.map_or("diverged".to_owned(), |x| fixed(x, 3) + " m")
 }
 
 /// The remark that follows the displacement of an unreliable robot; empty for other robots.

@@ -2,11 +2,12 @@
 
 use crate::arguments::Output;
 use crate::interrupt::Interrupt;
-use crate::output::{counted, metres, note, unreliable};
+use crate::output::{metres, note, unreliable};
 use cosmic::codesign::{Phase, Record};
+use cosmic::keys::Keyed;
+use cosmic::numbers::{clock, counted};
 use cosmic::record::{Observer, Run};
 use cosmic_lab::sweep::{Ended, Overseer, Plan, RunOutcome};
-use cosmic_lab::table::clock;
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::BTreeMap;
 use std::mem;
@@ -111,8 +112,8 @@ impl Shown {
         let displacement = match self.displacement {
             None => "- m".to_owned(),
             Some(x) if x.is_nan() => "diverged".to_owned(),
-            Some(x) if record.phase.is_undecided() => format!("{x:.3} m (undecided)"),
-            Some(x) => format!("{x:.3} m"),
+            Some(x) if record.phase.is_undecided() => metres(Some(x)) + " (undecided)",
+            Some(x) => metres(Some(x)),
         };
         let (volume, actuators) = (record.volume, record.actuator_volume);
         let left = self.pace.left(record.iteration, self.last);
@@ -254,7 +255,8 @@ pub(super) fn told(outcome: &RunOutcome) -> String {
         RunOutcome::Done(summary) => {
             let median = metres(summary.displacement_robust_p50);
             let verdict = unreliable(Some(&summary.reliability));
-            format!("{median}{verdict}  {:.1} s", summary.seconds)
+            let seconds = summary.shown("seconds").unwrap_or_default();
+            format!("{median}{verdict}  {seconds}")
         }
         RunOutcome::Diverged(says) => says.clone(),
         RunOutcome::Over => "was done before".to_owned(),

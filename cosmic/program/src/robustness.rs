@@ -7,7 +7,8 @@ use clap::Args;
 use cosmic::Registry;
 use cosmic::error::{Error, Result};
 use cosmic::scene::{RobustSettings, Scatter};
-use cosmic_lab::robustness::{DrawnDomains, RobustRun, measure};
+use cosmic::simulator::Divergence;
+use cosmic_lab::robustness::{DrawnDomains, measure};
 use std::path::PathBuf;
 
 /// Simulate finished designs with random starts, friction, stiffness and masses
@@ -84,17 +85,17 @@ impl Arguments {
             found.write(path)?;
         }
         answer(&self.work.output, &found, &found.table().to_text())?;
-        judge(&found.runs)
+        judge(&found.divergences)
     }
 }
 
 /// Returns an error if a robot diverges even without random changes. The error has a line for each such robot.
-fn judge(runs: &[RobustRun]) -> Result<()> {
-    let place = |run: &RobustRun| {
-        let place = Error::from(run.divergence.as_ref()?);
-        Some(format!("{}: the nominal robot {place}", run.run))
+fn judge(divergences: &[(String, Divergence)]) -> Result<()> {
+    let place = |(run, divergence): &(String, Divergence)| {
+        let place = Error::from(divergence);
+        format!("{run}: the nominal robot {place}")
     };
-    let places: Vec<String> = runs.iter().filter_map(place).collect();
+    let places: Vec<String> = divergences.iter().map(place).collect();
     if places.is_empty() {
         return Ok(());
     }

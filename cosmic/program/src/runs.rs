@@ -2,12 +2,13 @@
 
 use crate::arguments::{Output, Work};
 use crate::interrupt::Interrupt;
-use crate::output::{counted, in_colour, metres, note, print, see_again, unreliable};
+use crate::output::{in_colour, metres, note, print, see_again, unreliable};
 use crate::progress::Progress;
 use cosmic::Registry;
 use cosmic::design::MOST_RANKED;
 use cosmic::error::{Error, Result, in_shell};
-use cosmic::geometry::Range;
+use cosmic::keys::Keyed;
+use cosmic::numbers::{counted, fixed, short};
 use cosmic::record::run::read_scene;
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::summary::SUMMARY;
@@ -138,22 +139,23 @@ fn robot(summary: &Summary) -> String {
         );
     }
     if let Some(loads) = &summary.loads {
-        let Range { low, high } = loads.strains;
+        let shown = |column| loads.shown(column).unwrap_or_default();
+        let [low, high] = [loads.strains.low, loads.strains.high].map(|strain| fixed(strain, 3));
         text += &format!(
-            "actuators: strain {low:.3} to {high:.3} (99 %: {:.3}), {:.2} N and {:.2} m/s at most, {:.3} W \
-             (99 %); bars cross each other {:.0} % of the time{}\n",
-            loads.strain.p99,
-            loads.force.peak,
-            loads.speed.peak,
-            loads.power.p99,
+            "actuators: strain {low} to {high} (99 %: {}), {} and {} at most, {} W (99 %); bars pass through each other \
+             {:.0} % of the time{}\n",
+            shown("strain_p99"),
+            shown("force_peak"),
+            shown("speed_peak"),
+            fixed(loads.power.p99, 3),
             100.0 * loads.tangled,
             match loads.most_tangles {
                 0 => String::new(),
                 pairs => format!(", up to {}", counted(pairs, "pair")),
             },
         );
-        if let Some(safety) = loads.euler_safety {
-            text += &format!("skeleton: Euler safety {safety:.2} at least\n");
+        if let Some(safety) = loads.shown("euler_safety") {
+            text += &format!("skeleton: Euler safety {safety} at least\n");
         }
     }
     text += &summary
@@ -162,34 +164,39 @@ fn robot(summary: &Summary) -> String {
         .map_or(String::new(), energy);
     // Such a displacement is printed as 0.000 m.
     if let Some(moved) = summary.displacement_robust_p50.filter(|x| x.abs() < 5e-4) {
-        text +=
-            &format!("the robot moves by only {moved:.1e} m; try other seeds with --starts 4\n");
+        let moved = short(moved);
+        text += &format!("the robot moves by only {moved} m; try other seeds with --starts 4\n");
     }
-    if let Some(clock) = summary.displacement_clock_p50 {
-        let keeps = summary.clock_keeps().map_or(String::new(), |kept| {
-            format!(", {:.0} % of the displacement with feedback", 100.0 * kept)
+    if let Some(clock) = summary.shown("displacement_clock_p50") {
+        let keeps = summary.clock_keeps().zip(summary.shown("displacement_p50"));
+        let keeps = keeps.map_or(String::new(), |(kept, whole)| {
+            format!(
+                ", {:.0} % of {whole} with feedback from the same starts",
+                100.0 * kept
+            )
         });
-        text += &format!("open loop, without feedback: {clock:.3} m{keeps}\n");
+        text += &format!("open loop, without feedback: {clock}{keeps}\n");
     }
     text
 }
 
 /// Describes the energy that the robot needs, and what ten minutes take from a battery and from a supply of air.
 fn energy(energy: &Energy) -> String {
-    let per_distance = match (energy.per_metre, energy.cost_of_transport) {
-        (Some(joule), Some(cost)) => format!(", {joule:.2} J/m, cost of transport {cost:.2}"),
-        (Some(joule), None) => format!(", {joule:.2} J/m"),
+    let shown = |column| energy.shown(column);
+    let per_distance = match (shown("per_metre"), shown("cost_of_transport")) {
+        (Some(joule), Some(cost)) => format!(", {joule}, cost of transport {cost}"),
+        (Some(joule), None) => format!(", {joule}"),
         (None, _) => String::new(),
     };
     let air = energy.air.map_or(String::new(), |air| {
         format!(", and {:.0} normal litres of air", 1e3 * 600.0 * air)
     });
     format!(
-        "energy: {:.3} kg, {:.3} W on average (net {:.3} W){per_distance}; ten minutes take {:.3} Wh, without losses{air}\n",
-        energy.mass,
-        energy.power,
-        energy.net_power,
-        600.0 * energy.power / 3600.0,
+        "energy: {}, {} on average (net {} W){per_distance}; ten minutes take {} Wh, without losses{air}\n",
+        shown("mass").unwrap_or_default(),
+        shown("power").unwrap_or_default(),
+        fixed(energy.net_power, 3),
+        fixed(600.0 * energy.power / 3600.0, 3),
     )
 }
 
@@ -218,7 +225,7 @@ fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>) -> Stri
         text += &format!("started after iteration {entered} with the robot in start.json\n");
     }
     if let Some(loss) = summary.loss_p50 {
-        text += &format!("loss {loss:.4} (median)\n");
+        text += &format!("loss {} (median)\n", fixed(loss, 4));
     }
     if let Some(reason) = summary.unreliable() {
         text += &format!("unreliable: {reason}\n");
@@ -233,13 +240,14 @@ fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>) -> Stri
         [] => "",
         _ => ", all starts together",
     };
+    let shown = |column| summary.shown(column).unwrap_or_default();
     text + &format!(
-        "displacement {} (median of robots that vary a little; 10 % quantile {}){}, V {:.4}, V_act {:.4}, time {:.1} s{together}\n",
+        "displacement {} (median of robots that vary a little; 10 % quantile {}){}, V {}, V_act {}, time {}{together}\n",
         metres(summary.displacement_robust_p50),
         metres(summary.displacement_robust_p10),
         unreliable(Some(&summary.reliability)),
-        summary.volume,
-        summary.actuator_volume,
-        summary.seconds,
+        shown("V"),
+        shown("V_act"),
+        shown("seconds"),
     )
 }

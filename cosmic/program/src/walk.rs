@@ -7,9 +7,9 @@ use clap::Args;
 use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::error::{Error, Result};
+use cosmic::numbers::plain;
 use cosmic::policy::Goals;
 use cosmic_lab::report::{RobotFiles, write_walk};
-use cosmic_lab::table::plain;
 use cosmic_lab::walk::{self, Walk};
 use serde_json::json;
 use std::path::PathBuf;
@@ -114,8 +114,8 @@ struct Plan<'a> {
 
 impl<'a> Plan<'a> {
     fn new(case: &'a Case) -> Self {
-        let dt = case.physics.dt;
-        let half = 0.5 * dt * case.physics.steps as f64;
+        let dt = case.scene.physics.dt;
+        let half = 0.5 * dt * case.scene.physics.steps as f64;
         let half = if half < 1.0 { half } else { half.floor() };
         let leg = ((half / dt).round() as usize).max(1);
         Self { case, dt, leg }
@@ -135,7 +135,7 @@ impl<'a> Plan<'a> {
         };
         let last = goals.later.last().map_or(0, |&(steps, _)| steps);
         let steps = match seconds {
-            None => self.case.physics.steps.max(last + self.leg),
+            None => self.case.scene.physics.steps.max(last + self.leg),
             Some(seconds) => (seconds / self.dt).round() as usize,
         };
         let refuse = |says: String| Err(Error::Usage(says));

@@ -66,7 +66,7 @@ fn data(page: &str) -> Value {
 fn the_table_has_the_numbers_of_a_rollout() {
     let mut case = case();
     // 0.4 s are 320 steps, and 1 s is longer than the 512 steps of the scene.
-    case.physics.steps = 800;
+    case.scene.physics.steps = 800;
     let goals = Goals::at(place(&case, 0.3)).then(320, place(&case, -0.2));
     let task = case.task().with_goals(&goals);
     let span = Span::from_start(vec![320, 800]);
@@ -206,7 +206,10 @@ fn a_walk_is_drawn_with_its_goals() {
         ],
     );
     let data = data(&page);
-    let (start, ground) = (place(&case(), 0.0).forward(), case().physics.ground_height);
+    let (start, ground) = (
+        place(&case(), 0.0).forward(),
+        case().scene.physics.ground_height,
+    );
     let goals = data["goals"].as_array().unwrap();
     assert_eq!(goals.len(), 2);
     for (goal, expected) in goals.iter().zip([
@@ -264,7 +267,7 @@ fn a_report_shows_the_ways_to_nine_goals() {
     );
     let left = walked("--goal 0.6")[0]["left"].as_f64().unwrap();
     has(ways, &[&format!(">{left:.3}</td>")]);
-    let goal = case().observation.goal[0];
+    let goal = case().scene.controller.goal[0];
     let goals = data(&page)["goals"].clone();
     near(&goals[0][1], goal);
     assert!(shows_a_flag("run/gait.gif"));

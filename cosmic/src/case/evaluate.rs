@@ -18,13 +18,13 @@ impl Case {
     pub fn task(&self) -> Task {
         Task::new(
             self.lattice.clone(),
-            &self.physics,
-            &self.observation,
-            &self.materials,
-            &self.sharpness,
+            &self.scene.physics,
+            &self.scene.controller,
+            &self.scene.materials,
+            &self.scene.projection,
         )
-        .with_one_piece(self.rules.one_piece)
-        .with_moved(self.moved)
+        .with_one_piece(self.scene.design.one_piece)
+        .with_moved(self.scene.objective.body)
     }
 
     /// All numbers of the case with respect to which its rollout can be differentiated: design vectors, controller and
@@ -43,8 +43,13 @@ impl Case {
         match &self.design {
             Design::Layout(layout) => Design::Layout(layout.clone()),
             Design::Undecided(_) => {
-                let holds = Holds::new(&self.sharpness, &self.lattice);
-                Design::Undecided(projection::mixtures(projection, z, &self.sharpness, &holds))
+                let holds = Holds::new(&self.scene.projection, &self.lattice);
+                Design::Undecided(projection::mixtures(
+                    projection,
+                    z,
+                    &self.scene.projection,
+                    &holds,
+                ))
             }
         }
     }
@@ -58,21 +63,23 @@ impl Case {
     /// marker whose displacement counts.
     pub fn body(&self) -> Body<f64> {
         let (design, lattice) = (self.own_design(), &self.lattice);
-        Body::new(&design, lattice, &self.materials, &self.physics)
-            .with_one_piece(self.rules.one_piece, &design, lattice)
-            .with_marker(self.moved, &design, lattice)
+        Body::new(&design, lattice, &self.scene.materials, &self.scene.physics)
+            .with_one_piece(self.scene.design.one_piece, &design, lattice)
+            .with_marker(self.scene.objective.body, &design, lattice)
     }
 
     /// Simulates the case and returns the first state that diverged; `None` if the rollout does not diverge.
     pub fn divergence(&self) -> Option<Divergence> {
-        let (body, simulator, steps) = (self.body(), self.task().simulator, self.physics.steps);
+        let (body, simulator, steps) =
+            (self.body(), self.task().simulator, self.scene.physics.steps);
         simulator.divergence(&body, &self.controller, &self.start, 0..steps)
     }
 
     /// Computes the gradient of the displacement and returns where its reverse sweep overflows; `None` if it does not
     /// overflow.
     pub fn overflow(&self) -> Option<Overflow> {
-        let (body, simulator, steps) = (self.body(), self.task().simulator, self.physics.steps);
+        let (body, simulator, steps) =
+            (self.body(), self.task().simulator, self.scene.physics.steps);
         simulator.overflow(&body, &self.controller, &self.start, steps)
     }
 
@@ -92,7 +99,7 @@ impl Case {
             &design,
             inputs,
             &loss,
-            &Horizon::of_steps(self.physics.steps),
+            &Horizon::of_steps(self.scene.physics.steps),
         )
     }
 
@@ -107,7 +114,7 @@ impl Case {
         let design = self.own_design();
         let body = task.body(&design);
         let mut observed = recorded.clone();
-        observed.push(self.physics.steps);
+        observed.push(self.scene.physics.steps);
         observed.dedup();
         let span = Span::from_start(observed);
         let Guarded {
@@ -115,9 +122,9 @@ impl Case {
             divergence,
         } = (task.simulator).guarded(&body, &self.controller, &self.start, &span);
         let ground = task.ground();
-        let l_disp = -ground.along(trajectory.position(self.physics.steps));
+        let l_disp = -ground.along(trajectory.position(self.scene.physics.steps));
         let mixtures = design.mixtures();
-        let measures = measures(&mixtures, self.sharpness.delta);
+        let measures = measures(&mixtures, self.scene.projection.delta);
         let own_terms = self.augmentation(self.projection, gradient);
         let performance_terms = (self.projection == Projection::Stability)
             .then(|| self.augmentation(Projection::Performance, gradient));
@@ -191,7 +198,7 @@ impl Case {
     /// `projection` makes from `z`.
     fn penalties<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> R {
         let design = self.projected(projection, z);
-        let measures = measures(&design.mixtures(), self.sharpness.delta);
+        let measures = measures(&design.mixtures(), self.scene.projection.delta);
         self.lagrangian.terms(&measures, &self.thresholds)
     }
 }

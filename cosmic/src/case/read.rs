@@ -4,60 +4,21 @@ use std::collections::HashSet;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::raw::{FORMAT, RawCase, RawScene, VERSION, array};
+use super::Case;
+use super::file::{CaseFile, CaseScene, FORMAT, VERSION};
 use crate::design::Design;
 use crate::error::{Error, Result, fits, some};
-use crate::geometry::{Ground, Vector};
+use crate::geometry::Ground;
 use crate::lattice::{Lattice, Payload, State, Truss};
 use crate::objective::AugmentedLagrangian;
-use crate::policy::{Controller, blocks_of};
-use crate::projection::Projection;
+use crate::policy::blocks_of;
 use crate::reading::{from_json, placed, read_whole, text_of};
 use crate::registry::Registry;
-use crate::scene::places;
-use crate::scene::{
-    ControllerSettings, DesignSettings, LatticeSettings, MaterialSettings, MovedBody,
-    PhysicsSettings, ProjectionSettings, TrussFile, UnstableStep, allowed_instead,
-};
+use crate::scene::{LatticeSettings, TrussFile, UnstableStep, allowed_instead, places};
 
 /// The longest rollout of a case, in substeps. The clock is stored for every step, so without a limit a typing error
 /// could exhaust the memory or run for ever.
 const LONGEST: usize = 10_000_000;
-
-/// A case that was read from a file or made from a scene. The lengths of its lists fit one another.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Case {
-    /// The settings of the lattice. The positions, edges and rest lengths themselves are in `lattice`.
-    pub layout: LatticeSettings,
-    /// The lattice. Its initial positions, edges and rest lengths are those of the file.
-    pub lattice: Lattice,
-    /// Time step, number of steps, forces, masses and ground.
-    pub physics: PhysicsSettings,
-    /// The library of materials.
-    pub materials: MaterialSettings,
-    /// The settings of the projections (how sharp they are), and the number `delta` of the overlap measures.
-    pub sharpness: ProjectionSettings,
-    /// The requirements on layouts. A rollout reads only `one_piece`.
-    pub rules: DesignSettings,
-    /// The part of the robot whose displacement counts.
-    pub moved: MovedBody,
-    /// The settings of the controller.
-    pub observation: ControllerSettings,
-    /// Initial positions and velocities.
-    pub start: State<f64>,
-    /// The design: the layout `materials` of the file if the file has one, otherwise the design vectors `z` (D7).
-    pub design: Design<[f64; 3]>,
-    /// The controller.
-    pub controller: Controller<f64>,
-    /// The projection that turns design vectors into mixtures, for the rollout and for the measures.
-    pub projection: Projection,
-    /// Multipliers and penalties of the augmented objective.
-    pub lagrangian: AugmentedLagrangian,
-    /// The thresholds of the four measures that the augmented objective bounds.
-    pub thresholds: [f64; 4],
-    /// The numbers of the steps whose states the file lists as results, ascending. Empty if the file has no results.
-    pub listed_steps: Vec<usize>,
-}
 
 impl Case {
     /// Reads a case from a file.
@@ -83,32 +44,9 @@ impl Case {
     /// # Errors
     /// The errors of [`parse`](Case::parse).
     pub fn parse_with(registry: &Registry, file: &str, text: &str) -> Result<Self> {
-        let raw: RawCase = from_json(file, 0, text.as_bytes())?;
-        let case = Shapes { file }.case(&raw, registry);
+        let raw: CaseFile = from_json(file, 0, text.as_bytes())?;
+        let case = Shapes { file }.case(raw, registry);
         case.map_err(|error| placed(file, text, error))
-    }
-
-    /// The steps whose states are recorded, ascending and without repetitions. They are the steps in `asked`. If
-    /// `asked` is empty, they are the steps that the file lists; if the file lists none, they are 0, 1, 2, 3 and the
-    /// last step.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] if a step is beyond the end of the rollout.
-    pub fn recorded_steps(&self, asked: &[usize]) -> Result<Vec<usize>> {
-        let last = self.physics.steps;
-        let mut steps = match (asked, &self.listed_steps[..]) {
-            ([], []) => [0, 1, 2, 3, last].map(|step| step.min(last)).to_vec(),
-            ([], listed) => listed.to_vec(),
-            (asked, _) => asked.to_vec(),
-        };
-        steps.sort_unstable();
-        steps.dedup();
-        match steps.last() {
-            Some(&step) if step > last => Err(Error::Usage(format!(
-                "step {step} cannot be recorded: the rollout has only {last} steps"
-            ))),
-            _ => Ok(steps),
-        }
     }
 }
 
@@ -118,18 +56,17 @@ struct Shapes<'a> {
 }
 
 impl Shapes<'_> {
-    fn case(&self, raw: &RawCase, registry: &Registry) -> Result<Case> {
-        self.format(raw)?;
+    fn case(&self, raw: CaseFile, registry: &Registry) -> Result<Case> {
+        self.format(&raw)?;
         self.meaning(&raw.scene)?;
         self.length(raw.steps, raw.scene.substeps)?;
-        let lattice = self.mirrored(raw, self.lattice(raw)?)?;
+        let lattice = self.mirrored(&raw, self.lattice(&raw)?)?;
         let (nodes, edges) = (lattice.nodes(), lattice.edges.len());
         self.fits("rows of `v0`", raw.v0.len(), nodes)?;
         self.fits("rows of `z`", raw.z.len(), edges)?;
         if let Some(materials) = &raw.materials {
             self.fits("entries in `materials`", materials.len(), edges)?;
         }
-        let z = self.rows("z", &raw.z)?;
         let mut scene = registry.blank();
         raw.scene.set(&mut scene, self.file)?;
         raw.controller
@@ -145,35 +82,29 @@ impl Shapes<'_> {
         }
         let blocks = blocks_of(&scene.controller, &lattice);
         Ok(Case {
-            layout: scene.lattice,
-            physics: scene.physics,
-            materials: scene.materials,
-            sharpness: scene.projection,
-            rules: scene.design,
-            moved: scene.objective.body,
-            observation: scene.controller,
+            scene,
+            listed_steps: self.listed_steps(&raw)?,
+            controller: raw.controller.controller(&blocks, self.file)?,
             start: State {
                 x: lattice.positions.clone(),
-                v: self.vectors("v0", &raw.v0)?,
+                v: raw.v0,
             },
-            design: match &raw.materials {
-                None => Design::Undecided(z),
-                Some(layout) => Design::Layout(layout.clone()),
+            design: match raw.materials {
+                None => Design::Undecided(raw.z),
+                Some(layout) => Design::Layout(layout),
             },
-            controller: raw.controller.controller(&blocks, self.file)?,
             projection: raw.projection,
             lagrangian: AugmentedLagrangian {
-                multiplier: array(self.file, "al.lambda", &raw.al.lambda)?,
-                penalty: array(self.file, "al.tau", &raw.al.tau)?,
+                multiplier: raw.al.lambda,
+                penalty: raw.al.tau,
             },
-            thresholds: array(self.file, "al.thresholds", &raw.al.thresholds)?,
-            listed_steps: self.listed_steps(raw)?,
+            thresholds: raw.al.thresholds,
             lattice,
         })
     }
 
     /// Checks the keys `format` and `version`. A case may omit them.
-    fn format(&self, raw: &RawCase) -> Result<()> {
+    fn format(&self, raw: &CaseFile) -> Result<()> {
         let format = raw.format.as_deref().unwrap_or(FORMAT);
         let version = raw.version.unwrap_or(VERSION);
         if (format, version) == (FORMAT, VERSION) {
@@ -186,7 +117,7 @@ impl Shapes<'_> {
 
     /// Refuses numbers that have no physical meaning, such as a negative mass. Allowed are the ranges that scenes
     /// allow. Only some keys are checked.
-    fn meaning(&self, scene: &RawScene) -> Result<()> {
+    fn meaning(&self, scene: &CaseScene) -> Result<()> {
         for (section, key, value) in [
             ("physics", "substeps", scene.substeps as f64),
             ("physics", "m_eps", scene.m_eps),
@@ -211,7 +142,7 @@ impl Shapes<'_> {
     }
 
     /// The numbers of the steps whose states are in the results of the case file.
-    fn listed_steps(&self, raw: &RawCase) -> Result<Vec<usize>> {
+    fn listed_steps(&self, raw: &CaseFile) -> Result<Vec<usize>> {
         let listed = raw.results.iter().flat_map(|r| r.trajectory.keys());
         let last = raw.steps;
         match listed.clone().find(|step| **step > last) {
@@ -236,8 +167,8 @@ impl Shapes<'_> {
         ))
     }
 
-    fn lattice(&self, raw: &RawCase) -> Result<Lattice> {
-        let RawScene {
+    fn lattice(&self, raw: &CaseFile) -> Result<Lattice> {
+        let CaseScene {
             columns,
             rows,
             kind,
@@ -257,18 +188,17 @@ impl Shapes<'_> {
             return self.refuse(says);
         }
         self.fits("rows of `x0`", raw.x0.len(), nodes)?;
-        let edges = self.rows("edges", &raw.edges)?;
+        let (edges, positions) = (raw.edges.clone(), raw.x0.clone());
         self.fits("entries in `l0`", raw.l0.len(), edges.len())?;
         self.edges(&edges, nodes)?;
-        let positions = self.vectors("x0", &raw.x0)?;
         let ground = Ground {
             height: raw.scene.ground_height,
             incline_deg: raw.scene.alpha_deg,
         };
         if let Some(truss) = &raw.truss {
-            let to_ground = |&x: &Vector<f64>| ground.point_to_ground(x);
+            let to_ground = positions.iter().map(|x| ground.point_to_ground(*x));
             let truss = Truss {
-                nodes: positions.iter().map(to_ground).collect(),
+                nodes: to_ground.collect(),
                 edges,
                 payload: truss.payload.clone(),
                 rules: truss.rules(),
@@ -300,7 +230,7 @@ impl Shapes<'_> {
     }
 
     /// The lattice as the case wants it: as it is, or as its own mirror image.
-    fn mirrored(&self, raw: &RawCase, lattice: Lattice) -> Result<Lattice> {
+    fn mirrored(&self, raw: &CaseFile, lattice: Lattice) -> Result<Lattice> {
         if !raw.scene.mirror {
             return Ok(lattice);
         }
@@ -331,20 +261,6 @@ impl Shapes<'_> {
             ));
         }
         Ok(())
-    }
-
-    /// Converts the list `name` to rows. Each row must have `N` numbers.
-    fn rows<T: Copy, const N: usize>(&self, name: &str, rows: &[Vec<T>]) -> Result<Vec<[T; N]>> {
-        let row = |(i, row): (usize, &Vec<T>)| array(self.file, &format!("{name}[{i}]"), row);
-        rows.iter().enumerate().map(row).collect()
-    }
-
-    fn vectors(&self, name: &str, rows: &[Vec<f64>]) -> Result<Vec<Vector<f64>>> {
-        Ok(self
-            .rows(name, rows)?
-            .into_iter()
-            .map(Vector::new)
-            .collect())
     }
 
     fn fits(&self, what: &str, found: usize, expected: usize) -> Result<()> {

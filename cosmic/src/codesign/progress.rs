@@ -7,7 +7,6 @@ use super::schedule::{Pass, Phase};
 use super::slope::Slope;
 use crate::design::Design;
 use crate::error::{Error, Result, fits};
-use crate::keys::keys;
 use crate::objective::AugmentedLagrangian;
 use crate::optimiser::{AdamState, MmaDiagnostics, MmaState};
 use crate::policy::Controller;
@@ -200,7 +199,7 @@ pub struct Settled {
     pub trust: f64,
 }
 
-keys! {
+crate::keys! {
     /// The record of one iteration. Shares, measures and violations describe the robot before the iteration.
     #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
     struct Record {

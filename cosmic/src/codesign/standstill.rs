@@ -2,9 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::keys::keys;
-
-keys! {
+crate::keys! {
     /// A robot that stopped walking before the last quarter of its rollout.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     struct Standstill {

@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 
 use super::Material;
 use crate::geometry::crossings;
-use crate::keys::keys;
 use crate::lattice::{EdgeRules, Lattice};
 use crate::scene::DesignSettings;
 
@@ -21,7 +20,7 @@ const RANK: f64 = 1e-9;
 /// bars take a few seconds.
 pub const MOST_RANKED: usize = 2000;
 
-keys! {
+crate::keys! {
     /// How the bars of a layout are connected.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
     struct Structure {

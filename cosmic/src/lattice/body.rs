@@ -12,6 +12,8 @@ pub struct Body<R> {
     pub stiffness: Vec<R>,
     /// For each edge, the relative change of its rest length at full activation (D8).
     pub strain: Vec<R>,
+    /// The [largest strain](crate::scene::MaterialSettings::largest_strain) of the actuator material.
+    pub largest_strain: f64,
     /// The mass of each node, in kg.
     pub mass: Vec<R>,
     /// The presence of each node, from 0 to 1: its weight in the mean position and in the observation. A node without a
@@ -41,6 +43,7 @@ impl<R: Copy> Body<R> {
         Body {
             stiffness: each(&self.stiffness),
             strain: each(&self.strain),
+            largest_strain: self.largest_strain,
             mass: each(&self.mass),
             presence: each(&self.presence),
             marker: self.marker.map(f),
@@ -73,6 +76,7 @@ impl<R: Copy> Body<R> {
         Body {
             stiffness: next(&self.stiffness),
             strain: next(&self.strain),
+            largest_strain: self.largest_strain,
             mass: next(&self.mass),
             presence: next(&self.presence),
             marker: Marker {

@@ -14,9 +14,6 @@ crate::settings! {
         force: R = 10.0, allowed above(0.0, 1e6), unit "N", source "beyond the paper: take it from a data sheet";
         /// Speed at which the length changes without a load.
         speed: R = 1.0, allowed above(0.0, 1e3), unit "m/s", source "beyond the paper: take it from a data sheet";
-        /// Largest actuation strain of the actuator material, `materials.max_strain`. It tells the share of actuator in
-        /// a mixture.
-        strain: R = 0.35, allowed above(0.0, 0.99), source "that of `earth`";
     }
 }
 
@@ -33,7 +30,7 @@ impl BarForce for Actuator {
     /// limits, the derivative is that of the limit, and at rate 0 that of an actuator which is driven backwards.
     fn tension<R: Real>(actuator: &Actuator<R>, bar: Bar<R>) -> R {
         let (zero, one) = (R::zero(), R::one());
-        let share = bar.share_of_actuator(actuator.strain);
+        let share = bar.share_of_actuator();
         let spring = bar.spring();
         let relative = bar.rate * actuator.speed.recip();
         let pull = actuator.force * (one + relative).clamp(zero, one);

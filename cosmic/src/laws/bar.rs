@@ -24,33 +24,18 @@ pub struct Bar<R> {
     /// Strain of the target length at full activation: the largest strain of the actuator material, times the share of
     /// that material in the bar. It is 0 for a passive bar and does not depend on the activation.
     pub strain: R,
+    /// The largest strain of the actuator material, the same for all bars. It is above 0.
+    pub largest_strain: R,
 }
 
 impl<R: Real> Bar<R> {
-    /// Describes the bar of an edge. The four given numbers are the edge's activation, stiffness, rest length and
-    /// strain at full activation. The rate is 0 unless `needs_rate` is true.
-    #[inline(always)]
-    pub(super) fn of_edge<const D: usize>(
-        edge: &EdgeVector<R, D>,
-        length: R,
-        needs_rate: bool,
-        given: [R; 4],
-    ) -> Self {
-        let rate = if needs_rate {
-            edge.rate(length)
-        } else {
-            R::zero()
-        };
-        Self::new(length, rate, given)
-    }
-
-    /// Describes a bar by its length, the rate of its length, and its activation, stiffness, rest length and strain at
-    /// full activation.
+    /// Describes a bar by its length, the rate of its length, its activation, stiffness, rest length and strain at full
+    /// activation, and the largest strain of the actuator material.
     #[inline(always)]
     pub(super) fn new(
-        length: R,
-        rate: R,
+        [length, rate]: [R; 2],
         [activation, stiffness, rest_length, strain]: [R; 4],
+        largest_strain: f64,
     ) -> Self {
         Self {
             length,
@@ -60,13 +45,14 @@ impl<R: Real> Bar<R> {
             rest_length,
             stiffness,
             strain,
+            largest_strain: R::lit(largest_strain),
         }
     }
 
-    /// The share of the actuator material in the bar, if `largest` is the largest strain of that material.
+    /// The share of the actuator material in the bar, from 0 to 1.
     #[inline(always)]
-    pub fn share_of_actuator(&self, largest: R) -> R {
-        self.strain * largest.recip()
+    pub fn share_of_actuator(&self) -> R {
+        self.strain * self.largest_strain.recip()
     }
 
     /// The tension of the bar's own spring by Hooke's law, N.
@@ -115,7 +101,9 @@ impl<R: Real> Bar<R> {
 /// let scene = registry.parse("own", "physics.forces = ['prestress']\nprestress.share = 0.02")?;
 /// let law: Prestress = scene.physics.forces.along_bars().expect("the scene has chosen the law");
 /// // It adds 0.02 * 400 N/m * 0.1 m to the tension of a skeleton bar that is 0.1 m long.
-/// let bar = Bar { length: 0.1, rate: 0.0, target: 0.1, rest_length: 0.1, stiffness: 400.0, strain: 0.0 };
+/// let bar = Bar {
+///     length: 0.1, rate: 0.0, target: 0.1, rest_length: 0.1, stiffness: 400.0, strain: 0.0, largest_strain: 0.35,
+/// };
 /// assert!((Prestress::tension(&law, bar) - 0.8).abs() < 1e-12);
 /// # Ok::<(), cosmic::Error>(())
 /// ```
@@ -162,6 +150,8 @@ pub struct Tension<L> {
     pub dt: f64,
     /// The [softening](crate::lattice::Lattice::softening) of lengths, m^2.
     pub softening: f64,
+    /// The largest strain of the actuator material.
+    pub largest_strain: f64,
 }
 
 impl<L: BarForce> Tension<L> {
@@ -173,7 +163,11 @@ impl<L: BarForce> Tension<L> {
         settings: &Uniforms<R>,
     ) -> Vector<R, D> {
         let length = edge.length(self.softening);
-        let bar = Bar::of_edge(&edge, length, L::NEEDS_RATE, given);
+        let rate = match L::NEEDS_RATE {
+            true => edge.rate(length),
+            false => R::zero(),
+        };
+        let bar = Bar::new([length, rate], given, self.largest_strain);
         let per_length = L::tension(&self.law.of(settings), bar) * R::lit(self.dt) / length;
         edge.d * per_length
     }

@@ -37,6 +37,8 @@ pub struct Step<'a, const D: usize = 2> {
     pub dt: f64,
     /// The [softening](Lattice::softening) of lengths, m^2.
     pub softening: f64,
+    /// The largest strain of the actuator material.
+    pub largest_strain: f64,
     /// The unit vector opposite to gravity.
     pub vertical: Vector<f64, D>,
 }
@@ -108,6 +110,19 @@ pub struct Given<A> {
     pub inputs: Vec<A>,
 }
 
+/// A bar whose target is its rest length.
+#[derive(Clone, Copy, Debug)]
+pub struct RestingBar {
+    /// The stiffness of the bar's material, N/m.
+    pub stiffness: f64,
+    /// The rest length, m.
+    pub rest_length: f64,
+    /// The length minus the target length, m.
+    pub off: f64,
+    /// The largest strain of the actuator material.
+    pub largest_strain: f64,
+}
+
 /// A force on the nodes of one lattice.
 ///
 /// Most forces act on [every node](super::NodeForce) or along [every bar](super::BarForce). Any other force implements
@@ -165,15 +180,14 @@ pub trait Force: Debug + Send + Sync {
     /// Adds the derivatives of the force at a pose to `stiffness`. They determine the stable time step.
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness);
 
-    /// The stiffness of a bar under this force alone, N/m. `k` is the stiffness of the bar's material (N/m), and `off`
-    /// is the bar's length minus its target length (m).
-    fn bar_stiffness(&self, _k: f64, _rest_length: f64, _off: f64) -> f64 {
+    /// The stiffness of a bar under this force alone, N/m.
+    fn bar_stiffness(&self, _bar: RestingBar) -> f64 {
         0.0
     }
 
     /// The damping of a bar by this force alone, N s/m: the derivative of the tension with respect to the rate of the
-    /// bar's length. The arguments are those of [`bar_stiffness`](Force::bar_stiffness).
-    fn bar_damping(&self, _k: f64, _rest_length: f64, _off: f64) -> f64 {
+    /// bar's length.
+    fn bar_damping(&self, _bar: RestingBar) -> f64 {
         0.0
     }
 

@@ -43,7 +43,7 @@ pub use contact::{Contact, Drifting, Flat, Flying, Impact, Underfoot};
 pub use coulomb::Coulomb;
 pub use damper::Damper;
 pub(crate) use force::add;
-pub use force::{Force, Given, LatticeForce, Pose, Pull, Step, Sum};
+pub use force::{Force, Given, LatticeForce, Pose, Pull, RestingBar, Step, Sum};
 pub use hold::{Equation, FirstPass, NextPass};
 pub(crate) use hold::{FreeEquation, Hold, Meet, Reaction, Under};
 pub use hooke::Hooke;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use autodiff::{AnyProgram, Array, Dual};
 
 use super::bar::{Bar, BarForce, MovingTension, Tension};
-use super::force::{AnyForce, Force, Given, Pose, Pull, Step, Sum};
+use super::force::{AnyForce, Force, Given, Pose, Pull, RestingBar, Step, Sum};
 use super::law::{StepInput, step_inputs};
 use super::slopes::{BESIDE, Slopes, Tensions};
 use super::stiffness::Stiffness;
@@ -32,7 +32,8 @@ impl<L: BarForce> OnBars<L> {
             pose.body.strain[edge],
         ];
         let length = between.length(pose.lattice.softening());
-        Bar::of_edge(&between, length, true, given)
+        let moving = [length, between.rate(length)];
+        Bar::new(moving, given, pose.body.largest_strain)
     }
 
     /// A derivative of the tension: with respect to the rate of the length (N s/m) if `by_rate` is true, otherwise with
@@ -46,6 +47,7 @@ impl<L: BarForce> OnBars<L> {
             rest_length: constant(bar.rest_length),
             stiffness: constant(bar.stiffness),
             strain: constant(bar.strain),
+            largest_strain: constant(bar.largest_strain),
         };
         let by = if by_rate {
             &mut moving.rate
@@ -56,9 +58,15 @@ impl<L: BarForce> OnBars<L> {
         L::tension(&self.0.constant::<Dual<f64, 1>>(), moving).tangent[0]
     }
 
-    /// The largest [slope](Self::slope) of a bar whose target is its rest length: it is longer or shorter than that by
-    /// slightly more than its stroke `off` (m), or nearly at rest.
-    fn largest_slope(&self, stiffness: f64, rest_length: f64, off: f64, by_rate: bool) -> f64 {
+    /// The largest [slope](Self::slope) of a bar that is longer or shorter than at rest by slightly more than its stroke,
+    /// or nearly at rest.
+    fn largest_slope(&self, bar: RestingBar, by_rate: bool) -> f64 {
+        let RestingBar {
+            stiffness,
+            rest_length,
+            off,
+            largest_strain,
+        } = bar;
         let changes = [off * BEYOND, off * BESIDE, -off * BESIDE, -off * BEYOND];
         let bars = changes.into_iter().flat_map(|change| {
             [-BESIDE, 0.0, BESIDE].map(|rate| Bar {
@@ -68,6 +76,7 @@ impl<L: BarForce> OnBars<L> {
                 rest_length,
                 stiffness,
                 strain: (off / rest_length).abs(),
+                largest_strain,
             })
         });
         let slopes = bars.map(|bar| self.slope(bar, by_rate));
@@ -103,6 +112,7 @@ impl<L: BarForce> Force for OnBars<L> {
             law: self.0.clone(),
             dt: step.dt,
             softening: step.softening,
+            largest_strain: step.largest_strain,
         };
         let edge = step.per_edge();
         Vector::new(if L::NEEDS_RATE {
@@ -125,6 +135,7 @@ impl<L: BarForce> Force for OnBars<L> {
         let slopes = Slopes {
             law: self.0.clone(),
             softening: step.softening,
+            largest_strain: step.largest_strain,
         };
         let (ends, edge) = (step.nodes.array(), step.per_edge());
         let own = p.map_each_edge(step.graph, slopes, ends, &edge, &given.inputs);
@@ -165,23 +176,28 @@ impl<L: BarForce> Force for OnBars<L> {
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
         for edge in 0..pose.lattice.edges.len() {
             let bar = self.bar(pose, edge);
-            let off = bar.strain * bar.rest_length;
-            let k = self.bar_stiffness(bar.stiffness, bar.rest_length, off);
+            let resting = RestingBar {
+                stiffness: bar.stiffness,
+                rest_length: bar.rest_length,
+                off: bar.strain * bar.rest_length,
+                largest_strain: bar.largest_strain,
+            };
+            let k = self.bar_stiffness(resting);
             stiffness.bar(edge, k, k * (1.0 - bar.rest_length / bar.length));
             if L::NEEDS_RATE {
-                stiffness.dampen_bar(edge, self.bar_damping(bar.stiffness, bar.rest_length, off));
+                stiffness.dampen_bar(edge, self.bar_damping(resting));
             }
         }
     }
 
-    fn bar_stiffness(&self, k: f64, rest_length: f64, off: f64) -> f64 {
-        self.largest_slope(k, rest_length, off, false)
+    fn bar_stiffness(&self, bar: RestingBar) -> f64 {
+        self.largest_slope(bar, false)
     }
 
-    fn bar_damping(&self, k: f64, rest_length: f64, off: f64) -> f64 {
+    fn bar_damping(&self, bar: RestingBar) -> f64 {
         if !L::NEEDS_RATE {
             return 0.0;
         }
-        self.largest_slope(k, rest_length, off, true)
+        self.largest_slope(bar, true)
     }
 }

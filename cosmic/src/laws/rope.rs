@@ -5,7 +5,7 @@ use autodiff::Real;
 use super::bar::{Bar, BarForce};
 use super::law::Law;
 use crate::kernel;
-use crate::settings::{above, within};
+use crate::settings::within;
 
 crate::settings! {
     /// Bars pull only, like ropes.
@@ -14,9 +14,6 @@ crate::settings! {
         actuator: R = 1.0, allowed within(0.0, 1.0), source "beyond the paper";
         /// Whether skeleton bars pull only.
         skeleton: R = 0.0, allowed within(0.0, 1.0), source "beyond the paper";
-        /// Largest actuation strain of the actuator material, `materials.max_strain`. It tells the share of actuator in
-        /// a mixture.
-        strain: R = 0.35, allowed above(0.0, 0.99), source "that of `earth`";
     }
 }
 
@@ -28,7 +25,7 @@ impl<R: Real> Rope<R> {
     /// The share of a bar's compression that is missing.
     #[inline(always)]
     fn share(&self, bar: &Bar<R>) -> R {
-        let of_actuator = bar.share_of_actuator(self.strain);
+        let of_actuator = bar.share_of_actuator();
         (self.actuator - self.skeleton).fma(of_actuator, self.skeleton)
     }
 }

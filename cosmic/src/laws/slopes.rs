@@ -52,6 +52,8 @@ pub(super) struct Slopes<L> {
     pub(super) law: L,
     /// The [softening](crate::lattice::Lattice::softening) of lengths, m^2.
     pub(super) softening: f64,
+    /// The largest strain of the actuator material.
+    pub(super) largest_strain: f64,
 }
 
 impl<L: BarForce> Slopes<L> {
@@ -71,7 +73,8 @@ impl<L: BarForce> Slopes<L> {
         for k in 0..4 {
             numbers[k] = Dual::constant(given[k]);
         }
-        let bar = Bar::new(Dual::variable(length, 0), Dual::variable(rate, 1), numbers);
+        let moving = [Dual::variable(length, 0), Dual::variable(rate, 1)];
+        let bar = Bar::new(moving, numbers, self.largest_strain);
         L::tension(&self.law.of(&constants), bar)
     }
 }

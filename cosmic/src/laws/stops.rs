@@ -15,7 +15,7 @@ crate::settings! {
         /// `materials.max_strain`, the stops are exactly at the ends of its range of targets.
         at: R = 0.35, allowed above(0.0, 0.99),
             auto "27/35 of the largest actuation strain, so that an actuator meets its stop before the \
-                  end of its stroke",
+                  end of its stroke; with the law `actuator` the whole of it, because that law limits the force",
             source "beyond the paper";
         /// Stiffness of the stops of an actuator with the largest strain `at`. For an actuator with another largest
         /// strain, the stiffness is in proportion to that strain.
@@ -41,17 +41,23 @@ impl BarForce for Stops {
         let (longest, shortest) = stops.ends(bar.rest_length);
         let zero = R::zero();
         let beyond = (bar.length - longest).max(zero) - (shortest - bar.length).max(zero);
-        bar.share_of_actuator(stops.at) * stops.stiffness * beyond
+        stops.stiffness_of(&bar) * beyond
     }
 
     fn energy(&self, bar: Bar<f64>) -> Option<f64> {
         let (longest, shortest) = self.ends(bar.rest_length);
         let beyond = (bar.length - longest).max(0.0) + (shortest - bar.length).max(0.0);
-        Some(0.5 * bar.share_of_actuator(self.at) * self.stiffness * beyond * beyond)
+        Some(0.5 * self.stiffness_of(&bar) * beyond * beyond)
     }
 }
 
 impl<R: Real> Stops<R> {
+    /// The stiffness of the stops of a bar, N/m.
+    #[inline(always)]
+    fn stiffness_of(&self, bar: &Bar<R>) -> R {
+        bar.strain * self.at.recip() * self.stiffness
+    }
+
     /// The largest and the smallest length at which the bar does not touch a stop.
     #[inline(always)]
     fn ends(&self, rest_length: R) -> (R, R) {

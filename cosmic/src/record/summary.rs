@@ -8,7 +8,6 @@ use crate::codesign::{Delivery, Progress, Reliability, Standstill};
 use crate::design::Structure;
 use crate::error::{Error, Result, go_on, in_shell};
 use crate::geometry::Vector;
-use crate::keys::keys;
 use crate::lattice::Lattice;
 use crate::scene::Scene;
 use crate::simulator::{Energy, Loads};
@@ -26,7 +25,7 @@ pub const SUMMARY: &str = "summary.json";
 /// The name of the file with the last states of a diverged result.
 pub const DIVERGED: &str = "diverged.json";
 
-keys! {
+crate::keys! {
     /// The result of a run. Displacements are those of the payload over a whole rollout. A displacement is
     /// `None` if too many rollouts diverged to determine it.
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -73,14 +72,14 @@ keys! {
         /// Only for tasks other than `far`: the median loss over the starts of `displacement_p50`; with given goals,
         /// over varied robots with sequences of goals. Absent if too many rollouts diverged.
         #[serde(skip_serializing_if = "Option::is_none")]
-        loss_p50: Option<f64>, "number", unit "the loss's", columns ["loss_p50"];
+        loss_p50: Option<f64>, "number", unit "the loss's", columns ["loss_p50"] decimals 4;
         /// Only beside `loss_p50`: the same median while the muscles rest.
         #[serde(skip_serializing_if = "Option::is_none")]
         loss_idle_p50: Option<f64>, "number", unit "the loss's";
         /// Mean share of solid material (skeleton and actuator) over the edges.
-        volume as "V": f64, "number", columns ["V"];
+        volume as "V": f64, "number", columns ["V"] decimals 4;
         /// Mean share of actuators.
-        actuator_volume as "V_act": f64, "number", columns ["V_act"];
+        actuator_volume as "V_act": f64, "number", columns ["V_act"] decimals 4;
         /// True if the run ended before every edge had one material. Then `structure` and `loads` are `null`.
         undecided: bool, "true or false";
         /// How the bars (edges of solid material) are connected.
@@ -111,7 +110,7 @@ keys! {
         /// Version of the program.
         cosmic_version: String, "text";
         /// Wall time without interruptions; with several starts, the sum over all starts.
-        seconds: f64, "number", unit "s", columns ["seconds"];
+        seconds: f64, "number", unit "s", columns ["seconds"] decimals 1;
         /// Only with several starts: the starts, in the order of their seeds. The summary is that of the best one.
         #[serde(skip_serializing_if = "Vec::is_empty", default)]
         starts: Vec<Start>, "list of objects", parts Start;
@@ -128,7 +127,7 @@ pub enum StopReason {
     IterationLimit,
 }
 
-keys! {
+crate::keys! {
     /// One of several starts.
     #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
     struct Start {

@@ -7,7 +7,7 @@ use super::materials::{BarNumbers, MaterialSettings};
 use super::robot::PhysicsSettings;
 use super::stable_step::{stable_step, stable_step_off_bars};
 use crate::lattice::{Body, Lattice, Marker};
-use crate::laws::{Force, Pose, Stiffness};
+use crate::laws::{Force, Pose, RestingBar, Stiffness};
 
 /// The number of intervals into which the range of a share is divided: the share of the actuator material in a mixture,
 /// from 0 to 1.
@@ -87,9 +87,9 @@ impl<'a> AnyDesign<'a> {
     /// were larger by `2 c / dt`.
     fn frequencies_in_steps(&self, dt: f64) -> [f64; 2] {
         let forces = &self.forces;
-        let of_bar = |k, length, off| {
-            let stiffness = sum(forces, |force| force.bar_stiffness(k, length, off));
-            stiffness + 2.0 / dt * sum(forces, |force| force.bar_damping(k, length, off))
+        let of_bar = |bar| {
+            let stiffness = sum(forces, |force| force.bar_stiffness(bar));
+            stiffness + 2.0 / dt * sum(forces, |force| force.bar_damping(bar))
         };
         let mu = per_mass_of_nodes(self.lattice, self.materials, self.physics, &of_bar);
         let sums = self.lattice.edges.iter().map(|&[i, j]| mu[i] + mu[j]);
@@ -110,9 +110,8 @@ fn sum(forces: &[Arc<dyn Force>], of: impl Fn(&dyn Force) -> f64) -> f64 {
     forces.iter().map(|force| of(&**force)).sum()
 }
 
-/// The stiffness of a bar (N/m), as a function of the stiffness of its material (N/m), its rest length (m), and its
-/// length minus its target length (m).
-type OfBar<'a> = dyn Fn(f64, f64, f64) -> f64 + 'a;
+/// The stiffness of a bar, N/m.
+type OfBar<'a> = dyn Fn(RestingBar) -> f64 + 'a;
 
 /// For each node, a bound on the sum of the stiffnesses of its bars, divided by the mass of the node. It holds for every
 /// design.
@@ -155,6 +154,7 @@ impl OnNodes {
         let body = Body {
             stiffness: vec![0.0; edges],
             strain: vec![0.0; edges],
+            largest_strain: 1.0,
             mass: vec![physics.node_mass; lattice.nodes()],
             presence: Vec::new(),
             marker: Marker::default(),
@@ -201,7 +201,12 @@ fn most_of_any_mixture(
                 let mean = |property: &[f64; 3]| {
                     (1.0 - share) * property[other] + share * property[ACTUATOR]
                 };
-                let stiffness = of_bar(mean(&bar.stiffness), length, more * stroke);
+                let stiffness = of_bar(RestingBar {
+                    stiffness: mean(&bar.stiffness),
+                    rest_length: length,
+                    off: more * stroke,
+                    largest_strain: materials.largest_strain(),
+                });
                 let density = mean(&bar.density);
                 let ratio = if stiffness > 0.0 {
                     stiffness / density

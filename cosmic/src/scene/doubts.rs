@@ -1,10 +1,10 @@
 //! Warnings about settings that can be simulated but are probably a mistake.
 
-use super::world::rounded;
 use super::{BarNumbers, Integrator, ProfileKind, Scene, Setting, StartKind};
 use crate::geometry::{Range, Vector};
 use crate::lattice::Lattice;
-use crate::laws::{Actuator, Stops};
+use crate::laws::Stops;
+use crate::numbers::rounded;
 use serde::Serialize;
 use std::collections::HashSet;
 use std::f64::consts::PI;
@@ -82,11 +82,6 @@ const DOUBTS: &[Doubt] = &doubts! {
         };
     ["materials.max_strain"]: "actuators do not move: their largest strain is 0"
         if |s| s.materials.max_strain[2] == 0.0;
-    ["actuator.strain", "materials.max_strain"]: "the law `actuator` has another largest strain than the material, so it takes actuators for mixtures"
-        if |s| {
-            let law: Option<Actuator> = s.physics.forces.along_bars();
-            law.is_some_and(|law| law.strain != s.materials.max_strain[2])
-        };
     ["stops.at", "materials.max_strain"]: "the end stops lie beyond the stroke of the actuators, so an actuator is not stopped at the end of its stroke"
         if |s| stops(s).is_some_and(|stops| 0.0 < strain(s) && strain(s) < stops.at);
     ["stops.stiffness", "materials.stiffness"]: "the end stops are softer than the actuators that run into them"
@@ -219,7 +214,7 @@ fn nonsense(scene: &Scene) -> Vec<Finding> {
     };
     let mut found = Vec::new();
     if !SIZES.contains(size) {
-        let says = format!("the robot measures {} m", rounded(size));
+        let says = format!("the robot measures {} m", rounded(size, 3));
         let remedy = "lengths are in metres; divide lengths in millimetres by 1000";
         found.push(warn(&[of_robot], says, remedy));
     }
@@ -229,7 +224,7 @@ fn nonsense(scene: &Scene) -> Vec<Finding> {
             true => "lattice.file",
             false => "lattice.drop",
         };
-        let says = format!("the robot starts {} m above the ground", rounded(above));
+        let says = format!("the robot starts {} m above the ground", rounded(above, 3));
         found.push(warn(&[key], says, "move its lowest node to the ground"));
     }
     let (lasts, stride) = (
@@ -239,8 +234,8 @@ fn nonsense(scene: &Scene) -> Vec<Finding> {
     if lasts < stride && stride.is_finite() {
         let says = format!(
             "a rollout lasts {} s, which is less than a period of the clock ({} s)",
-            rounded(lasts),
-            rounded(stride)
+            rounded(lasts, 3),
+            rounded(stride, 3)
         );
         let keys = ["physics.steps", "physics.dt", "controller.omega"];
         found.push(warn(&keys, says, "raise physics.steps"));

@@ -128,6 +128,8 @@ const LAWS: [LawRule; 4] = [
         let at = match scene.materials.max_strain {
             // Actuators that do not move have no stops.
             [.., 0.0] => 0.27,
+            // Devices with a data sheet use their whole stroke.
+            [.., strain] if scene.physics.forces.along_bars::<Actuator>().is_some() => strain,
             [.., strain] => 0.27 * (strain / 0.35),
         };
         let laws = &mut scene.physics.forces;

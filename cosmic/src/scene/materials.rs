@@ -311,6 +311,15 @@ pub struct BarNumbers {
 }
 
 impl MaterialSettings {
+    /// The largest strain of an actuator, by which laws tell the share of actuator in an edge. It is 1 if actuators do not
+    /// move.
+    pub fn largest_strain(&self) -> f64 {
+        match self.max_strain {
+            [.., 0.0] => 1.0,
+            [.., strain] => strain,
+        }
+    }
+
     /// The stiffness and the mass per length of a bar with this rest length (m). They depend on the length only if the
     /// scene has [parts](PartsSettings).
     pub fn of_length(&self, length: f64) -> BarNumbers {

@@ -4,6 +4,7 @@ use super::keys::Setting;
 use super::{ActuatorPart, ProfileKind, Scene, SkeletonPart};
 use crate::geometry::Vector;
 use crate::lattice::Lattice;
+use crate::numbers::rounded;
 use crate::settings::Named;
 
 impl Scene {
@@ -11,7 +12,7 @@ impl Scene {
     /// robot whose volume is in the middle of the bounds on the volume.
     pub fn robot(&self) -> String {
         let lattice = Lattice::new(&self.lattice, &self.physics);
-        let [long, high] = self.extent().map(rounded).array();
+        let [long, high] = self.extent().map(|x| rounded(x, 3)).array();
         let solid = 0.5 * self.volume.solid.iter().sum::<f64>();
         let of_bar = |&length: &f64| {
             let [_, skeleton, actuator] = self.materials.of_length(length).density;
@@ -26,8 +27,8 @@ impl Scene {
             self.lattice.name(),
             lattice.nodes(),
             lattice.edges.len(),
-            rounded(nodes + solid * bars),
-            rounded(payload),
+            rounded(nodes + solid * bars, 3),
+            rounded(payload, 3),
         )
     }
 
@@ -106,9 +107,4 @@ impl Scene {
         let numbers: Vec<String> = self.settings().into_iter().filter_map(number).collect();
         numbers.join(", ")
     }
-}
-
-/// The number, rounded to three significant digits.
-pub(super) fn rounded(x: f64) -> f64 {
-    format!("{x:.2e}").parse().unwrap_or(x)
 }

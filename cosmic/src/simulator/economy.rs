@@ -5,11 +5,10 @@ use serde::{Deserialize, Serialize};
 use super::Simulator;
 use super::loads::BarLoad;
 use crate::design::{Material, is_in_use};
-use crate::keys::keys;
 use crate::lattice::Body;
 use crate::scene::MaterialSettings;
 
-keys! {
+crate::keys! {
     /// The mass of a robot, and the energy that its actuators give while it walks, without their losses.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
     struct Energy {
@@ -23,9 +22,9 @@ keys! {
         /// unless `[parts]` has a bore.
         air: Option<f64>, "number or `null`", unit "m3/s";
         /// Energy per distance: `power` divided by the speed; `null` if the robot stays in place.
-        per_metre: Option<f64>, "number or `null`", unit "J/m", columns ["per_metre"];
+        per_metre: Option<f64>, "number or `null`", unit "J/m", columns ["per_metre"] decimals 2;
         /// Cost of transport: the energy per distance and weight; `null` also without gravity.
-        cost_of_transport: Option<f64>, "number or `null`", columns ["cost_of_transport"];
+        cost_of_transport: Option<f64>, "number or `null`", columns ["cost_of_transport"] decimals 2;
     }
 }
 

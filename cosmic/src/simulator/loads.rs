@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 use super::{Effort, Simulator, Trajectory};
 use crate::design::Material;
 use crate::geometry::{Range, crossings};
-use crate::keys::keys;
 use crate::lattice::{Body, EdgeVector, State};
 use crate::laws::Pose;
 use crate::policy::Controller;
@@ -87,34 +86,41 @@ impl Magnitude {
     }
 }
 
-/// The loads and the motion of a bar over the steps of a rollout.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct BarLoad {
-    /// The smallest and the largest strain. Strain is the change of length divided by the rest length.
-    pub strains: Range,
-    /// The magnitude of the strain.
-    pub strain: Magnitude,
-    /// The magnitude of the force along the bar, N.
-    pub force: Magnitude,
-    /// The magnitude of the rate at which the length changes, m/s.
-    pub speed: Magnitude,
-    /// The magnitude of the power that the bar gives to its nodes or takes from them, W: the work of a step divided by its
-    /// duration.
-    pub power: Magnitude,
-    /// The mean over all steps of the power that the bar gives to its nodes, W. While it takes power from them, it counts
-    /// as 0.
-    pub given: f64,
-    /// The mean over all steps of the power that the bar gives to its nodes less the power that it takes from them, W.
-    pub net: f64,
-    /// The distance by which the bar grows longer or shorter in a second, m/s.
-    pub travel: f64,
-    /// The largest force with which the bar pulls its ends together, N.
-    pub tension: f64,
-    /// The largest force with which the bar pushes its ends apart, N.
-    pub compression: f64,
+crate::keys! {
+    /// The loads and the motion of a bar over the steps of a rollout.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+    struct BarLoad {
+        /// The least and the greatest strain. Strain is the change of length divided by the rest length.
+        strains: Range, "two numbers",
+            columns ["strain_least", "strain_greatest"] of |bar: &BarLoad| [bar.strains.low, bar.strains.high];
+        /// The magnitude of the strain.
+        strain: Magnitude, "object",
+            columns ["strain_peak", "strain_p99"] of |bar: &BarLoad| [bar.strain.peak, bar.strain.p99];
+        /// The magnitude of the force along the bar.
+        force: Magnitude, "object", unit "N",
+            columns ["force_peak", "force_p99"] decimals 2 of |bar: &BarLoad| [bar.force.peak, bar.force.p99];
+        /// The magnitude of the rate at which the length changes.
+        speed: Magnitude, "object", unit "m/s",
+            columns ["speed_peak", "speed_p99"] decimals 2 of |bar: &BarLoad| [bar.speed.peak, bar.speed.p99];
+        /// The magnitude of the power that the bar gives to its nodes or takes from them: the work of a step divided by
+        /// its duration.
+        power: Magnitude, "object", unit "W",
+            columns ["power_peak", "power_p99"] of |bar: &BarLoad| [bar.power.peak, bar.power.p99];
+        /// The mean over all steps of the power that the bar gives to its nodes. While it takes power from them, it counts
+        /// as 0.
+        given: f64, "number", unit "W";
+        /// The mean over all steps of the power that the bar gives to its nodes less the power that it takes from them.
+        net: f64, "number", unit "W";
+        /// The distance by which the bar grows longer or shorter in a second.
+        travel: f64, "number", unit "m/s";
+        /// The largest force with which the bar pulls its ends together.
+        tension: f64, "number", unit "N";
+        /// The largest force with which the bar pushes its ends apart.
+        compression: f64, "number", unit "N";
+    }
 }
 
-keys! {
+crate::keys! {
     /// The loads of a robot over a rollout: the loads of its actuators and the largest compression of a bar.
     #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
     struct Loads {
@@ -125,24 +131,24 @@ keys! {
         strain: Magnitude, "object",
             columns ["strain_peak", "strain_p99"] of |loads: &Loads| [loads.strain.peak, loads.strain.p99];
         /// Force along an actuator: `peak` and `p99` like those of `strain`.
-        force: Magnitude, "object", unit "N", columns ["force_peak"] of |loads: &Loads| loads.force.peak;
+        force: Magnitude, "object", unit "N", columns ["force_peak"] decimals 2 of |loads: &Loads| loads.force.peak;
         /// Rate at which an actuator's length changes: `peak` and `p99` like those of `strain`.
-        speed: Magnitude, "object", unit "m/s", columns ["speed_peak"] of |loads: &Loads| loads.speed.peak;
+        speed: Magnitude, "object", unit "m/s", columns ["speed_peak"] decimals 2 of |loads: &Loads| loads.speed.peak;
         /// Power that an actuator gives or takes: `peak` and `p99` like those of `strain`. The peak depends on the time
         /// step.
         power: Magnitude, "object", unit "W", columns ["power_peak"] of |loads: &Loads| loads.power.peak;
         /// Largest strain of a skeleton bar. `null` if there is no skeleton.
         skeleton_strain: Option<f64>, "number or `null`";
         /// The largest force that pushes on a bar.
-        compression: f64, "number", unit "N", columns ["compression"];
+        compression: f64, "number", unit "N", columns ["compression"] decimals 2;
         /// Smallest Euler safety of a skeleton bar: the force under which the bar buckles, divided by the largest force
         /// that pushes on it. `null` if the scene has plain numbers instead of parts.
-        euler_safety: Option<f64>, "number or `null`", columns ["euler_safety"];
-        /// Share of the states in `trajectory.json` in which bars cross that do not cross at rest.
+        euler_safety: Option<f64>, "number or `null`", columns ["euler_safety"] decimals 2;
+        /// Share of the states in `trajectory.json` in which bars pass through each other: they cross, but not at rest.
         tangled: f64, "number", columns ["tangled"];
-        /// Mean number of pairs of bars in a state that cross but do not cross at rest.
+        /// Mean number of pairs of bars in a state that pass through each other.
         tangles: f64, "number";
-        /// Largest number of pairs of bars in a state that cross but do not cross at rest.
+        /// Largest number of pairs of bars in a state that pass through each other.
         most_tangles: usize, "whole number", columns ["most_tangles"];
     }
 }

@@ -163,6 +163,7 @@ impl Mechanics {
                 time,
                 dt: self.push,
                 softening: self.softening,
+                largest_strain: given.largest_strain,
                 vertical: self.ground.vertical(),
             };
             if let Some(passes) = self.passes {

@@ -14,6 +14,8 @@ pub(super) struct Parameters<A> {
     pub(super) rest_length: A,
     /// Strain at full activation of the edge in every slot.
     pub(super) strain: A,
+    /// The largest strain of the actuator material.
+    pub(super) largest_strain: f64,
     /// 1 / mass of every node, 1/kg.
     pub(super) inverse_mass: A,
     /// The presence of every node (its weight in means and observations), from 0 to 1; `None` if all nodes are present.

@@ -58,6 +58,12 @@ impl<'a, R> Robots<'a, R> {
                 "{count} {what} for {starts} starts; expected one for all, or one for each"
             );
         }
+        let mut strains = self.bodies.iter().map(|body| body.largest_strain);
+        let first = strains.next();
+        assert!(
+            strains.all(|strain| Some(strain) == first),
+            "the actuator materials of the bodies have different largest strains"
+        );
     }
 }
 

@@ -40,6 +40,8 @@ pub(super) struct Robot {
     pub(super) inputs: Arc<[StepInput]>,
     /// True if bodies state the presence (weight) of their nodes.
     weighs: bool,
+    /// The largest strain of the actuator material.
+    largest_strain: f64,
     /// For a robot without feedback: the state that the policy sees in every step, as x, y, x velocity and y velocity
     /// of all nodes.
     seen: Option<Arc<[f64]>>,
@@ -89,6 +91,7 @@ impl Robot {
                 .then(|| Goals::at(Vector::new(controller.goal))),
             inputs: Arc::new([]),
             weighs: false,
+            largest_strain: 1.0,
             seen: None,
             mechanics: Mechanics::new(lattice, physics),
             is_metered: false,
@@ -137,11 +140,12 @@ impl Robot {
         robot
     }
 
-    /// A copy of this robot with all of its edges. If one of these bodies states the presence (weight) of its nodes,
-    /// the steps use it.
+    /// A copy of this robot with all of its edges, and with the largest strain of these bodies. If one of them states the
+    /// presence (weight) of its nodes, the steps use it.
     pub(super) fn for_all_edges<R: Real>(&self, bodies: &[Body<R>]) -> Self {
         Self {
             weighs: bodies.iter().any(|body| !body.presence.is_empty()),
+            largest_strain: bodies.first().map_or(1.0, |body| body.largest_strain),
             ..self.clone()
         }
     }
@@ -269,6 +273,7 @@ impl Robot {
             stiffness: p.of_body(slots, |body| graph.to_slots(&body.stiffness)),
             rest_length: p.shared(&self.rest_length),
             strain: p.of_body(slots, |body| graph.to_slots(&body.strain)),
+            largest_strain: self.largest_strain,
             inverse_mass: p.of_body(nodes, |body| body.mass.iter().map(inverse).collect()),
             presence: match (self.weighs, &self.goals) {
                 (true, _) => Some(p.of_body(nodes, |body| body.presence.clone())),

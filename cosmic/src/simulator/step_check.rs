@@ -8,10 +8,10 @@ use serde::{Deserialize, Serialize};
 
 use super::stability::{OffBars, Vibration};
 use crate::error::{Error, Result};
-use crate::keys::keys;
+use crate::numbers::rounded;
 use crate::scene::{MOST_SUBSTEPS, PhysicsSettings, UnstableStep, stable_step};
 
-keys! {
+crate::keys! {
     /// A vibration, and the time step at which it begins to grow.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     struct StepLimit {
@@ -68,7 +68,7 @@ pub enum Grade {
     Unstable,
 }
 
-keys! {
+crate::keys! {
     /// A time step compared with the vibrations of a body about a state at rest, with idle actuators.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
     struct StepCheck {
@@ -209,7 +209,7 @@ impl fmt::Display for StepCheck {
         let Some(exact) = self.exact else {
             return Ok(());
         };
-        let (dt, remedy) = (self.dt, self.remedy());
+        let (dt, remedy) = (rounded(self.dt, 5), self.remedy());
         match (self.grade(), exact.dt, self.bound.dt) {
             (Grade::Close, Some(limit), Some(bound)) => write!(
                 out,

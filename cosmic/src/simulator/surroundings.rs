@@ -24,7 +24,7 @@ use crate::laws::StepInput;
 ///
 /// let scene = Scene::parse("small", "lattice.columns = 3\nlattice.rows = 2\nphysics.contact = 'coulomb'")?;
 /// let case = Case::of_scene(&scene, 1)?;
-/// let simulator = Simulator::new(&case.lattice, &case.physics, &case.observation);
+/// let simulator = Simulator::new(&case.lattice, &case.scene.physics, &case.scene.controller);
 /// let span = Span::from_start(vec![100]);
 /// // The distance of the payload after 100 steps, as a function of friction and gravity.
 /// let distance = |numbers: &[Var<f64>]| {

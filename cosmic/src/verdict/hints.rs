@@ -1,6 +1,7 @@
 //! What may stop a robot that does not get far, and what to try.
 
-use super::{Measured, STAYS, percent, plain};
+use super::{Measured, STAYS};
+use crate::numbers::{brief, percent};
 
 /// The share of what actuators can lift at most from which a payload may be too heavy.
 const HEAVY: f64 = 0.5;
@@ -30,7 +31,7 @@ impl Measured<'_> {
         Some(format!(
             "{says} {} times what holds a robot at rest; try a gentler slope (`physics.incline_deg`) or more friction \
              (`physics.friction`)",
-            plain(margin)
+            brief(margin)
         ))
     }
 
@@ -52,7 +53,7 @@ impl Measured<'_> {
         let next = self.risers.iter().find(|riser| riser.along > at)?;
         Some(format!(
             "the next step is {} cm high, at {:.2} m from the start; try lower steps",
-            plain(100.0 * next.height),
+            brief(100.0 * next.height),
             next.along
         ))
     }

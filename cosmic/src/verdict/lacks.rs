@@ -1,7 +1,8 @@
 //! What a robot lacks: muscles, bars that hold its shape, the volumes that its scene asks for, and measurements.
 
-use super::{Item, Level, Measured, percent};
+use super::{Item, Level, Measured};
 use crate::geometry::Range;
+use crate::numbers::percent;
 
 impl Measured<'_> {
     /// The items about what the robot lacks.

@@ -1,6 +1,7 @@
 //! The items of a verdict that compare a robot with the data sheets of its parts.
 
-use super::{Item, Level, MUSCLE_POWERS, Measured, plain};
+use super::{Item, Level, MUSCLE_POWERS, Measured};
+use crate::numbers::brief;
 use crate::scene::{DataSheet, SLENDERNESS};
 use crate::simulator::Magnitude;
 
@@ -34,10 +35,10 @@ impl Measured<'_> {
         };
         let says = format!(
             "one muscle gives {} W of {} W ({} of {} W/kg)",
-            plain(power),
-            plain(limit * mass),
-            plain(power / mass),
-            plain(limit)
+            brief(power),
+            brief(limit * mass),
+            brief(power / mass),
+            brief(limit)
         );
         (power > 0.0).then(|| Item::limit(says, level))
     }
@@ -56,23 +57,23 @@ impl Measured<'_> {
         let device = self.sheet.length?;
         let bar = self.structure?.shortest_actuator?;
         let (least, room) = (device.least, device.room(bar));
-        let says = format!("a bar of {} m leaves {} m", plain(bar), plain(room));
+        let says = format!("a bar of {} m leaves {} m", brief(bar), brief(room));
         Some(if room < least {
             let muscle = match device.is_stated {
-                true => format!("that is {} m long", plain(least)),
-                false => format!("with a stroke of {} m", plain(least)),
+                true => format!("that is {} m long", brief(least)),
+                false => format!("with a stroke of {} m", brief(least)),
             };
             let says = format!("{says} for a muscle {muscle}");
             Item::limit(says, Level::Bad)
         } else if device.is_stated {
             Item::limit(
-                format!("{says} for a muscle of {} m", plain(least)),
+                format!("{says} for a muscle of {} m", brief(least)),
                 Level::Good,
             )
         } else {
             // Most devices are longer than twice their stroke.
             let level = Level::from_on([2.0 * least, least], room);
-            let says = format!("{says} for a muscle with a stroke of {} m", plain(least));
+            let says = format!("{says} for a muscle with a stroke of {} m", brief(least));
             Item::limit(says, level)
         })
     }
@@ -80,7 +81,7 @@ impl Measured<'_> {
     fn thickness(&self) -> Option<Item> {
         let thickness = self.sheet.thickness?;
         let bar = self.structure?.shortest_skeleton?;
-        let says = format!("a bar of {} m is {} m thick", plain(bar), plain(thickness));
+        let says = format!("a bar of {} m is {} m thick", brief(bar), brief(thickness));
         Some(Item::limit(
             says,
             Level::from_on(SLENDERNESS, bar / thickness),
@@ -101,9 +102,9 @@ fn against(says: &str, unit: &str, found: Magnitude, limit: f64) -> Option<Item>
         // NaN is bad too.
         Level::Bad
     };
-    let mut text = format!("{says} {} {unit} of {} {unit}", plain(peak), plain(limit));
+    let mut text = format!("{says} {} {unit} of {} {unit}", brief(peak), brief(limit));
     if level != Level::Good {
-        text += &format!(" (99 %: {} {unit})", plain(p99));
+        text += &format!(" (99 %: {} {unit})", brief(p99));
     }
     (peak > 0.0).then(|| Item::limit(text, level))
 }

@@ -34,7 +34,7 @@ fn tensegrity() -> Scene {
 /// The tension of an edge after the rollout of a case, N.
 fn tension(case: &Case, edge: usize) -> f64 {
     let (simulator, body) = (case.task().simulator, case.body());
-    let span = Span::from_start(vec![case.physics.steps]);
+    let span = Span::from_start(vec![case.scene.physics.steps]);
     let seen = simulator.rollout(&body, &case.controller, &case.start, &span);
     let [i, j] = case.lattice.edges[edge];
     let x = &seen.states[0].x;

@@ -68,6 +68,7 @@ fn of_bars<L: BarForce>(name: &str) -> String {
             law: L::default(),
             dt: v[L::COUNT],
             softening: v[L::COUNT + 1],
+            largest_strain: 1.0,
         },
         uniforms: v[..L::COUNT].to_vec(),
     };

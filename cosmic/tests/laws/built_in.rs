@@ -11,6 +11,8 @@ use super::kernels::{DT, is_right, values};
 
 /// The softening of lengths, m^2.
 const SOFTENING: f64 = 1e-12;
+/// The largest strain of the actuator material.
+const LARGEST_STRAIN: f64 = 0.35;
 
 fn tension<L: BarForce>(law: L) -> Fixed<Tension<L>> {
     Fixed {
@@ -19,6 +21,7 @@ fn tension<L: BarForce>(law: L) -> Fixed<Tension<L>> {
             law,
             dt: DT,
             softening: SOFTENING,
+            largest_strain: LARGEST_STRAIN,
         },
     }
 }
@@ -49,6 +52,7 @@ fn dampers() {
         rest_length: 0.1,
         stiffness: 40.0,
         strain: 0.35,
+        largest_strain: LARGEST_STRAIN,
     };
     assert!((Damper::tension(&law, bar(0.5)) - 0.02).abs() < 1e-17);
     assert_eq!(Damper::tension(&law, bar(0.0)), 0.0);
@@ -93,6 +97,7 @@ fn bar(length: f64, rate: f64, strain: f64) -> Bar<f64> {
         rest_length: 0.1,
         stiffness: 30.0,
         strain,
+        largest_strain: LARGEST_STRAIN,
     }
 }
 
@@ -103,7 +108,6 @@ fn actuators_are_limited_by_force_and_speed() {
     let law = Actuator {
         force: 0.6,
         speed: 0.5,
-        strain: 0.35,
     };
     let total = |bar: Bar<f64>| bar.spring() + Actuator::tension(&law, bar);
     for (change, rate, force) in [
@@ -140,7 +144,6 @@ fn ropes_do_not_push() {
     let rope = Rope {
         actuator: 1.0,
         skeleton: 0.0,
-        strain: 0.35,
     };
     for (length, force) in [(0.12, 0.6), (0.08, 0.0), (0.05, 0.0)] {
         let bar = bar(length, 0.0, 0.35);

@@ -41,6 +41,7 @@ fn walk() -> Trajectory<f64> {
     let body = Body {
         stiffness: vec![400.0; 2],
         strain: vec![0.0, 0.1],
+        largest_strain: 0.1,
         mass: vec![1.5, 0.5],
         presence: Vec::new(),
         marker: Marker::default(),

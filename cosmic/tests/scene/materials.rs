@@ -5,6 +5,7 @@ use cosmic::codesign::CoDesign;
 use cosmic::design::Design;
 use cosmic::design::Material::{self, Actuator, Skeleton, Void};
 use cosmic::lattice::{Body, Lattice};
+use cosmic::laws::Stops;
 use cosmic::scene::{BarNumbers, MaterialSettings, Scene};
 use cosmic::simulator::{BarLoad, Loads, Simulator, Span, Trajectory};
 use std::f64::consts::PI;
@@ -174,13 +175,13 @@ fn loads_of_a_second(mut scene: Scene) -> Loads {
     let edges = case.lattice.edges.len();
     let layout: Vec<Material> = kinds.into_iter().cycle().take(edges).collect();
     case.design = Design::Layout(layout.clone());
-    let (task, steps, controller) = (case.task(), case.physics.steps, &case.controller);
+    let (task, steps, controller) = (case.task(), case.scene.physics.steps, &case.controller);
     let span = Span::from_start(vec![steps]);
     let seen = (task.simulator).guarded(&case.body(), controller, &case.start, &span);
     assert!(seen.divergence.is_none(), "{:?}", seen.divergence);
     let simulator = &task.simulator;
     let bars = simulator.loads(&layout, &case.body(), controller, &case.start, steps);
-    simulator.loads_of(&layout, &bars, &seen.trajectory, &case.materials)
+    simulator.loads_of(&layout, &bars, &seen.trajectory, &case.scene.materials)
 }
 
 /// The scenes with real actuators are read without a warning, have a stable step for every design, and their robots move.
@@ -206,18 +207,16 @@ fn robots_with_real_actuators_move() {
     }
 }
 
-/// The law `actuator` tells the share of actuator in a bar by the largest strain of the material.
+/// The stops of `workshop` follow from the stroke of its actuators, which the scene states once.
 #[test]
-fn another_largest_strain_in_the_law_is_doubted() {
-    let text =
-        "physics.forces = ['actuator']\nmaterials.max_strain = [0, 0, 0.1]\nactuator.strain = ";
-    for (strain, is_doubted) in [("0.1", false), ("0.35", true)] {
-        let scene = Scene::parse("strains", &format!("{text}{strain}")).unwrap();
-        let mut doubts = scene.doubts().into_iter();
-        assert_eq!(
-            doubts.any(|doubt| doubt.says.contains("largest strain")),
-            is_doubted
-        );
+fn the_stroke_of_a_device_is_stated_once() {
+    for (settings, strain) in [
+        (&[][..], 0.08),
+        (&["materials.max_strain=[0, 0, 0.07]"], 0.07),
+    ] {
+        let scene = Scene::load("workshop").unwrap().set(settings).unwrap();
+        let stops: Stops = scene.physics.forces.along_bars().unwrap();
+        assert_eq!(stops.at, strain);
     }
 }
 

@@ -38,7 +38,11 @@ impl Begun {
 
     pub(crate) fn of(cases: [Case; 2]) -> Self {
         let first = &cases[0];
-        let simulator = Simulator::new(&first.lattice, &first.physics, &first.observation);
+        let simulator = Simulator::new(
+            &first.lattice,
+            &first.scene.physics,
+            &first.scene.controller,
+        );
         Self {
             surroundings: [simulator.surroundings()],
             bodies: cases.iter().map(Case::body).collect(),
@@ -155,6 +159,7 @@ impl Begun {
             let body = Body {
                 stiffness: or_zero(stiffness),
                 strain: or_zero(strain),
+                largest_strain: body.largest_strain,
                 mass: mass.to_vec(),
                 presence: or_zero(presence),
                 marker: body.marker.map(Var::constant),

@@ -64,8 +64,8 @@ impl Method {
     /// The method with which the case itself is simulated.
     pub fn of(case: &Case) -> Self {
         Self {
-            integrator: case.physics.integrator,
-            substeps: case.physics.substeps,
+            integrator: case.scene.physics.integrator,
+            substeps: case.scene.physics.substeps,
         }
     }
 
@@ -84,7 +84,7 @@ impl Method {
             _ => own.substeps,
         };
         let limit = MARGIN * longest_explicit(case);
-        while limit > 0.0 && case.physics.dt / substeps as f64 > limit && substeps < FINER {
+        while limit > 0.0 && case.scene.physics.dt / substeps as f64 > limit && substeps < FINER {
             substeps *= 2;
         }
         let implicit = Self::single(Integrator::Implicit);
@@ -103,7 +103,7 @@ impl Method {
     /// `steps` old ones.
     pub fn applied(&self, case: &Case, fraction: f64, steps: usize) -> Case {
         let mut case = case.clone();
-        let physics = &mut case.physics;
+        let physics = &mut case.scene.physics;
         (physics.integrator, physics.substeps) = (self.integrator, self.substeps);
         physics.dt *= fraction;
         // Fractions are powers of two, so the quotient is exact.
@@ -140,7 +140,7 @@ pub struct Reference {
 
 impl Reference {
     fn of(case: &Case, marks: [usize; 2]) -> Self {
-        let needed = case.physics.dt / (FINE * longest_explicit(case));
+        let needed = case.scene.physics.dt / (FINE * longest_explicit(case));
         let finer = (needed.ceil() as usize).next_power_of_two();
         let finer = finer.clamp(FINER, FINEST) as f64;
         let ways = [
@@ -223,7 +223,7 @@ impl Run {
             is_default: (method, fraction, is_single) == (Method::of(case), 1.0, false),
             error: reference.errors(&states),
             time: median_time(REPEATS, run),
-            stable: here.physics.dt < largest_stable_step(&here),
+            stable: here.scene.physics.dt < largest_stable_step(&here),
             finite: !states.iter().any(State::is_absurd),
         }
     }
@@ -267,7 +267,7 @@ pub fn accuracy(case: &Case) -> Section {
 impl<'a> Accuracy<'a> {
     /// Runs a case with several methods and time steps. Run times are measured while nothing else runs.
     pub fn of(case: &'a Case) -> Self {
-        let last = LAST.min(case.physics.steps).max(FIRST) / FIRST * FIRST;
+        let last = LAST.min(case.scene.physics.steps).max(FIRST) / FIRST * FIRST;
         let marks = [last / FIRST, last];
         let reference = Reference::of(case, marks);
         let own = Method::of(case);
@@ -320,7 +320,8 @@ impl<'a> Accuracy<'a> {
 
     /// The times of the marks, in seconds.
     fn times(&self) -> [f64; 2] {
-        self.marks.map(|mark| mark as f64 * self.case.physics.dt)
+        self.marks
+            .map(|mark| mark as f64 * self.case.scene.physics.dt)
     }
 
     fn table(&self) -> Table {
@@ -348,7 +349,7 @@ impl<'a> Accuracy<'a> {
 
     /// The time step of a run, in seconds.
     fn dt(&self, run: &Run) -> f64 {
-        self.case.physics.dt * run.fraction
+        self.case.scene.physics.dt * run.fraction
     }
 
     /// A chart of the errors at the first mark over another quantity, with a line for each method and number type. Runs

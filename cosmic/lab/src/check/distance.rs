@@ -6,12 +6,13 @@ use rayon::prelude::*;
 use super::accuracy::Method;
 use super::probe::{Probe, largest_stable_step, moved_starts};
 use crate::report::sheet::{Chart, Line, Section};
-use crate::table::{Cell, Standing, Table, decimals};
+use crate::table::{Cell, Standing, Table};
 use cosmic::case::Case;
 use cosmic::codesign::{LEAST_WALK, Quantiles, STEADY};
 use cosmic::lattice::State;
+use cosmic::numbers::{brief, decimals};
 use cosmic::task::together;
-use cosmic::verdict::{Item, Level, plain};
+use cosmic::verdict::{Item, Level};
 
 /// The number of perturbed starts. Single distances of a chaotic robot differ with every change; their median does not.
 const STARTS: usize = 16;
@@ -57,7 +58,7 @@ pub fn distance(case: &Case, is_delivered: bool) -> Section {
         let methods = methods.map(|trial| (trial, trial.method.name()));
         for (trial, name) in half.chain(methods) {
             let off = compare.apart(&[trial]);
-            let failure = format!("{name} changes the distance by {} %", plain(100.0 * off));
+            let failure = format!("{name} changes the distance by {} %", brief(100.0 * off));
             section.check(off <= STEADY, failure);
         }
     }
@@ -76,9 +77,9 @@ fn trial<R: Real + Into<f64>>(
     precision: &'static str,
 ) -> Trial {
     let starts = moved_starts(case, STARTS);
-    let here = method.applied(case, fraction, case.physics.steps);
+    let here = method.applied(case, fraction, case.scene.physics.steps);
     let probe = Probe::new(&here);
-    let observed = [here.physics.steps];
+    let observed = [here.scene.physics.steps];
     let groups = starts.par_chunks(together(STARTS));
     let ends = groups.map(|starts| probe.run::<R>(starts, &observed));
     let ends = ends.collect::<Vec<_>>().concat();
@@ -93,10 +94,10 @@ fn trial<R: Real + Into<f64>>(
     let distances: Vec<f64> = starts.iter().zip(&ends).map(along).collect();
     Trial {
         method,
-        dt: here.physics.dt,
+        dt: here.scene.physics.dt,
         precision,
         spread: Quantiles::of(&distances),
-        is_stable: here.physics.dt < largest_stable_step(&here),
+        is_stable: here.scene.physics.dt < largest_stable_step(&here),
     }
 }
 
@@ -131,7 +132,7 @@ impl Comparison {
             Level::Bad => "depends on",
         };
         let share = match level != Level::Good && off.is_finite() {
-            true => format!(" (by {} %)", plain(100.0 * off)),
+            true => format!(" (by {} %)", brief(100.0 * off)),
             false => String::new(),
         };
         let metres = |trial: &Trial| match trial.spread.p50 {
@@ -159,12 +160,12 @@ fn answers(
     let figure = format!(
         "The robot moves by {} m in {} s ({} to {} m from perturbed starts)",
         decimals(p50, 2),
-        plain(case.physics.steps as f64 * case.physics.dt),
+        brief(case.scene.physics.steps as f64 * case.scene.physics.dt),
         decimals(p10, 2),
         decimals(p90, 2)
     );
     let all: Vec<&Trial> = steps.iter().collect();
-    let at = |trial: &Trial| format!("at {} ms", plain(1e3 * trial.dt));
+    let at = |trial: &Trial| format!("at {} ms", brief(1e3 * trial.dt));
     // The distance of a run with an unstable time step has no meaning.
     let others = methods.iter().filter(|trial| trial.is_stable);
     let compared: Vec<&Trial> = std::iter::once(own).chain(others).collect();

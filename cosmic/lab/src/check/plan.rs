@@ -9,6 +9,7 @@ use cosmic::case::Case;
 use cosmic::design::Material;
 use cosmic::geometry::Ground;
 use cosmic::lattice::Body;
+use cosmic::numbers::rounded;
 use cosmic::policy::Network;
 use cosmic::scene::{AnyDesign, ClockKind, Named, Senses, VoidEdges};
 use cosmic::simulator::rounded_down;
@@ -72,17 +73,19 @@ fn text(terms: &[Term]) -> String {
 /// Compares the time step of a case with the largest stable ones. True if it is stable.
 fn time_step(case: &Case) -> (bool, Item) {
     let vibrations = Vibrations::of(case, &case.start.x);
-    let any = AnyDesign::new(&case.lattice, &case.materials, &case.physics).stable_step(1.0);
+    let any =
+        AnyDesign::new(&case.lattice, &case.scene.materials, &case.scene.physics).stable_step(1.0);
     let exact = vibrations.step(case, vibrations.fastest);
     let limits = [exact, vibrations.step(case, vibrations.bound), any];
     let [limit, bound, any] = limits.map(|limit| rounded_down(limit, 3));
-    let dt = case.physics.dt;
+    let dt = case.scene.physics.dt;
     // If the limit is NaN, the comparison is false, so no time step counts as stable.
     let is_stable = dt < exact;
     let level = if is_stable { Level::Good } else { Level::Bad };
     let says = format!(
-        "The time step of {dt} s is {:.0} % of the stable one, {limit} s ({bound} s by the safe bound, {any} s for any \
+        "The time step of {} s is {:.0} % of the stable one, {limit} s ({bound} s by the safe bound, {any} s for any \
          design)",
+        rounded(dt, 5),
         100.0 * dt / exact
     );
     (is_stable, Item::limit(says, level))
@@ -93,12 +96,12 @@ pub fn terms(case: &Case) -> Vec<Term> {
     let body = case.body();
     let mut terms = controller_terms(case, &body);
     let edges = body.stiffness.iter().filter(|k| **k != 0.0).count();
-    let springs = match case.physics.substeps {
+    let springs = match case.scene.physics.substeps {
         1 => format!("{edges} edges, in SIMD lanes"),
         substeps => format!("{edges} edges, {substeps} times in each step"),
     };
     terms.extend([term("springs", true, springs), void_edges(case)]);
-    let forces = case.physics.forces.about().into_iter();
+    let forces = case.scene.physics.forces.about().into_iter();
     terms.extend(forces.map(|(name, about)| term(name, true, about)));
     terms.extend(ground_terms(case));
     terms
@@ -126,13 +129,13 @@ fn controller_terms(case: &Case, body: &Body<f64>) -> Vec<Term> {
         (true, false) => "no edge has a stroke, so there is no controller".to_owned(),
         (true, true) => "the controller observes them".to_owned(),
     };
-    let Senses { x, v } = case.observation.senses();
+    let Senses { x, v } = case.scene.controller.senses();
     let (why_x, why_v) = (sight(x, "offset_scale"), sight(v, "velocity_scale"));
     let why_idle = match all - some {
         0 => "every edge has a stroke".to_owned(),
         idle => format!("{idle} edges have no stroke or no stiffness"),
     };
-    let is_learned = case.observation.clock == ClockKind::Learned;
+    let is_learned = case.scene.controller.clock == ClockKind::Learned;
     let why_turned = match is_learned {
         true => "the frequency of the clock is learned",
         false => "the frequency of the clock is fixed",
@@ -162,7 +165,10 @@ fn before_outputs(case: &Case) -> (&'static str, String) {
             )
         }
         None => {
-            let (name, count) = (case.observation.policy.name(), case.controller.weights());
+            let (name, count) = (
+                case.scene.controller.policy.name(),
+                case.controller.weights(),
+            );
             (
                 "policy without its outputs",
                 format!("`{name}` has {count} parameters"),
@@ -177,8 +183,8 @@ fn void_edges(case: &Case) -> Term {
     let Some(materials) = case.design.layout() else {
         return term("void edges", true, "no edge of a mixture is void");
     };
-    let no_stiffness = Material::Void.of(&case.materials.stiffness) == 0.0;
-    let (kept, why) = match case.physics.void_edges {
+    let no_stiffness = Material::Void.of(&case.scene.materials.stiffness) == 0.0;
+    let (kept, why) = match case.scene.physics.void_edges {
         VoidEdges::Drop => (false, "physics.void_edges is \"drop\""),
         VoidEdges::Keep if no_stiffness => (false, "void has no stiffness"),
         VoidEdges::Keep => (true, "physics.void_edges is \"keep\""),
@@ -192,7 +198,7 @@ fn void_edges(case: &Case) -> Term {
 }
 
 fn ground_terms(case: &Case) -> [Term; 4] {
-    let physics = &case.physics;
+    let physics = &case.scene.physics;
     let rotation = match Ground::from(physics).is_flat() {
         true => "the ground is flat".to_owned(),
         false => format!(

@@ -90,18 +90,18 @@ impl Vibrations {
     /// Computes the vibrations of a case's robot with its nodes at `positions`.
     pub(super) fn of(case: &Case, positions: &[Vector<f64>]) -> Self {
         let body = case.body();
-        let vibration = Vibration::new(&case.lattice, &body, &case.physics, positions);
+        let vibration = Vibration::new(&case.lattice, &body, &case.scene.physics, positions);
         Self {
             fastest: vibration.largest_frequency(),
             bound: vibration.edge_bound(),
             damping: vibration.damping(),
-            off_bars: vibration.step_off_bars(&case.physics),
+            off_bars: vibration.step_off_bars(&case.scene.physics),
         }
     }
 
     /// The smallest time step, s, with which a vibration grows, by the largest `frequency` in 1/s.
     pub(super) fn step(&self, case: &Case, frequency: f64) -> f64 {
-        stable_step(&case.physics, frequency, self.damping).min(self.off_bars)
+        stable_step(&case.scene.physics, frequency, self.damping).min(self.off_bars)
     }
 }
 

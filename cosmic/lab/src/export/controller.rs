@@ -33,7 +33,7 @@ pub(super) struct Seen {
 impl<'c> Folded<'c> {
     /// The controller of a case; `None` if its policy is not a network.
     pub(super) fn new(case: &'c Case, body: &Body<f64>, ground: &Ground) -> Option<Self> {
-        let (settings, nodes) = (&case.observation, case.lattice.nodes());
+        let (settings, nodes) = (&case.scene.controller, case.lattice.nodes());
         let sight = of_settings(settings).observe();
         let network = Network::of(&case.controller, &case.lattice)?;
         let mut network = network.folded(settings, nodes, sight, &body.presence, ground);
@@ -102,7 +102,7 @@ impl<'c> Folded<'c> {
     /// What a robot with given goals needs besides the network. `nodes` are the nodes of the model.
     pub(super) fn seen(&self, ground: &Ground, nodes: &[usize]) -> Option<Seen> {
         let mean = self.mean.as_ref()?;
-        let settings = &self.case.observation;
+        let settings = &self.case.scene.controller;
         let payload = self.case.lattice.payload_point(&self.case.start, ground);
         Some(Seen {
             goal: settings.goal,

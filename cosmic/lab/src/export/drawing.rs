@@ -1,7 +1,6 @@
 //! A drawing of the robot at rest as SVG, to scale: one unit of the drawing is a millimetre.
 
-use super::member::{Member, nodes_of, place};
-use crate::report::RobotFiles;
+use crate::report::{Member, RobotFiles, nodes_of, place};
 use cosmic::design::Material;
 use cosmic::geometry::{Bounds, Vector};
 use cosmic::scene::SkeletonPart;

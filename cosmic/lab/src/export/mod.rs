@@ -3,17 +3,17 @@
 //! Tables and drawing show the bars at rest, without void edges, in the frame of the ground: positions are measured along
 //! and above it from the lattice's lower left corner.
 
-mod member;
-mod tables;
 mod drawing;
 mod controller;
 pub mod mujoco;
 
 use crate::files::write_texts;
-use crate::report::RunFiles;
-use cosmic::error::Result;
+use crate::report::{
+    DECIMALS, Member, RobotFiles, RunFiles, bars, loads, members, nodes_of, place,
+};
+use crate::table::Table;
+use cosmic::error::{Error, Result};
 use cosmic::record::files::make_folder;
-use member::members;
 use std::path::{Path, PathBuf};
 
 /// Writes `bars.csv` and `nodes.csv`, the bars and nodes with peak forces and masses, into a folder. Returns the paths.
@@ -21,11 +21,27 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// [`Error::Usage`](cosmic::Error::Usage) for a robot without solid bars; [`Error::Write`](cosmic::Error::Write).
 pub fn write_tables(run: &RunFiles, folder: &Path) -> Result<Vec<PathBuf>> {
-    let members = members(&run.robot)?;
-    let bars = tables::bars(run, &members)?.to_csv();
-    let nodes = tables::nodes(&run.robot, &members).to_csv();
+    let members = some_members(&run.robot)?;
+    // The forces depend on all laws of the scene. If this program lacks one, it leaves out only the forces.
+    let loads = match run.robot.lacks() {
+        [] => Some(loads(run)?),
+        _ => None,
+    };
+    let bars = bars(&run.robot, &members, loads.as_deref()).to_csv();
+    let nodes = nodes(&run.robot, &members).to_csv();
     make_folder(folder)?;
     write_texts(folder, [("bars.csv", bars), ("nodes.csv", nodes)])
+}
+
+/// Returns the bars of a robot. Fails if there are none.
+fn some_members(robot: &RobotFiles) -> Result<Vec<Member>> {
+    let members = members(robot);
+    if members.is_empty() {
+        return Err(Error::Usage(
+            "cannot export: all edges of the robot are void, so there is nothing to export".into(),
+        ));
+    }
+    Ok(members)
 }
 
 /// Writes `drawing.svg`, the robot to scale with the numbers of its nodes and bars, into a folder. Returns the path.
@@ -33,7 +49,40 @@ pub fn write_tables(run: &RunFiles, folder: &Path) -> Result<Vec<PathBuf>> {
 /// # Errors
 /// The errors of [`write_tables`].
 pub fn write_drawing(run: &RunFiles, folder: &Path) -> Result<Vec<PathBuf>> {
-    let drawing = drawing::draw(&run.robot, &members(&run.robot)?);
+    let drawing = drawing::draw(&run.robot, &some_members(&run.robot)?);
     make_folder(folder)?;
     write_texts(folder, [("drawing.svg", drawing)])
+}
+
+/// Returns the table of nodes, with one row for each node at which a bar ends.
+fn nodes(robot: &RobotFiles, members: &[Member]) -> Table {
+    let nodes: Vec<usize> = nodes_of(members).into_iter().collect();
+    let bars = |node: usize| members.iter().filter(|m| m.nodes.contains(&node)).count();
+    let physics = &robot.scene.physics;
+    let payload = |node: usize| -> f64 {
+        let here = robot.lattice.payload.iter().filter(|p| p.node == node);
+        here.fold(0.0, |sum, p| sum + p.mass.unwrap_or(physics.payload_mass))
+    };
+    let truss = robot.scene.lattice.file.truss();
+    let given = "number of the node in the truss file that the user wrote, from 0";
+    Table::of("", "", &nodes)
+        .column("node", "number of the node", |node| *node)
+        .columns(
+            ["x", "y"],
+            "position along and above the ground, m",
+            |node, k| place(robot, *node)[k],
+        )
+        .column("bars", "number of bars that end at the node", |node| {
+            bars(*node)
+        })
+        .column("node_mass", "mass of the node itself, kg", |_| {
+            physics.node_mass
+        })
+        .column("payload", "extra mass, kg", |node| payload(*node))
+        .column("given_node", given, |node| match truss {
+            Some(truss) => truss.given_number(*node),
+            None => *node,
+        })
+        .rounded(DECIMALS)
+        .done()
 }

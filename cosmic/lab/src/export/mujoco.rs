@@ -76,7 +76,7 @@ pub fn write(case: &Case, settings: &MujocoSettings, folder: &Path) -> Result<Ve
 
 /// Returns an error for a case that the model cannot express.
 fn check(case: &Case, settings: &MujocoSettings) -> Result<()> {
-    let physics = &case.physics;
+    let physics = &case.scene.physics;
     let known = [Damper::NAME, Stops::NAME, Actuator::NAME, Bumpers::NAME];
     let mut forces = physics.forces.about().into_iter();
     let has_other_forces = forces.any(|(name, _)| !known.contains(&name));
@@ -96,7 +96,7 @@ fn check(case: &Case, settings: &MujocoSettings) -> Result<()> {
         (has_other_contact, "physics.contact=coulomb"),
         (!physics.ground.resolved().is_flat(), "ground.profile=flat"),
         (
-            !["mlp", "clock", "gaits"].contains(&case.observation.policy.name()),
+            !["mlp", "clock", "gaits"].contains(&case.scene.controller.policy.name()),
             "controller.policy=mlp",
         ),
     ];
@@ -129,7 +129,7 @@ struct Robot<'c> {
 
 impl<'c> Robot<'c> {
     fn new(case: &'c Case, settings: &'c MujocoSettings) -> Self {
-        let ground = Ground::from(&case.physics);
+        let ground = Ground::from(&case.scene.physics);
         let body = case.body();
         let controller = Folded::new(case, &body, &ground);
         let controller = controller.expect("`check` accepts only networks");
@@ -157,9 +157,9 @@ impl<'c> Robot<'c> {
             settings,
             ground,
             body,
-            damper: case.physics.forces.along_bars(),
-            stops: case.physics.forces.along_bars(),
-            device: case.physics.forces.along_bars(),
+            damper: case.scene.physics.forces.along_bars(),
+            stops: case.scene.physics.forces.along_bars(),
+            device: case.scene.physics.forces.along_bars(),
             nodes,
             bars,
             actuators,
@@ -172,11 +172,11 @@ impl<'c> Robot<'c> {
     }
 
     fn substeps(&self) -> usize {
-        self.settings.substeps.max(self.case.physics.substeps)
+        self.settings.substeps.max(self.case.scene.physics.substeps)
     }
 
     fn friction(&self) -> f64 {
-        let physics = &self.case.physics;
+        let physics = &self.case.scene.physics;
         let own = match physics.contact.name() {
             "coulomb" => physics.friction,
             _ => MOST_FRICTION,
@@ -186,7 +186,7 @@ impl<'c> Robot<'c> {
 
     /// Returns the text of the model in MJCF.
     fn model(&self) -> String {
-        let physics = &self.case.physics;
+        let physics = &self.case.scene.physics;
         let dt = physics.dt / self.substeps() as f64;
         let (gravity, friction) = (-physics.gravity, self.friction());
         let bodies: String = self.nodes.iter().map(|&node| self.node(node, dt)).collect();
@@ -240,7 +240,7 @@ impl<'c> Robot<'c> {
     /// Returns the element for the plane of the ground. The plane is below the ground's line by the radius of the
     /// spheres, so that a sphere touches the plane when its node is on the line.
     fn ground(&self) -> String {
-        if !self.case.physics.contact.has_ground() {
+        if !self.case.scene.physics.contact.has_ground() {
             return String::new();
         }
         let normal = spatial(self.ground.normal());
@@ -258,7 +258,7 @@ impl<'c> Robot<'c> {
     /// by `1 - damping dt / mass`. `damping` is chosen such that this factor equals the scene's `exp(-gamma dt)`.
     fn node(&self, node: usize, dt: f64) -> String {
         let (mass, radius) = (self.body.mass[node], self.radius());
-        let damping = -mass * (-self.case.physics.damping * dt).exp_m1() / dt;
+        let damping = -mass * (-self.case.scene.physics.damping * dt).exp_m1() / dt;
         let start = self.case.start.x[node];
         let place = spatial(start);
         let axes = [("x", self.ground.tangent()), ("z", self.ground.normal())];
@@ -402,10 +402,10 @@ impl<'c> Robot<'c> {
                 stiffness: self.of_actuators(&self.body.stiffness),
                 length: self.of_actuators(&self.case.lattice.rest_length),
             }),
-            omega: frequency(&self.case.observation, &self.case.controller),
-            dt: self.case.physics.dt,
+            omega: frequency(&self.case.scene.controller, &self.case.controller),
+            dt: self.case.scene.physics.dt,
             substeps: self.substeps(),
-            steps: self.case.physics.steps,
+            steps: self.case.scene.physics.steps,
         }
     }
 }

@@ -7,11 +7,13 @@ use super::{data, page};
 use crate::table::{Cell, Column, Table, TableOf, escape};
 use cosmic::Registry;
 use cosmic::error::Result;
+use cosmic::keys::{Keyed, columns};
 use cosmic::lattice::Lattice;
 use cosmic::record::Summary;
 use cosmic::record::run::{DESIGN, SCENE, read_scene_to_show};
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::trajectory_file::TRAJECTORY;
+use cosmic::simulator::{Energy, Loads};
 use cosmic::verdict::{Item, Verdict};
 use serde::Serialize;
 use serde_json::Value;
@@ -100,49 +102,48 @@ impl Comparison {
     /// through each other. If one of the runs has a loss, the loss is the objective, and the displacement replaces the
     /// energy.
     fn short(&self) -> Table {
-        let column = |name, unit, decimals, missing: &'static str| {
-            Column::new(name, "").unit(unit).decimals(decimals, missing)
-        };
         let has_loss = self.runs.iter().any(|run| run.summary.loss_p50.is_some());
         let far = |run: &ComparedRun| run.summary.displacement_robust_p50;
+        let of_energy = |name, title| declared::<Energy>(name, title, "not known");
         let mut table = self.names();
         if has_loss {
-            table = table.add(column("loss", "", 4, "\u{2013}"), |run| {
-                run.summary.loss_p50
-            });
+            let loss = declared::<Summary>("loss_p50", "loss", "\u{2013}");
+            table = table.add(loss, |run| run.summary.loss_p50);
         }
+        let distance = declared::<Summary>("displacement_robust_p50", "distance", "diverged");
+        let speed = Column::new("speed", "").unit("m/s");
         table = table
-            .add(column("distance", "m", 3, "diverged"), far)
-            .add(column("speed", "m/s", 3, "not known"), |run| {
+            .add(distance, far)
+            .add(speed.decimals(3, "not known"), |run| {
                 Some(far(run)? / run.seconds?)
             })
-            .add(column("mass", "kg", 3, "not known"), |run| {
+            .add(of_energy("mass", "mass"), |run| {
                 Some(run.summary.quoted_energy()?.mass)
             });
         if !has_loss {
-            table = table.add(column("energy", "J/m", 1, "not known"), |run| {
+            table = table.add(of_energy("per_metre", "energy"), |run| {
                 run.summary.quoted_energy()?.per_metre
             });
         }
-        let pairs = |run: &ComparedRun| match run.summary.undecided {
-            true => Cell::from("undecided"),
-            false => crossing_pairs(&run.summary).into(),
+        let pairs = |run: &ComparedRun| match (run.summary.undecided, &run.summary.loads) {
+            (true, _) => Cell::from("undecided"),
+            (false, loads) => loads.as_ref().map(|loads| loads.most_tangles as f64).into(),
         };
-        table
-            .add(column("crossing pairs", "", 0, "not known"), pairs)
-            .done()
+        let tangles = declared::<Loads>("most_tangles", "tangled pairs", "not known");
+        table.add(tangles, pairs).done()
     }
 
     /// Returns a table of all numbers that a summary has.
     fn whole(&self) -> Table {
         let seed = Column::new("seed", "seed of the random generator");
         let says = "whether the median describes the robot well";
-        let reliability = Column::new("reliability", says).decimals(0, "\u{2013}");
+        let reliability = Column::new("reliability", says);
         self.names()
             .add(seed, |run| Cell::Count(run.summary.seed))
             .add(reliability, |run| run.summary.reliability.word())
-            .keyed(|run| &run.summary)
+            .keyed(|run| Some(&run.summary))
             .done()
+            .without_empty()
     }
 
     /// Returns text for a terminal: a table of six columns, or of all with `all`, and then the verdict on each run.
@@ -216,7 +217,11 @@ fn name(folder: &Path) -> String {
     last.to_string_lossy().into_owned()
 }
 
-/// The largest number of pairs of bars that pass through each other at a time.
-fn crossing_pairs(summary: &Summary) -> Option<f64> {
-    Some(summary.loads.as_ref()?.most_tangles as f64)
+/// The declared column `name` of a file, with a title for people and a text for missing numbers.
+fn declared<K: Keyed>(name: &str, title: &str, missing: &'static str) -> Column {
+    let mut declared = columns(&K::keys()).into_iter();
+    let found = declared.find(|column| column.name == name);
+    let found = found.expect("a declared column");
+    let column = Column::new(title, found.says).unit(found.unit);
+    column.decimals(found.decimals, missing)
 }

@@ -13,6 +13,7 @@ use cosmic::case::Case;
 use cosmic::design::Material;
 use cosmic::geometry::Range;
 use cosmic::lattice::State;
+use cosmic::numbers::rounded;
 use cosmic::record::run::DESIGN;
 use cosmic::simulator::{BarLoad, EdgeMoments, Trajectory};
 
@@ -177,5 +178,5 @@ impl<'r> Gait<'r> {
 
 /// Rounds a number to four digits, which are enough for a picture.
 pub(super) fn brief(x: f64) -> f64 {
-    format!("{x:.3e}").parse().unwrap_or(x)
+    rounded(x, 4)
 }

@@ -6,9 +6,10 @@ use super::files::{RobotFiles, RunFiles};
 use super::gait::Gait;
 use super::motion::Motion;
 use super::{data, loads, robot, tiles, verdict};
-use crate::table::{Table, decimals, escape};
+use crate::table::{Table, escape};
 use crate::walk::{self, Leg, Walk, Way};
 use cosmic::design::Material;
+use cosmic::numbers::decimals;
 use cosmic::record::{Summary, TrajectoryFile};
 use cosmic::scene::{Departure, Scene};
 use std::slice::from_ref;
@@ -196,7 +197,7 @@ fn fold(title: &str, body: &str) -> String {
 /// ground; `None` if the ground has no corners.
 fn numbers(summary: &Summary, deepest_cut: Option<f64>) -> String {
     let table = Table::of("", "", from_ref(summary));
-    let table = table.keyed(|summary| summary).done();
+    let table = table.keyed(Some).done().without_empty();
     let cells = table.columns.iter().zip(&table.rows[0].cells);
     let mut rows: Vec<[String; 2]> = cells
         .map(|(column, cell)| {

@@ -2,11 +2,12 @@
 
 use super::files::RunFiles;
 use super::motion::Motion;
-use crate::table::{decimals, escape};
+use crate::table::escape;
 use cosmic::design::Material;
+use cosmic::keys::Keyed;
+use cosmic::numbers::{brief, decimals, mass};
 use cosmic::scene::Named;
 use cosmic::simulator::Energy;
-use cosmic::verdict::{mass, plain};
 
 /// The text for a number that an undecided design does not have.
 const NOT_KNOWN: &str = "not known";
@@ -66,11 +67,13 @@ fn objective(run: &RunFiles) -> [String; 2] {
         let says = format!("objective: loss of the task {task}, median");
         return [decimals(loss, 4), says];
     }
-    let far = summary.displacement_robust_p50;
-    let low = summary.displacement_robust_p10;
-    let low = low.map_or("diverged".to_owned(), |low| decimals(low, 3) + " m");
+    let [far, low] = ["displacement_robust_p50", "displacement_robust_p10"].map(|column| {
+        summary
+            .shown(column)
+            .unwrap_or_else(|| "diverged".to_owned())
+    });
     [
-        far.map_or("diverged".to_owned(), |x| decimals(x, 3) + " m"),
+        far,
         format!("objective: distance, median of robots that vary a little; 10 % quantile: {low}"),
     ]
 }
@@ -119,15 +122,15 @@ fn energy(run: &RunFiles) -> [String; 2] {
     else {
         return [NOT_KNOWN.to_owned(), "mean power".to_owned()];
     };
-    let net = plain(net_power);
+    let net = brief(net_power);
     let mut says = format!("mean power at this speed, without losses; net {net} W");
     if let Some(joule) = per_metre {
-        says += &format!("; {} J/m", plain(joule));
+        says += &format!("; {} J/m", brief(joule));
     }
     if let Some(cost) = cost_of_transport {
-        says += &format!("; cost of transport {}", plain(cost));
+        says += &format!("; cost of transport {}", brief(cost));
     }
-    [plain(power) + " W", says]
+    [brief(power) + " W", says]
 }
 
 /// What ten minutes take from a battery and from a supply of air.
@@ -137,11 +140,11 @@ fn stores(run: &RunFiles) -> [String; 2] {
         return [NOT_KNOWN.to_owned(), format!("energy {says}")];
     };
     let air = energy.air.map_or(String::new(), |air| {
-        let litres = plain(1e3 * 600.0 * air);
+        let litres = brief(1e3 * 600.0 * air);
         format!("; its cylinders take {litres} normal litres of air")
     });
     let hours = 600.0 * energy.power / 3600.0;
-    [plain(hours) + " Wh", format!("energy {says}{air}")]
+    [brief(hours) + " Wh", format!("energy {says}{air}")]
 }
 
 fn crossings(run: &RunFiles) -> [String; 2] {
@@ -158,12 +161,16 @@ fn crossings(run: &RunFiles) -> [String; 2] {
 }
 
 fn open_loop(run: &RunFiles) -> [String; 2] {
-    let kept = run.summary.clock_keeps();
+    let summary = &run.summary;
+    let kept = summary.clock_keeps();
     let kept = kept.map_or("\u{2013}".to_owned(), |kept| {
         decimals(100.0 * kept, 0) + " %"
     });
-    [
-        kept,
-        "of the distance in open loop, without feedback".to_owned(),
-    ]
+    let [clock, whole] = ["displacement_clock_p50", "displacement_p50"].map(|column| {
+        summary
+            .shown(column)
+            .unwrap_or_else(|| "diverged".to_owned())
+    });
+    let says = "of the distance in open loop, without feedback";
+    [kept, format!("{says}: {clock} of {whole}")]
 }

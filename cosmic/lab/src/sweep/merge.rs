@@ -6,7 +6,6 @@ use crate::statistics::Statistics;
 use crate::table::{Cell, Column, Table};
 use cosmic::codesign::Quantiles;
 use cosmic::error::Result;
-use cosmic::keys::{Keyed, columns};
 use cosmic::record::Summary;
 use cosmic::record::summary::{SUMMARY, ratio};
 use rayon::prelude::*;
@@ -31,8 +30,6 @@ struct MergedRun<'p> {
     seed: u64,
     state: &'static str,
     summary: Option<Summary>,
-    /// The numbers of the summary; empty if the run is not done.
-    numbers: Vec<Option<f64>>,
 }
 
 /// The summaries are read in blocks, so that the memory does not grow with the number of runs. This is the number of runs
@@ -74,7 +71,6 @@ impl<'p> MergedRun<'p> {
         let (trial, seed) = plan.parts(index);
         let is_done = folder.join(SUMMARY).exists();
         let summary = is_done.then(|| Summary::read(&folder)).transpose()?;
-        let numbers = summary.as_ref().map(|summary| summary.numbers());
         Ok(Self {
             index,
             trial,
@@ -85,14 +81,12 @@ impl<'p> MergedRun<'p> {
                 false => "unfinished",
             },
             summary,
-            numbers: numbers.unwrap_or_default(),
         })
     }
 }
 
 /// The table with a row for each run and a column for each key that the sweep varies.
 fn results(runs: &[MergedRun], keys: &[&str]) -> Table {
-    let names = columns(&Summary::keys());
     Table::of("", "", runs)
         .column("index", "", |run| run.index)
         .column("trial", "", |run| &run.trial.name[..])
@@ -103,11 +97,10 @@ fn results(runs: &[MergedRun], keys: &[&str]) -> Table {
             Some(summary) => summary.iterations.into(),
             None => Cell::Missing,
         })
-        .columns(names, "", |run, k| run.numbers.get(k).copied().flatten())
+        .keyed(|run| run.summary.as_ref())
         .column("reliability", "", |run| {
             run.summary.as_ref().map(|s| s.reliability.word())
         })
-        .decimals(3, "-")
         .done()
 }
 

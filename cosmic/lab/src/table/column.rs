@@ -1,6 +1,8 @@
 //! The cells and columns of tables, and how their numbers are formatted.
 
-use super::words::{decimals, plain, quoted, three_digits};
+use super::words::quoted;
+use cosmic::keys::KeyColumn;
+use cosmic::numbers::{decimals, plain, short};
 use serde::Serialize;
 
 /// The content of one cell of a table. In JSON, a number keeps every bit; a number that is not finite becomes `null`.
@@ -11,7 +13,7 @@ pub enum Cell {
     Text(String),
     /// A whole number in a cell.
     Count(u64),
-    /// A number in a cell. A number that is not finite is shown as "failed".
+    /// A number in a cell. A number that is not finite is shown as "diverged".
     Number(f64),
     /// A value that was not measured.
     Missing,
@@ -72,7 +74,7 @@ pub struct Column {
     /// The number of decimals in tables for people; `None` for three significant digits.
     decimals: Option<usize>,
     /// The text that tables for people show for a missing number.
-    missing: &'static str,
+    pub(super) missing: &'static str,
     /// The largest number of decimals in CSV; `None` keeps every bit.
     rounded: Option<usize>,
 }
@@ -122,8 +124,9 @@ impl Column {
             (Cell::Text(text), _) => text.clone(),
             (Cell::Count(count), _) => count.to_string(),
             (Cell::Missing, _) => self.missing.to_owned(),
+            (Cell::Number(x), _) if !x.is_finite() => "diverged".to_owned(),
             (Cell::Number(x), Some(places)) => decimals(*x, places),
-            (Cell::Number(x), None) => three_digits(*x),
+            (Cell::Number(x), None) => short(*x),
         }
     }
 
@@ -138,14 +141,23 @@ impl Column {
 
     /// The text of a cell in CSV. Numbers keep every bit, unless the column is [rounded](Self::rounded).
     pub(super) fn csv(&self, cell: &Cell) -> String {
-        match (cell, self.rounded, self.decimals) {
-            (Cell::Text(text), ..) => quoted(text),
-            (Cell::Count(count), ..) => count.to_string(),
-            (Cell::Missing, ..) => String::new(),
-            (Cell::Number(x), Some(places), _) => plain(*x, places),
-            (Cell::Number(x), None, Some(_)) => x.to_string(),
+        match (cell, self.rounded) {
+            (Cell::Text(text), _) => quoted(text),
+            (Cell::Count(count), _) => count.to_string(),
+            (Cell::Missing, _) => String::new(),
+            (Cell::Number(x), Some(places)) => plain(*x, places),
+            (Cell::Number(x), None) if *x == 0.0 || (1e-4..1e15).contains(&x.abs()) => {
+                x.to_string()
+            }
             // Without an exponent, a very large or small number would have hundreds of digits.
-            (Cell::Number(x), None, None) => format!("{x:e}"),
+            (Cell::Number(x), None) => format!("{x:e}"),
         }
+    }
+}
+
+impl From<KeyColumn> for Column {
+    fn from(declared: KeyColumn) -> Self {
+        let column = Self::new(declared.name, declared.says).unit(declared.unit);
+        column.decimals(declared.decimals, "\u{2013}")
     }
 }

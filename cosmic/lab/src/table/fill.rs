@@ -1,7 +1,7 @@
 //! Builds tables column by column.
 
 use super::{Cell, Column, Row, Standing, Table};
-use cosmic::keys::{Keyed, described};
+use cosmic::keys::{Keyed, columns};
 
 /// A table under construction, which has one row for each subject. A subject is any value from which the cells of its
 /// row are computed.
@@ -52,20 +52,18 @@ impl<'a, S> TableOf<'a, S> {
         self
     }
 
-    /// Adds the columns that a file declares, except those in which no subject has a number. `of` returns the file of a
-    /// subject.
-    pub fn keyed<K: Keyed + 'a>(mut self, of: impl Fn(&'a S) -> &'a K) -> Self {
-        let numbers = self.subjects.iter().map(|subject| of(subject).numbers());
-        let numbers: Vec<Vec<Option<f64>>> = numbers.collect();
-        for (k, declared) in described(&K::keys()).into_iter().enumerate() {
-            if numbers.iter().all(|numbers| numbers[k].is_none()) {
-                continue;
-            }
-            let column = Column::new(declared.name, declared.says).unit(declared.unit);
-            let column = column.decimals(declared.decimals, "\u{2013}");
-            self.table.columns.push(column);
+    /// Adds the columns that a file declares. `of` returns the file of a subject, if it has one.
+    pub fn keyed<K: Keyed>(mut self, of: impl Fn(&'a S) -> Option<K>) -> Self {
+        let numbers = self
+            .subjects
+            .iter()
+            .map(|subject| Some(of(subject)?.numbers()));
+        let numbers: Vec<Option<Vec<Option<f64>>>> = numbers.collect();
+        for (k, declared) in columns(&K::keys()).into_iter().enumerate() {
+            self.table.columns.push(declared.into());
             for (row, numbers) in self.table.rows.iter_mut().zip(&numbers) {
-                row.cells.push(numbers[k].into());
+                let number = numbers.as_ref().and_then(|numbers| numbers[k]);
+                row.cells.push(number.into());
             }
         }
         self
@@ -76,6 +74,13 @@ impl<'a, S> TableOf<'a, S> {
         let columns = self.table.columns.into_iter();
         let columns = columns.map(|column| column.decimals(decimals, missing));
         self.table.columns = columns.collect();
+        self
+    }
+
+    /// Sets the text for missing numbers, in tables for people, of all columns added so far.
+    pub fn missing(mut self, missing: &'static str) -> Self {
+        let columns = self.table.columns.iter_mut();
+        columns.for_each(|column| column.missing = missing);
         self
     }
 

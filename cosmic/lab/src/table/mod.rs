@@ -11,4 +11,4 @@ mod words;
 pub use column::{Cell, Column};
 pub use fill::TableOf;
 pub use grid::{Row, Standing, Table, aligned};
-pub use words::{clock, decimals, escape, plain, prose};
+pub use words::{escape, prose};

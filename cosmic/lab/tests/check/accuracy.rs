@@ -46,7 +46,7 @@ fn errors_fall_with_the_time_step_down_to_rounding() {
 fn diverged_runs_are_failures_unless_they_were_expected() {
     for (stiffness, substeps) in [(1e4, 16), (1e4, 1)] {
         let mut case = falling(1.0);
-        (case.materials.stiffness, case.physics.substeps) = ([stiffness; 3], substeps);
+        (case.scene.materials.stiffness, case.scene.physics.substeps) = ([stiffness; 3], substeps);
         let accuracy = Accuracy::of(&case);
         let section = accuracy.section();
         for (run, row) in accuracy.runs.iter().zip(&section.tables[0].rows) {

@@ -126,7 +126,7 @@ fn the_exported_controller_has_the_library_s_controls() {
         let moments = simulator.moments(&body, &case.controller, &seen);
         let exported = Exported::of(&case);
         assert_eq!(exported.goal.is_some(), is_given, "{name}");
-        let ground = Ground::from(&case.physics);
+        let ground = Ground::from(&case.scene.physics);
         for ((&steps, state), moment) in seen.steps.iter().zip(&seen.states).zip(&moments) {
             let of_edge = |&edge: &usize| body.strain[edge] * moment.activation[edge];
             let ours: Vec<f64> = exported.actuators.iter().map(of_edge).collect();

@@ -18,7 +18,7 @@ fn table() -> Table {
 fn csv_keeps_every_digit_and_quotes() {
     assert_eq!(
         table().to_csv(),
-        "method,steps,error\n\"one, <two>\",3,3.0000000000000004e-1\nnone,,NaN\n"
+        "method,steps,error\n\"one, <two>\",3,0.30000000000000004\nnone,,NaN\n"
     );
 }
 

@@ -157,7 +157,7 @@ pub fn check_gradients(
     match scene {
         Some(scene) => check_gradients_of(&*of_scene(scene), case, steps, options),
         None => {
-            let loss = Displacement::at_end(Ground::from(&case.physics));
+            let loss = Displacement::at_end(Ground::from(&case.scene.physics));
             check_gradients_of(&loss, case, steps, options)
         }
     }
@@ -188,7 +188,7 @@ pub fn check_gradients_of(
     options: &Options,
 ) -> GradientCheck {
     let mut case = case.clone();
-    case.physics.steps = steps.min(case.physics.steps);
+    case.scene.physics.steps = steps.min(case.scene.physics.steps);
     let still = CaseLoss::new(&case, loss).without_gradient();
     let (moved, case) = comparable(case, loss, still.len());
     GradientCheck {
@@ -226,15 +226,15 @@ fn checked_at(loss: &dyn AnyLoss, case: &Case, options: &Options, moved: Moved) 
     let above = lifted.as_ref().map(|case| CaseLoss::new(case, loss));
     let rounding = here.rounding();
     // The rounding errors of the steps are random, so their sum grows with the square root of the number of steps.
-    let steps_taken = case.physics.steps as f64;
+    let steps_taken = case.scene.physics.steps as f64;
     let options = &Options {
         noise: options.noise.max(f64::EPSILON * steps_taken.sqrt()),
         // The names of the inputs are not set, because they differ from block to block.
         names: Vec::new(),
         ..options.clone()
     };
-    let leaps = case.physics.integrator == Integrator::Leapfrog;
-    let floats = case.physics.gravity == 0.0;
+    let leaps = case.scene.physics.integrator == Integrator::Leapfrog;
+    let floats = case.scene.physics.gravity == 0.0;
     let is_kink = |part: &Part| match part.block {
         Block::X0 => stands,
         Block::V0 => leaps || floats,
@@ -250,7 +250,7 @@ fn checked_at(loss: &dyn AnyLoss, case: &Case, options: &Options, moved: Moved) 
     };
     let groups: Vec<Group> = here.parts().iter().map(group).collect();
     GradientCheck {
-        steps: case.physics.steps,
+        steps: case.scene.physics.steps,
         moved,
         still: Vec::new(),
         control: groups.iter().find_map(Group::control),
@@ -290,7 +290,7 @@ struct CaseLoss<'a> {
 impl<'a> CaseLoss<'a> {
     fn new(case: &'a Case, of: &'a dyn AnyLoss) -> Self {
         let mut softer = case.clone();
-        softer.sharpness.beta_stability = softer.sharpness.beta_straight_through;
+        softer.scene.projection.beta_stability = softer.scene.projection.beta_straight_through;
         let mut subject = Self {
             probe: Probe::new(case),
             of,
@@ -324,7 +324,7 @@ impl<'a> CaseLoss<'a> {
     /// Estimates [`GradientCheck::rounding`].
     fn rounding(&self) -> f64 {
         let largest = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let steps = self.probe.case.physics.steps as f64;
+        let steps = self.probe.case.scene.physics.steps as f64;
         let start = largest(&self.probe.inputs.block(Block::X0));
         f64::EPSILON * steps * f64::norm(&self.gradient.block(Block::X0)) * start
     }
@@ -405,7 +405,7 @@ impl<'a> CaseLoss<'a> {
     where
         dyn AnyLoss + 'a: LossOf<R>,
     {
-        let horizon = Horizon::of_steps(self.probe.case.physics.steps);
+        let horizon = Horizon::of_steps(self.probe.case.scene.physics.steps);
         (self.probe.task).loss(design, inputs, self.of, &horizon)
     }
 }

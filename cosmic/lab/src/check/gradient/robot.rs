@@ -67,7 +67,7 @@ impl fmt::Display for Moved {
 
 /// Lets the robot fly, at such a speed that it lands in the course of the rollout.
 fn throw(case: &mut Case) {
-    let physics = &case.physics;
+    let physics = &case.scene.physics;
     let duration = physics.steps as f64 * physics.dt;
     let up = match physics.gravity.abs() {
         // Without gravity, the robot covers its own size.
@@ -89,7 +89,7 @@ fn throw(case: &mut Case) {
 
 /// Draws a controller whose layers keep the size of their inputs, so that no layer hides the layers below it.
 fn drive(case: &mut Case) {
-    let mut settings = case.observation.clone();
+    let mut settings = case.scene.controller.clone();
     settings.gain = [1.0; 2];
     case.controller = Controller::xavier(&settings, &case.lattice, 0);
 }
@@ -98,15 +98,15 @@ fn drive(case: &mut Case) {
 pub(super) fn stands_and_touches(case: &Case) -> [bool; 2] {
     let any = |is: fn(f64) -> bool| {
         let mut heights = heights(case).into_iter().map(|h| h / case.lattice.scale);
-        case.physics.contact != ContactLaw::none() && heights.any(is)
+        case.scene.physics.contact != ContactLaw::none() && heights.any(is)
     };
     [any(|h| h.abs() < ON_LINE), any(|h| h < ON_LINE)]
 }
 
 /// The heights of all nodes above the terrain, m.
 fn heights(case: &Case) -> Vec<f64> {
-    let state = case.start.to_ground(&Ground::from(&case.physics));
-    let profile = case.physics.ground.resolved();
+    let state = case.start.to_ground(&Ground::from(&case.scene.physics));
+    let profile = case.scene.physics.ground.resolved();
     state.x.iter().map(|&x| profile.above(x)).collect()
 }
 
@@ -114,7 +114,7 @@ fn heights(case: &Case) -> Vec<f64> {
 pub(super) fn lifted(case: &Case) -> Case {
     let by = LIFT * case.lattice.scale - heights(case).into_iter().fold(0.0, f64::min);
     let mut case = case.clone();
-    let normal = Ground::from(&case.physics).normal();
+    let normal = Ground::from(&case.scene.physics).normal();
     for x in &mut case.start.x {
         *x += normal * by;
     }

@@ -23,7 +23,7 @@ const FRACTIONS: [f64; 4] = [0.5, 0.95, 1.05, 2.0];
 /// and only its own time step is tried.
 pub fn case_trials(case: &Case) -> Vec<Trial> {
     let mut case = case.clone();
-    case.physics.steps = STEPS;
+    case.scene.physics.steps = STEPS;
     let edges = case.lattice.edges.iter().zip(&case.lattice.rest_length);
     let strains = edges.map(|(&edge, rest)| {
         (EdgeVector::of(&case.start, edge).length(case.lattice.softening()) / rest - 1.0).abs()
@@ -77,7 +77,7 @@ pub fn extreme_trials() -> Vec<Trial> {
     for side in [2, 3, 6, 10, 20, 40] {
         trials.free("lattice", &format!("{side}x{side} nodes"), |case| {
             *case = robot(side);
-            (case.physics.damping, case.physics.steps) = (0.0, STEPS / 2);
+            (case.scene.physics.damping, case.scene.physics.steps) = (0.0, STEPS / 2);
         });
     }
     trials.0
@@ -105,15 +105,18 @@ fn set_mixture(case: &mut Case) {
 }
 
 fn set_springs(case: &mut Case, stiffness: [f64; 3]) {
-    (case.materials.stiffness, case.physics.damping) = (stiffness, 0.0);
-    case.materials.parts = PartsSettings::default();
+    (case.scene.materials.stiffness, case.scene.physics.damping) = (stiffness, 0.0);
+    case.scene.materials.parts = PartsSettings::default();
 }
 
 /// Sets the masses of nodes and payload. Bars get no mass.
 fn set_masses(case: &mut Case, node: f64, payload: f64) {
-    (case.materials.density, case.physics.damping) = ([0.0; 3], 0.0);
-    case.materials.parts = PartsSettings::default();
-    (case.physics.node_mass, case.physics.payload_mass) = (node, payload);
+    (case.scene.materials.density, case.scene.physics.damping) = ([0.0; 3], 0.0);
+    case.scene.materials.parts = PartsSettings::default();
+    (
+        case.scene.physics.node_mass,
+        case.scene.physics.payload_mass,
+    ) = (node, payload);
 }
 
 /// Adds robots without damping that have extreme stiffnesses and masses, or very different ones in one robot.
@@ -139,7 +142,9 @@ fn integrators(trials: &mut Trials) {
     use Integrator::{Leapfrog, SymplecticEuler};
     for damping in [1.0, 20.0, 1e4] {
         let what = format!("{damping} 1/s");
-        trials.free("damping", &what, |case| case.physics.damping = damping);
+        trials.free("damping", &what, |case| {
+            case.scene.physics.damping = damping
+        });
     }
     for (what, integrator, substeps) in [
         ("symplectic Euler, 8 substeps", SymplecticEuler, 8),
@@ -147,7 +152,7 @@ fn integrators(trials: &mut Trials) {
         ("leapfrog, 8 substeps", Leapfrog, 8),
     ] {
         trials.free("integrator", what, |case| {
-            (case.physics.integrator, case.physics.substeps) = (integrator, substeps);
+            (case.scene.physics.integrator, case.scene.physics.substeps) = (integrator, substeps);
         });
     }
 }
@@ -162,20 +167,21 @@ fn implicit() -> Vec<Trial> {
                 let mut case = robot(3);
                 set_springs(&mut case, [stiffness; 3]);
                 set_masses(&mut case, mass, 0.0);
-                (case.physics.integrator, case.physics.dt) = (Integrator::Implicit, dt);
+                (case.scene.physics.integrator, case.scene.physics.dt) = (Integrator::Implicit, dt);
                 let what = format!("{stiffness:e} N/m, {mass:e} kg a node, dt {dt:e} s");
                 trials.push(Trial::new("implicit", &what, case, World::Free));
             }
         }
     }
-    trials.retain(|trial| trial.case.physics.dt < trial.limit);
+    trials.retain(|trial| trial.case.scene.physics.dt < trial.limit);
     trials
 }
 
 fn layouts_and_controllers(trials: &mut Trials) {
     for friction in [0.0, 2.5, 1e3, 1e12] {
         trials.own("friction", &format!("Coulomb, {friction:e}"), |case| {
-            (case.physics.contact, case.physics.friction) = (ContactLaw::coulomb(), friction);
+            (case.scene.physics.contact, case.scene.physics.friction) =
+                (ContactLaw::coulomb(), friction);
             set_mixture(case);
         });
     }

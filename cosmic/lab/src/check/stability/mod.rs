@@ -84,7 +84,7 @@ fn stable_steps(case: &Case) -> Table {
             Cell::if_finite(limits.exact)
         })
         .column("at_dt", "with the scene's time step", |limits| {
-            word(case.physics.dt < limits.exact)
+            word(case.scene.physics.dt < limits.exact)
         })
         .mark(Standing::Default, |limits| limits.method == own)
         .done()
@@ -142,7 +142,7 @@ fn extremes(found: &[Found]) -> Table {
         .column("robot", "the robot and its time step", |f| {
             f.trial.what.clone()
         })
-        .column("dt_s", "time step", |f| f.trial.case.physics.dt)
+        .column("dt_s", "time step", |f| f.trial.case.scene.physics.dt)
         .column("limit_s", "stable below this time step", |f| {
             Cell::if_finite(f.trial.limit)
         })

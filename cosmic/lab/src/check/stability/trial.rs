@@ -76,7 +76,7 @@ pub struct Found {
 impl Found {
     /// True if the trial is expected to be stable: its time step is below the limit.
     pub fn expected_stable(&self) -> bool {
-        self.trial.case.physics.dt < self.trial.limit
+        self.trial.case.scene.physics.dt < self.trial.limit
     }
 
     /// True if the trial went as expected: a stable robot stayed bounded and was not called unstable; an unstable robot
@@ -94,14 +94,14 @@ impl Trial {
     pub(super) fn new(group: &'static str, what: &str, mut case: Case, world: World) -> Self {
         if world == World::Free {
             // Actuators get no stroke, because a stroke would stretch springs that stiffen.
-            case.materials.max_strain = [0.0; 3];
+            case.scene.materials.max_strain = [0.0; 3];
             case.controller = case.controller.map(|_| 0.0);
         }
         let vibrations = Vibrations::of(&case, &case.lattice.positions);
         Self {
             group,
             what: what.to_owned(),
-            limit: stable_step(&case.physics, vibrations.fastest, vibrations.damping),
+            limit: stable_step(&case.scene.physics, vibrations.fastest, vibrations.damping),
             case,
             world,
             frequency: vibrations.fastest,
@@ -112,7 +112,7 @@ impl Trial {
     pub(super) fn at(&self, fraction: f64) -> Self {
         let mut trial = self.clone();
         trial.what = format!("{}, dt {fraction} of the limit", self.what);
-        trial.case.physics.dt = fraction * self.limit;
+        trial.case.scene.physics.dt = fraction * self.limit;
         trial
     }
 
@@ -123,7 +123,7 @@ impl Trial {
         // The time step is checked for the lattice at rest, even if its nodes start elsewhere.
         let any_design = task.stable_step_of_any_design(1.0);
         let check = task.step_check(&design, &case.lattice.positions, 1.0, any_design);
-        let span = Span::from_start((0..=case.physics.steps).collect());
+        let span = Span::from_start((0..=case.scene.physics.steps).collect());
         let guarded =
             (task.simulator).guarded(&task.body(&design), &case.controller, &case.start, &span);
         let states = &guarded.trajectory.states;
@@ -147,18 +147,18 @@ impl Trial {
     }
 
     pub(super) fn is_implicit(&self) -> bool {
-        self.case.physics.integrator == Integrator::Implicit
+        self.case.scene.physics.integrator == Integrator::Implicit
     }
 
     /// Returns the case to run. A free robot has no ground and no gravity, and its nodes are moved a little.
     fn prepared(&self) -> Case {
         let mut case = self.case.clone();
         // Without a bound, the speed may grow until the guard stops the rollout.
-        case.physics.speed_bound = None;
+        case.scene.physics.speed_bound = None;
         if self.world == World::Driven {
             return case;
         }
-        (case.physics.gravity, case.physics.contact) = (0.0, ContactLaw::none());
+        (case.scene.physics.gravity, case.scene.physics.contact) = (0.0, ContactLaw::none());
         let shortest = case.lattice.rest_length.iter().copied();
         let limit = MOVED * shortest.fold(f64::INFINITY, f64::min);
         let mut stream = stream(0, Purpose::Verification);
@@ -173,9 +173,14 @@ impl Trial {
     /// amplitude of that vibration is taken to be an actuator's stroke plus the largest change of an edge's length from
     /// its rest length at the start.
     fn speed_growth(&self, case: &Case, states: &[State<f64>]) -> f64 {
-        let physics = &case.physics;
+        let physics = &case.scene.physics;
         let fall = physics.gravity.abs() * physics.dt * physics.steps as f64;
-        let strain = case.materials.max_strain.into_iter().fold(0.0, f64::max);
+        let strain = case
+            .scene
+            .materials
+            .max_strain
+            .into_iter()
+            .fold(0.0, f64::max);
         let edges = case.lattice.edges.iter().zip(&case.lattice.rest_length);
         let off_rest = edges.map(|(&edge, rest)| {
             (EdgeVector::of(&case.start, edge).length(case.lattice.softening()) - rest).abs()
@@ -204,7 +209,7 @@ fn is_finite(state: &State<f64>) -> bool {
 /// force has no energy, such as the force of a damper.
 fn energy_growth(case: &Case, states: &[State<f64>]) -> Option<f64> {
     let body = case.body();
-    let store = Store::new(&case.lattice, &case.physics, &body);
+    let store = Store::new(&case.lattice, &case.scene.physics, &body);
     let at_start = store.energy(&case.start)?;
     let energies: Option<Vec<f64>> = states.iter().map(|state| store.energy(state)).collect();
     Some(most(energies?.into_iter()) / (ENERGY * at_start))

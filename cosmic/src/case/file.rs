@@ -1,15 +1,16 @@
-//! The keys of a case file, before the lengths of arrays are checked. Arrays are read as lists of any length, so that
-//! the error for a wrong length can state the expected length.
+//! The file of a case: its keys, in the order in which they are written.
 
 use std::collections::BTreeMap;
 
 use serde::de::value::StringDeserializer;
 use serde::de::{DeserializeOwned, IgnoredAny};
 use serde::{Deserialize, Deserializer, Serialize};
+use serde_json::{Value, json};
 
+use super::Case;
 use crate::design::Material;
-use crate::error::{self, Error, fits};
-use crate::geometry::Profile;
+use crate::error::{self, Error};
+use crate::geometry::{Profile, Vector};
 use crate::lattice::{EdgeRules, Lattice, Payload};
 use crate::laws::{ContactLaw, ForceLaws, LawFile};
 use crate::policy::Weights;
@@ -19,45 +20,119 @@ use crate::scene::{
     MovedBody, PartsSettings, Scene, VoidEdges,
 };
 use crate::settings::{Field, Settings, read_json};
+use crate::simulator::Divergence;
 
 /// The key `format` of the cases that the program writes.
 pub(super) const FORMAT: &str = "cosmic-case";
 /// The key `version` of the cases that the program writes.
 pub(super) const VERSION: u32 = 1;
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 #[expect(
     dead_code,
     reason = "the last fields belong to the format but are not read"
 )]
-pub(super) struct RawCase {
+pub(super) struct CaseFile {
     pub(super) format: Option<String>,
     pub(super) version: Option<u32>,
-    pub(super) scene: RawScene,
-    pub(super) edges: Vec<Vec<usize>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    note: Option<Value>,
+    pub(super) scene: CaseScene,
+    pub(super) edges: Vec<[usize; 2]>,
     /// The payload and the edge rules of a truss. Present only in cases with a truss.
-    pub(super) truss: Option<RawMarks>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) truss: Option<Marks>,
     pub(super) l0: Vec<f64>,
     /// The scale of the lattice, m. A case without this key has the scale of the paper's lattice.
-    #[serde(default = "one")]
+    #[serde(default = "one", skip_serializing_if = "is_one")]
     pub(super) scale: f64,
-    pub(super) x0: Vec<Vec<f64>>,
-    pub(super) v0: Vec<Vec<f64>>,
-    pub(super) z: Vec<Vec<f64>>,
+    pub(super) x0: Vec<Vector<f64>>,
+    pub(super) v0: Vec<Vector<f64>>,
+    pub(super) z: Vec<[f64; 3]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) materials: Option<Vec<Material>>,
     pub(super) controller: Weights,
     pub(super) steps: usize,
     #[serde(deserialize_with = "word")]
     pub(super) projection: Projection,
-    pub(super) al: RawLagrangian,
-    pub(super) results: Option<RawResults>,
+    pub(super) al: Lagrangian,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) results: Option<Results>,
     // The keys below describe the origin and the tolerances of a case. Nothing is computed from them.
-    tolerance: Option<IgnoredAny>,
-    sensitivity: Option<IgnoredAny>,
-    coverage: Option<IgnoredAny>,
-    name: Option<IgnoredAny>,
-    note: Option<IgnoredAny>,
+    #[serde(default, skip_serializing)]
+    tolerance: IgnoredAny,
+    #[serde(default, skip_serializing)]
+    sensitivity: IgnoredAny,
+    #[serde(default, skip_serializing)]
+    coverage: IgnoredAny,
+    #[serde(default, skip_serializing)]
+    name: IgnoredAny,
+}
+
+impl From<&Case> for CaseFile {
+    fn from(case: &Case) -> Self {
+        let Case { scene, lattice, .. } = case;
+        Self {
+            format: Some(FORMAT.to_owned()),
+            version: Some(VERSION),
+            note: None,
+            scene: CaseScene::of(scene),
+            edges: lattice.edges.clone(),
+            truss: Marks::of(&scene.lattice, lattice),
+            l0: lattice.rest_length.clone(),
+            scale: lattice.scale,
+            x0: case.start.x.clone(),
+            v0: case.start.v.clone(),
+            z: case.design.vectors().into_owned(),
+            materials: case.design.layout().map(<[_]>::to_vec),
+            controller: Weights::from(&case.controller),
+            steps: scene.physics.steps,
+            projection: case.projection,
+            al: Lagrangian {
+                lambda: case.lagrangian.multiplier,
+                tau: case.lagrangian.penalty,
+                thresholds: case.thresholds,
+            },
+            results: None,
+            tolerance: IgnoredAny,
+            sensitivity: IgnoredAny,
+            coverage: IgnoredAny,
+            name: IgnoredAny,
+        }
+    }
+}
+
+impl Case {
+    /// The text of a case file that holds all inputs of this case, but no results.
+    pub fn to_json(&self) -> String {
+        CaseFile::from(self).text()
+    }
+
+    /// The text of a case file that reproduces a divergence: this case, cut after the step that diverges. Its results
+    /// are the last states of the rollout. Numbers that are not finite are written as `null`.
+    pub fn diverged_json(&self, divergence: &Divergence) -> String {
+        let (step, node) = (divergence.step, divergence.node);
+        let note = format!(
+            "step {step} diverged at node {node}, {}; the last states are in `results`",
+            divergence.term
+        );
+        let last = &divergence.last;
+        let states = last.states.iter().map(|state| json!(state));
+        let mut file = CaseFile::from(self);
+        file.note = Some(note.into());
+        file.steps = step + 1;
+        file.results = Some(Results {
+            trajectory: last.steps.iter().copied().zip(states).collect(),
+        });
+        file.text()
+    }
+}
+
+impl CaseFile {
+    fn text(&self) -> String {
+        serde_json::to_string(self).expect("numbers with string keys can be written as JSON")
+    }
 }
 
 /// Declares an object in a case file. Each key has two declarations: the type of its value in the file, and the setting
@@ -101,7 +176,7 @@ macro_rules! keys {
 /// and the stiffnesses of bars.
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct RawMarks {
+pub(super) struct Marks {
     pub(super) payload: Vec<Payload>,
     keep: Vec<usize>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -114,7 +189,7 @@ pub(super) struct RawMarks {
     pub(super) stiffness: Vec<f64>,
 }
 
-impl RawMarks {
+impl Marks {
     /// The payload and the edge rules of `lattice`; `None` if the lattice is generated.
     pub(super) fn of(layout: &LatticeSettings, lattice: &Lattice) -> Option<Self> {
         layout.file.truss()?;
@@ -142,7 +217,7 @@ impl RawMarks {
 }
 
 keys! {
-    RawScene, "scene",
+    CaseScene, "scene",
     #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
     kind: LatticeKind = lattice.kind,
     columns: usize = lattice.columns,
@@ -186,7 +261,7 @@ keys! {
     #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
     clock: ClockKind = controller.clock,
     n_cpg: usize = controller.clocks,
-    goal: Vec<f64> = controller.goal,
+    goal: [f64; 2] = controller.goal,
     #[serde(default = "one")]
     goal_scale: f64 = controller.goal_scale,
     #[serde(default)]
@@ -202,28 +277,28 @@ keys! {
     #[serde(default = "one", skip_serializing_if = "is_one")]
     penalisation: usize = materials.penalisation,
     #[serde(default, skip_serializing_if = "is_empty")]
-    parts: RawParts = materials.parts,
+    parts: Parts = materials.parts,
     #[serde(default, skip_serializing_if = "is_default")]
     hold_materials: f64 = projection.hold_materials,
     #[serde(default, skip_serializing_if = "is_default")]
     one_piece: bool = design.one_piece,
     #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
     body: MovedBody = objective.body,
-    ; library: RawLibrary
+    ; library: Library
 }
 
 keys! {
-    RawLibrary, "scene.library",
-    k: Vec<f64> = materials.stiffness,
-    rho: Vec<f64> = materials.density,
-    a_max: Vec<f64> = materials.max_strain,
+    Library, "scene.library",
+    k: [f64; 3] = materials.stiffness,
+    rho: [f64; 3] = materials.density,
+    a_max: [f64; 3] = materials.max_strain,
 }
 
 /// The settings of parts in a case file, by their keys. Empty if they are those of the paper's scene.
 #[derive(Default, Deserialize, Serialize)]
-pub(super) struct RawParts(BTreeMap<String, serde_json::Value>);
+pub(super) struct Parts(BTreeMap<String, Value>);
 
-impl From<PartsSettings> for RawParts {
+impl From<PartsSettings> for Parts {
     fn from(mut parts: PartsSettings) -> Self {
         if parts == PartsSettings::default() {
             return Self::default();
@@ -234,11 +309,11 @@ impl From<PartsSettings> for RawParts {
     }
 }
 
-fn is_empty(parts: &RawParts) -> bool {
+fn is_empty(parts: &Parts) -> bool {
     parts.0.is_empty()
 }
 
-impl Form<PartsSettings> for RawParts {
+impl Form<PartsSettings> for Parts {
     fn set(&self, setting: &mut PartsSettings, file: &str, key: &str) -> error::Result<()> {
         for (name, value) in &self.0 {
             let field = setting.fields().into_iter().find(|field| field.key == name);
@@ -271,13 +346,6 @@ impl Form<GroundSettings> for Profile {
     }
 }
 
-impl<const N: usize> Form<[f64; N]> for Vec<f64> {
-    fn set(&self, setting: &mut [f64; N], file: &str, key: &str) -> error::Result<()> {
-        *setting = array(file, key, self)?;
-        Ok(())
-    }
-}
-
 impl Form<ContactLaw> for LawFile {
     fn set(&self, setting: &mut ContactLaw, file: &str, key: &str) -> error::Result<()> {
         setting.read_file(self).map_err(refused(file, key))
@@ -299,16 +367,6 @@ impl Form<Chosen> for String {
 /// Returns a function for `map_err`. It makes an error from a sentence about the value of `key`.
 fn refused(file: &str, key: &str) -> impl FnOnce(String) -> Error {
     move |says| Error::Usage(format!("{file}: `{key}`: {says}"))
-}
-
-/// Converts the list at `key` to an array. The list must have `N` entries.
-pub(super) fn array<T: Copy, const N: usize>(
-    file: &str,
-    key: &str,
-    numbers: &[T],
-) -> error::Result<[T; N]> {
-    fits(file, &format!("entries in `{key}`"), numbers.len(), N)?;
-    Ok(std::array::from_fn(|k| numbers[k]))
 }
 
 /// Reads a string that must be one of a few words. It is read as a string first, because the JSON parser's error for
@@ -353,15 +411,15 @@ fn is_default<T: Default + PartialEq>(option: &T) -> bool {
 
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct RawLagrangian {
-    pub(super) lambda: Vec<f64>,
-    pub(super) tau: Vec<f64>,
-    pub(super) thresholds: Vec<f64>,
+pub(super) struct Lagrangian {
+    pub(super) lambda: [f64; 4],
+    pub(super) tau: [f64; 4],
+    pub(super) thresholds: [f64; 4],
 }
 
 /// The results in a case file. Only the step numbers of the recorded states are read.
-#[derive(Deserialize)]
-pub(super) struct RawResults {
+#[derive(Deserialize, Serialize)]
+pub(super) struct Results {
     #[serde(default)]
-    pub(super) trajectory: BTreeMap<usize, IgnoredAny>,
+    pub(super) trajectory: BTreeMap<usize, Value>,
 }

@@ -1,0 +1,182 @@
+//! The bars of a robot, which are the solid edges of its layout, and the table of bars.
+//!
+//! Positions are those of the robot at rest in the frame of the ground: along and above it from the lattice's lower left
+//! corner.
+
+use super::files::RobotFiles;
+use crate::table::{Cell, Column, Table};
+use cosmic::design::Material;
+use cosmic::geometry::{Segment, Vector};
+use cosmic::scene::{ActuatorPart, Named, PartsSettings, SkeletonPart};
+use cosmic::simulator::BarLoad;
+use std::collections::BTreeSet;
+
+/// The number of decimals in CSV: lengths are exact to a nanometre, masses to a microgram, forces to a nanonewton.
+pub(crate) const DECIMALS: usize = 9;
+
+/// A bar of a robot.
+pub(crate) struct Member {
+    /// The index of its edge in the lattice.
+    pub(crate) edge: usize,
+    /// The nodes at its ends.
+    pub(crate) nodes: [usize; 2],
+    /// The line from the first node to the second, in metres.
+    pub(crate) axis: Segment,
+    /// Skeleton or actuator.
+    pub(crate) material: Material,
+    /// The rest length, in metres.
+    pub(crate) length: f64,
+}
+
+impl Member {
+    /// Returns the name of the bar's material in files.
+    pub(crate) fn made_of(&self) -> &'static str {
+        match self.material {
+            Material::Actuator => "actuator",
+            Material::Void | Material::Skeleton => "skeleton",
+        }
+    }
+}
+
+/// Returns the nodes at which bars end.
+pub(crate) fn nodes_of(members: &[Member]) -> BTreeSet<usize> {
+    members.iter().flat_map(|member| member.nodes).collect()
+}
+
+/// Returns the position of a node along and above the ground, in metres.
+pub(crate) fn place(robot: &RobotFiles, node: usize) -> Vector<f64> {
+    robot.lattice.places[node] * robot.lattice.spacing
+}
+
+/// Returns the bars of a robot.
+pub(crate) fn members(robot: &RobotFiles) -> Vec<Member> {
+    let member = |edge: usize| {
+        let nodes = robot.lattice.edges[edge];
+        let [from, to] = nodes.map(|node| place(robot, node));
+        Member {
+            edge,
+            nodes,
+            axis: Segment::new(from, to),
+            material: robot.design.materials[edge],
+            length: robot.lattice.rest_length[edge],
+        }
+    };
+    let solid = robot.edges_of(Material::is_solid).into_iter();
+    solid.map(member).collect()
+}
+
+/// Returns the table of bars, with a row for each. `loads` has the loads of all edges, if they are known.
+pub(crate) fn bars(robot: &RobotFiles, members: &[Member], loads: Option<&[BarLoad]>) -> Table {
+    let materials = &robot.scene.materials;
+    let load = |m: &Member, of: fn(&BarLoad) -> f64| loads.map(|loads| of(&loads[m.edge]));
+    let stiffness = |m: &Member| {
+        let bar = materials.of_edge(&robot.lattice, m.edge);
+        m.material.of(&bar.stiffness)
+    };
+    let mass = |m: &Member| m.material.of(&materials.of_length(m.length).density) * m.length;
+    let safety = |m: &Member| loads?[m.edge].euler_safety(materials, m.material, m.length);
+    let number = |name, unit, decimals, says| {
+        let column = Column::new(name, says).unit(unit);
+        column.decimals(decimals, "not known")
+    };
+    Table::of("", "", members)
+        .column("edge", "number of the edge in design.json", |m| m.edge)
+        .column("from", "node at the first end", |m| m.nodes[0])
+        .column("to", "node at the second end", |m| m.nodes[1])
+        .columns(
+            ["from_x", "from_y"],
+            "position of the first end, m",
+            |m, k| m.axis.from.array()[k],
+        )
+        .columns(["to_x", "to_y"], "position of the second end, m", |m, k| {
+            m.axis.to.array()[k]
+        })
+        .add(
+            number("rest_length", "m", 3, "length of the unstrained bar"),
+            |m| m.length,
+        )
+        .column("material", "skeleton or actuator", Member::made_of)
+        .column(
+            "part",
+            "tube, rod, strut or device; empty for a bar of plain numbers",
+            |m| part(m, &materials.parts),
+        )
+        .columns(
+            ["outer", "inner"],
+            "diameters of a tube, diameter of a rod, or width of a strut, m",
+            |m, k| section(m, &materials.parts)[k],
+        )
+        .column(
+            "stroke",
+            "largest lengthening or shortening from the rest length, m",
+            |m| stroke(m, &materials.max_strain),
+        )
+        .column("stiffness", "N/m", stiffness)
+        .add(
+            number("mass", "kg", 4, "mass of the bar with its fittings"),
+            mass,
+        )
+        .add(number("peak_tension", "N", 2, "largest pull"), |m| {
+            load(m, |bar| bar.tension)
+        })
+        .add(number("peak_compression", "N", 2, "largest push"), |m| {
+            load(m, |bar| bar.compression)
+        })
+        .add(
+            number(
+                "peak_force",
+                "N",
+                2,
+                "the larger of peak tension and peak compression",
+            ),
+            |m| load(m, |bar| bar.force.peak),
+        )
+        .add(
+            number(
+                "peak_strain",
+                "",
+                4,
+                "largest change of length divided by the rest length",
+            ),
+            |m| load(m, |bar| bar.strain.peak),
+        )
+        .add(
+            number(
+                "euler_safety",
+                "",
+                2,
+                "force under which the bar buckles, divided by peak compression",
+            ),
+            safety,
+        )
+        .rounded(DECIMALS)
+        .done()
+}
+
+/// Returns the name of the part that a bar is.
+fn part(member: &Member, parts: &PartsSettings) -> Cell {
+    let name = match member.material {
+        Material::Actuator if parts.actuator == ActuatorPart::Numbers => None,
+        Material::Actuator => Some(parts.actuator.name()),
+        _ if parts.skeleton == SkeletonPart::Numbers => None,
+        _ => Some(parts.skeleton.name()),
+    };
+    name.into()
+}
+
+/// Returns the outer and the inner size of a bar's section, as far as it has them.
+fn section(member: &Member, parts: &PartsSettings) -> [Option<f64>; 2] {
+    let (outer, inner) = (Some(parts.outer), Some(parts.inner));
+    match (member.material, parts.skeleton) {
+        (Material::Actuator, _) | (_, SkeletonPart::Numbers) => [None, None],
+        (_, SkeletonPart::Tube) => [outer, inner],
+        (_, SkeletonPart::Rod | SkeletonPart::Strut) => [outer, None],
+    }
+}
+
+fn stroke(member: &Member, max_strain: &[f64; 3]) -> f64 {
+    match member.material {
+        Material::Actuator => member.material.of(max_strain) * member.length,
+        Material::Void | Material::Skeleton => 0.0,
+    }
+}
