@@ -1,5 +1,10 @@
 //! Numbers as text for people. Lines of the terminal, tables and pages format their numbers here.
 
+/// The number if it is finite, otherwise `None`.
+pub fn finite(x: f64) -> Option<f64> {
+    x.is_finite().then_some(x)
+}
+
 /// A number with `places` decimals. A number that rounds to zero has no sign.
 pub fn fixed(x: f64, places: usize) -> String {
     let text = format!("{x:.places$}");

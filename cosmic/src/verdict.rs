@@ -12,7 +12,7 @@ use serde::Serialize;
 use crate::codesign::{Delivery, Observed, Reliability, Standstill};
 use crate::design::{Material, Structure, VolumeBounds};
 use crate::lattice::Lattice;
-use crate::numbers::{brief, fixed, mass, percent};
+use crate::numbers::{brief, finite, fixed, mass, percent};
 use crate::scene::{DataSheet, Riser, Scene};
 use crate::simulator::{Energy, Loads};
 
@@ -442,8 +442,4 @@ impl<'m> Measured<'m> {
 /// The number of bars of a layout whose mean share of solid material is `volume`.
 pub fn bars(volume: f64, lattice: &Lattice) -> usize {
     (volume * lattice.edges.len() as f64).round() as usize
-}
-
-fn finite(x: f64) -> Option<f64> {
-    x.is_finite().then_some(x)
 }

@@ -281,7 +281,7 @@ impl RobotsOnGpu {
             let value = |&x: &f32| if exceeded[k] { f64::NAN } else { f64::from(x) };
             let mut numbers = self.at_start(&starts[k]);
             numbers.extend(self.seen_of(k, &seen).iter().map(value));
-            let (surroundings, body, _) = robots.member(k);
+            let (surroundings, body) = robots.body(k);
             self.printed
                 .trajectory(&numbers, surroundings, body, &starts[k])
         };

@@ -7,11 +7,12 @@ use cosmic::Registry;
 use cosmic::geometry::Vector;
 use cosmic::kernel;
 use cosmic::lattice::Lattice;
-use cosmic::laws::{Contact, Impact, Law, Node, NodeForce, contact, on_nodes};
+use cosmic::laws::{Law, Node, NodeForce, contact, on_nodes};
 use cosmic::scene::{BUILTIN, Integrator, Scene};
 use cosmic::settings::within;
 use cosmic::simulator::{Span, Wanted};
 use cosmic_gpu::{Batch, OnGpu, RobotsOnGpu};
+use cosmic_tests::laws::Mud;
 use cosmic_tests::{own_reference_folder, references};
 
 #[test]
@@ -174,25 +175,6 @@ impl NodeForce for Gusts {
     fn force<R: Real, const D: usize>(gusts: &Gusts<R>, node: Node<R, D>) -> Vector<R, D> {
         let air = Vector::upright(node.x.up() * (node.time * R::lit(3.0)).sin(), R::zero());
         (air - node.v) * gusts.drag
-    }
-}
-
-cosmic::settings! {
-    /// Mud, which slows down every node that touches it.
-    struct Mud<R> {
-        /// Rate at which a velocity along the ground decays.
-        rate: R = 300.0, allowed within(0.0, 1e5), unit "1/s", source "an example";
-    }
-}
-
-impl Law for Mud {
-    const NAME: &'static str = "mud";
-}
-
-#[kernel]
-impl Contact for Mud {
-    fn respond<R: Real, const D: usize>(mud: &Mud<R>, impact: Impact<R, D>) -> Vector<R, D> {
-        impact.velocity.along() * (-mud.rate * impact.rest).exp()
     }
 }
 

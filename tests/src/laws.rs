@@ -1,4 +1,4 @@
-//! The laws of the example programs `stiffening`, `buckle` and `bending`, as a user adds them.
+//! The laws of the example programs `stiffening`, `buckle`, `bending` and `mud`, as a user adds them.
 
 use cosmic::Registry;
 use cosmic::laws::{ForceLaws, on_bars, on_lattice};
@@ -10,11 +10,16 @@ mod bending;
 #[path = "../../cosmic/program/examples/buckle.rs"]
 #[expect(dead_code, reason = "only its law is used")]
 mod buckle;
+#[path = "../../cosmic/program/examples/mud.rs"]
+#[expect(dead_code, reason = "only its law is used")]
+mod mud;
 #[path = "../../cosmic/program/examples/stiffening.rs"]
 #[expect(dead_code, reason = "only its law is used")]
 mod stiffening;
 
-/// A registry with the three laws.
+pub use mud::Mud;
+
+/// A registry with the three laws of forces.
 pub fn registry() -> Registry {
     Registry::default()
         .with_law(on_bars::<stiffening::Stiffening>())

@@ -13,6 +13,7 @@ use cosmic::Registry;
 use cosmic::codesign::{CoDesign, Quantiles};
 use cosmic::domain::{Domain, draw};
 use cosmic::error::Result;
+use cosmic::numbers::finite;
 use cosmic::random::{Purpose, stream};
 use cosmic::record::files::{Format, write_json};
 use cosmic::record::summary::result_of;
@@ -166,7 +167,6 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<(RobustRun, Option<Diverge
     let merits: Vec<f64> = reached.iter().map(|r| r.merit).collect();
     let spread = Quantiles::of(&far);
     let least = far.iter().copied().fold(f64::INFINITY, f64::min);
-    let finite = |x: f64| x.is_finite().then_some(x);
     let loss = -Quantiles::of(&merits).p50;
     let diverges = !nominal.moved[0].is_finite();
     let run = RobustRun {

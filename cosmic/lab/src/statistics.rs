@@ -1,6 +1,7 @@
 //! Statistics of a sample with the standard error of the median.
 
 use cosmic::codesign::Quantiles;
+use cosmic::numbers::finite;
 use cosmic::random::{Purpose, stream};
 use rand::RngExt;
 
@@ -38,10 +39,6 @@ impl Statistics {
             standard_error: finite(standard_error(sample)).filter(|_| sample.len() > 1),
         }
     }
-}
-
-fn finite(x: f64) -> Option<f64> {
-    Some(x).filter(|x| x.is_finite())
 }
 
 /// Returns the bootstrap estimate of the median's standard error: the standard deviation of the medians of resamples,

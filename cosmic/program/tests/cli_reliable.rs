@@ -36,7 +36,10 @@ fn an_unreliable_robot_is_marked_and_shown_without_percentages() {
     }
     has(&table, &["unreliable"]);
     let (told, page, table) = shown("reliable", 1.0);
-    has(&told, &["1.000 m, 50 % of the displacement with feedback"]);
+    has(
+        &told,
+        &["1.000 m, 50 % of 2.000 m with feedback from the same starts"],
+    );
     assert!(page.contains("<b>50 %</b>"));
     for text in [&told, &table] {
         assert!(!text.contains("unreliable"), "{text}");

@@ -471,7 +471,7 @@ fn a_comparison_has_a_row_for_every_run() {
     let rows: Vec<Vec<String>> = told.lines().take(3).map(cells).collect();
     let loss = rows[0].iter().position(|name| name.starts_with("loss_p50"));
     let losses = [1, 2].map(|row| &rows[row][loss.unwrap()][..]);
-    assert_eq!(losses, ["–", "\u{2212}1.250"]);
+    assert_eq!(losses, ["–", "\u{2212}1.2500"]);
 
     bench.cosmic("report run none").fails(4, &["none"]);
     bench.cosmic("report").fails(2, &[]);

@@ -284,18 +284,6 @@ impl Evaluator {
         self.spreads(design, &[controller], &domains)[0].displacement
     }
 
-    /// Measures a robot in full rollouts. Returns the quantiles of its displacement over perturbed starts, in metres.
-    /// With the same seed, these are the starts of [`Delivery::spread`].
-    pub fn judge(
-        &self,
-        design: &Design<Mixture<f64>>,
-        controller: &Controller<f64>,
-        seed: u64,
-    ) -> Quantiles {
-        let starts = self.perturbed_starts(seed, Purpose::Judgement);
-        self.spreads(design, &[controller], &starts)[0].displacement
-    }
-
     /// The controllers among which one is chosen: the controller of the last iteration, then the candidates, without
     /// duplicates.
     pub fn entrants(&self, progress: &Progress) -> Vec<Candidate> {

@@ -9,6 +9,7 @@ use crate::design::Structure;
 use crate::error::{Error, Result, go_on, in_shell};
 use crate::geometry::Vector;
 use crate::lattice::Lattice;
+use crate::numbers::finite;
 use crate::scene::Scene;
 use crate::simulator::{Energy, Loads};
 use crate::verdict::{Measured, bars};
@@ -228,7 +229,6 @@ impl Summary {
         delivery: &Delivery,
         seconds: f64,
     ) -> Self {
-        let finite = |x: f64| x.is_finite().then_some(x);
         let all = progress.iteration >= plan.scene.schedule.iterations;
         Self {
             scene: plan.name.clone(),

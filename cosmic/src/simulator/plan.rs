@@ -38,10 +38,19 @@ impl<'a, R> Robots<'a, R> {
 
     /// The surroundings, the body and the controller of robot `k`.
     pub fn member(&self, k: usize) -> (&'a Surroundings<R>, &'a Body<R>, &'a Controller<R>) {
+        let (surroundings, body) = self.body(k);
+        (
+            surroundings,
+            body,
+            &self.controllers[k % self.controllers.len()],
+        )
+    }
+
+    /// The surroundings and the body of robot `k`, which may have no controller.
+    pub fn body(&self, k: usize) -> (&'a Surroundings<R>, &'a Body<R>) {
         (
             &self.surroundings[k % self.surroundings.len()],
             &self.bodies[k % self.bodies.len()],
-            &self.controllers[k % self.controllers.len()],
         )
     }
 

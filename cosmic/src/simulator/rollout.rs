@@ -100,16 +100,8 @@ impl Simulator {
     ) -> Vec<Trajectory<R>> {
         let flat = starts.iter().map(|start| self.flatten(start)).collect();
         let seen = planned.run(flat, self, span);
-        let Robots {
-            surroundings,
-            bodies,
-            ..
-        } = robots;
         let trajectory = |(k, seen): (usize, &Vec<R>)| {
-            let (surroundings, body) = (
-                &surroundings[k % surroundings.len()],
-                &bodies[k % bodies.len()],
-            );
+            let (surroundings, body) = robots.body(k);
             self.trajectory(seen, span, surroundings, body, starts[k])
         };
         seen.iter().enumerate().map(trajectory).collect()

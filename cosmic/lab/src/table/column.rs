@@ -2,7 +2,7 @@
 
 use super::words::quoted;
 use cosmic::keys::KeyColumn;
-use cosmic::numbers::{decimals, plain, short};
+use cosmic::numbers::{decimals, finite, plain, short};
 use serde::Serialize;
 
 /// The content of one cell of a table. In JSON, a number keeps every bit; a number that is not finite becomes `null`.
@@ -22,7 +22,7 @@ pub enum Cell {
 impl Cell {
     /// A cell with this number, or [`Cell::Missing`] if the number is not finite.
     pub fn if_finite(number: f64) -> Self {
-        Some(number).filter(|x| x.is_finite()).into()
+        finite(number).into()
     }
 }
 
