@@ -133,7 +133,6 @@ impl<T: Number> Number for Option<T> {
 ///
 /// A single column shows the value of the field. Several columns show its entries. `columns ["a"] of
 /// |file: &Summary| ...` shows another value, computed from the whole struct.
-#[doc(hidden)]
 #[macro_export]
 macro_rules! keys {
     (

@@ -5,7 +5,7 @@
 //!
 //! - [`scene`] has every number of an experiment, in one small struct per part of the model. [`registry`] has the laws,
 //!   losses, policies, lattices and scenes that a program adds to the built-in ones.
-//! - [`keys`] declares the keys of files and the columns of tables, and [`numbers`] formats their numbers.
+//! - [`keys`](mod@keys) declares the keys of files and the columns of tables, and [`numbers`] formats their numbers.
 //! - Space: [`geometry`] has vectors, the ground and the coordinate frames.
 //! - The robot: [`lattice`] has its nodes and edges, [`design`] the design vectors that an optimiser changes, and
 //!   [`policy`] the controller. [`projection`] converts design vectors to materials and a body.

@@ -62,25 +62,22 @@ impl Case {
     /// The body that the rollout simulates: stiffnesses, strains, masses, the weight (presence) of each node, and the
     /// marker whose displacement counts.
     pub fn body(&self) -> Body<f64> {
-        let (design, lattice) = (self.own_design(), &self.lattice);
-        Body::new(&design, lattice, &self.scene.materials, &self.scene.physics)
-            .with_one_piece(self.scene.design.one_piece, &design, lattice)
-            .with_marker(self.scene.objective.body, &design, lattice)
+        self.task().body(&self.own_design())
     }
 
     /// Simulates the case and returns the first state that diverged; `None` if the rollout does not diverge.
     pub fn divergence(&self) -> Option<Divergence> {
-        let (body, simulator, steps) =
-            (self.body(), self.task().simulator, self.scene.physics.steps);
-        simulator.divergence(&body, &self.controller, &self.start, 0..steps)
+        let (task, steps) = (self.task(), self.scene.physics.steps);
+        let body = task.body(&self.own_design());
+        (task.simulator).divergence(&body, &self.controller, &self.start, 0..steps)
     }
 
     /// Computes the gradient of the displacement and returns where its reverse sweep overflows; `None` if it does not
     /// overflow.
     pub fn overflow(&self) -> Option<Overflow> {
-        let (body, simulator, steps) =
-            (self.body(), self.task().simulator, self.scene.physics.steps);
-        simulator.overflow(&body, &self.controller, &self.start, steps)
+        let (task, steps) = (self.task(), self.scene.physics.steps);
+        let body = task.body(&self.own_design());
+        (task.simulator).overflow(&body, &self.controller, &self.start, steps)
     }
 
     /// Checks whether the time step is short enough for the vibrations of the robot at rest in its initial positions.

@@ -1,6 +1,6 @@
-//! Cases: a robot in a scene, from a given start. [`Case::parse`] reads the file of a case, with the format of
-//! `reference/README.md`. It holds one rollout with all its numbers, and the expected results: lattice, positions, rest
-//! lengths, velocities, design and weights all come from the file. Nothing is generated or assumed.
+//! Cases: a robot in a scene, from a given start. [`Case::parse`] reads the file of a case, which `docs/files.md`
+//! describes. It holds one rollout with all its numbers, and the expected results: lattice, positions, rest lengths,
+//! velocities, design and weights all come from the file. Nothing is generated or assumed.
 
 mod file;
 mod read;

@@ -25,7 +25,7 @@ pub struct Bar<R> {
     /// that material in the bar. It is 0 for a passive bar and does not depend on the activation.
     pub strain: R,
     /// The largest strain of the actuator material, the same for all bars. It is above 0.
-    pub largest_strain: R,
+    pub largest_strain: f64,
 }
 
 impl<R: Real> Bar<R> {
@@ -45,14 +45,14 @@ impl<R: Real> Bar<R> {
             rest_length,
             stiffness,
             strain,
-            largest_strain: R::lit(largest_strain),
+            largest_strain,
         }
     }
 
     /// The share of the actuator material in the bar, from 0 to 1.
     #[inline(always)]
     pub fn share_of_actuator(&self) -> R {
-        self.strain * self.largest_strain.recip()
+        self.strain * R::lit(self.largest_strain).recip()
     }
 
     /// The tension of the bar's own spring by Hooke's law, N.

@@ -47,7 +47,7 @@ impl<L: BarForce> OnBars<L> {
             rest_length: constant(bar.rest_length),
             stiffness: constant(bar.stiffness),
             strain: constant(bar.strain),
-            largest_strain: constant(bar.largest_strain),
+            largest_strain: bar.largest_strain,
         };
         let by = if by_rate {
             &mut moving.rate

@@ -100,7 +100,8 @@ impl Scene {
                 "at" => "at a strain of",
                 key => key,
             };
-            let value = setting.value.strip_suffix(".0").unwrap_or(&setting.value);
+            let number = setting.value.parse().map(|x| rounded(x, 5).to_string());
+            let value = number.unwrap_or(setting.value);
             let says = format!("{} {value} {}", key.replace('_', " "), setting.unit);
             (section == law).then(|| says.trim_end().to_owned())
         };

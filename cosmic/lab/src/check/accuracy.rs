@@ -9,6 +9,7 @@ use crate::report::sheet::{Chart, Line, Section, marked};
 use crate::table::{Cell, Standing, Table};
 use cosmic::case::Case;
 use cosmic::lattice::State;
+use cosmic::numbers::rounded;
 use cosmic::scene::{Integrator, Named};
 
 /// Positions are compared at two times, called the marks. This is the number of the scene's steps before the last mark;
@@ -302,7 +303,10 @@ impl<'a> Accuracy<'a> {
         };
         for run in &self.runs {
             let (method, precision) = (run.method.name(), run.precision());
-            let failure = format!("{method}, dt {}, {precision}: diverged", self.dt(run));
+            let failure = format!(
+                "{method}, dt {}, {precision}: diverged",
+                rounded(self.dt(run), 5)
+            );
             section.check(!run.is_failed(), failure);
         }
         let is_finite = self.reference.uncertainty.iter().all(|u| u.is_finite());
