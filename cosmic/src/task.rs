@@ -12,7 +12,8 @@ use crate::objective::{Loss, LossOf};
 use crate::policy::Goals;
 use crate::projection::{self, Holds, Projection, Variation};
 use crate::scene::{
-    AnyDesign, ControllerSettings, MaterialSettings, MovedBody, PhysicsSettings, ProjectionSettings,
+    AnyDesign, ControllerSettings, MaterialSettings, MovedBody, PhysicsSettings,
+    ProjectionSettings, Scene,
 };
 use crate::simulator::stability::Vibration;
 use crate::simulator::{Robots, Simulator, Span, StepCheck, Trajectory};
@@ -61,7 +62,8 @@ pub struct Task {
     holds: Holds,
     /// The simulator of the robot.
     pub simulator: Simulator,
-    /// True if the weight of a node in means and observations depends on how solid its edges are.
+    /// True if the weight of a node in means and observations [depends on how solid its edges
+    /// are](Body::with_one_piece). Otherwise all weights are 1.
     one_piece: bool,
     /// The part of the robot whose displacement counts.
     moved: MovedBody,
@@ -70,23 +72,18 @@ pub struct Task {
 }
 
 impl Task {
-    /// A task for the nominal robot. Its rollouts have `physics.steps` steps.
-    pub fn new(
-        lattice: Lattice,
-        physics: &PhysicsSettings,
-        controller: &ControllerSettings,
-        materials: &MaterialSettings,
-        sharpness: &ProjectionSettings,
-    ) -> Self {
+    /// A task for the nominal robot of a scene on a lattice. Its rollouts have `physics.steps` steps.
+    pub fn new(lattice: Lattice, scene: &Scene) -> Self {
+        let (physics, sharpness) = (&scene.physics, &scene.projection);
         Self {
-            simulator: Simulator::new(&lattice, physics, controller),
+            simulator: Simulator::new(&lattice, physics, &scene.controller),
             holds: Holds::new(sharpness, &lattice),
             lattice,
             physics: physics.clone(),
-            materials: materials.clone(),
+            materials: scene.materials.clone(),
             sharpness: sharpness.clone(),
-            one_piece: false,
-            moved: MovedBody::Payload,
+            one_piece: scene.design.one_piece,
+            moved: scene.objective.body,
             variation: None,
         }
     }
@@ -100,16 +97,9 @@ impl Task {
         }
     }
 
-    /// This task with weighted or equal nodes. If `one_piece` is true, the weight of a node (its presence) [depends on
-    /// how solid its edges are](Body::with_one_piece). Otherwise all weights are 1.
-    #[must_use]
-    pub fn with_one_piece(self, one_piece: bool) -> Self {
-        Self { one_piece, ..self }
-    }
-
     /// A copy of the task with another part of the robot whose displacement counts (`objective.body`).
     #[must_use]
-    pub fn with_moved(self, moved: MovedBody) -> Self {
+    pub(crate) fn with_moved(self, moved: MovedBody) -> Self {
         Self { moved, ..self }
     }
 

@@ -9,13 +9,7 @@ use cosmic::task::Task;
 fn without_ranges_the_domain_is_the_nominal_one() {
     let none = "base = \"stability\"\n[robust]\nsamples = 1\nspread = 0\nfriction = 0";
     let scene = Scene::parse("none", none).unwrap();
-    let task = &Task::new(
-        lattice(3, 2, 0.0),
-        &scene.physics,
-        &scene.controller,
-        &scene.materials,
-        &scene.projection,
-    );
+    let task = &Task::new(lattice(3, 2, 0.0), &scene);
     let none = scene.robust.scatter();
     let domain = draw(task, &none, &mut stream(3, Purpose::DomainRandomisation));
     assert_eq!(domain.start, task.lattice.state_at_rest());

@@ -71,11 +71,7 @@ impl Drawn {
             .map(case)
             .collect::<cosmic::Result<Vec<_>>>()?;
         Ok(Self {
-            simulator: Simulator::new(
-                &cases[0].lattice,
-                &cases[0].scene.physics,
-                &cases[0].scene.controller,
-            ),
+            simulator: cases[0].task().simulator,
             bodies: cases.iter().map(Case::body).collect(),
             cases,
         })

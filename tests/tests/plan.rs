@@ -26,7 +26,7 @@ fn case(scene: &str, change: impl FnOnce(&mut Scene)) -> Case {
 }
 
 fn simulator(case: &Case) -> Simulator {
-    Simulator::new(&case.lattice, &case.scene.physics, &case.scene.controller)
+    case.task().simulator
 }
 
 /// A positive number that is smaller than the rounding error of any sum to which it is added.

@@ -20,7 +20,7 @@ struct ByNumber<'a> {
 
 impl<'a> ByNumber<'a> {
     fn new(case: &'a Case, name: &'a str) -> Self {
-        let simulator = Simulator::new(&case.lattice, &case.scene.physics, &case.scene.controller);
+        let simulator = case.task().simulator;
         let third = case.scene.physics.steps / 3;
         let simulator = match case.scene.controller.goals {
             GoalKind::Fixed => simulator,
@@ -173,7 +173,7 @@ fn surroundings_are_those_of_a_scene() {
     };
     let (low, high) = (friction(0.2), friction(1.5));
     let end = |case: &Case| {
-        let simulator = Simulator::new(&case.lattice, &case.scene.physics, &case.scene.controller);
+        let simulator = case.task().simulator;
         let span = Span::from_start(vec![case.scene.physics.steps]);
         let end = simulator.rollout(&case.body(), &case.controller, &case.start, &span);
         end.states[0].to_columns()

@@ -53,7 +53,7 @@ fn layouts(void_edges: VoidEdges) -> [Case; 3] {
 }
 
 fn simulator(case: &Case) -> Simulator {
-    Simulator::new(&case.lattice, &case.scene.physics, &case.scene.controller)
+    case.task().simulator
 }
 
 /// All states of a rollout, including the start.

@@ -184,21 +184,13 @@ impl Work {
     /// Returns the task in a world where some settings of the physics are others. Duration and time step stay.
     pub(crate) fn task_with(&self, settings: &[String]) -> cosmic::Result<Task> {
         let (own, scene) = (self.codesign.task(), self.codesign.scene());
-        let physics = PhysicsSettings {
+        let mut there = scene.clone();
+        there.physics = PhysicsSettings {
             steps: own.physics.steps,
             dt: own.physics.dt,
-            ..scene.clone().set(settings)?.physics
+            ..scene.set(settings)?.physics
         };
-        let task = Task::new(
-            own.lattice.clone(),
-            &physics,
-            &scene.controller,
-            &own.materials,
-            &own.sharpness,
-        );
-        Ok(task
-            .with_one_piece(scene.design.one_piece)
-            .with_moved(scene.objective.body))
+        Ok(Task::new(own.lattice.clone(), &there))
     }
 
     /// Returns the robot that was shown last, the steps on its clock in a frame of its walk, and its state there.

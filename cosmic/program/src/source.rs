@@ -183,9 +183,8 @@ pub(super) fn robot(name: &Path, scene: &Scene) -> Result<(Design<[f64; 3]>, Con
     let (path, bytes) = read_design(name)?;
     let design = DesignFile::parse(&path, &bytes)?;
     fitted((&path, &bytes), |file| {
-        let design = design.in_order(scene, file)?;
-        let controller = design.robot(scene, file)?;
-        Ok((design.design(), controller))
+        let case = design.case(scene, file)?;
+        Ok((case.design, case.controller))
     })
 }
 

@@ -16,15 +16,7 @@ use crate::task::{Horizon, Task};
 impl Case {
     /// Makes the [`Task`] that simulates this case: it has the lattice and the settings of the case.
     pub fn task(&self) -> Task {
-        Task::new(
-            self.lattice.clone(),
-            &self.scene.physics,
-            &self.scene.controller,
-            &self.scene.materials,
-            &self.scene.projection,
-        )
-        .with_one_piece(self.scene.design.one_piece)
-        .with_moved(self.scene.objective.body)
+        Task::new(self.lattice.clone(), &self.scene)
     }
 
     /// All numbers of the case with respect to which its rollout can be differentiated: design vectors, controller and

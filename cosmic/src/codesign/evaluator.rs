@@ -39,21 +39,12 @@ impl Evaluator {
         check_loss(&*loss, scene)?;
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let start = lattice.state_at_rest();
-        let task = Task::new(
-            lattice,
-            &scene.physics,
-            &scene.controller,
-            &scene.materials,
-            &scene.projection,
-        );
+        let task = Task::new(lattice, scene);
         Ok(Self {
             stable_step_of_any_design: task.stable_step_of_any_design(scene.robust.faster()),
             loss,
             start,
-            task: task
-                .with_memory(scene.gradient.budget())
-                .with_one_piece(scene.design.one_piece)
-                .with_moved(scene.objective.body),
+            task: task.with_memory(scene.gradient.budget()),
             scene: scene.clone(),
         })
     }

@@ -20,11 +20,11 @@ use crate::laws::StepInput;
 /// use autodiff::{Var, gradient};
 /// use cosmic::case::Case;
 /// use cosmic::scene::Scene;
-/// use cosmic::simulator::{Robots, Simulator, Span};
+/// use cosmic::simulator::{Robots, Span};
 ///
 /// let scene = Scene::parse("small", "lattice.columns = 3\nlattice.rows = 2\nphysics.contact = 'coulomb'")?;
 /// let case = Case::of_scene(&scene, 1)?;
-/// let simulator = Simulator::new(&case.lattice, &case.scene.physics, &case.scene.controller);
+/// let simulator = case.task().simulator;
 /// let span = Span::from_start(vec![100]);
 /// // The distance of the payload after 100 steps, as a function of friction and gravity.
 /// let distance = |numbers: &[Var<f64>]| {

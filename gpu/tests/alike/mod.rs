@@ -38,11 +38,7 @@ impl Begun {
 
     pub(crate) fn of(cases: [Case; 2]) -> Self {
         let first = &cases[0];
-        let simulator = Simulator::new(
-            &first.lattice,
-            &first.scene.physics,
-            &first.scene.controller,
-        );
+        let simulator = first.task().simulator;
         Self {
             surroundings: [simulator.surroundings()],
             bodies: cases.iter().map(Case::body).collect(),
