@@ -21,6 +21,7 @@
 //!
 //! The crate `cosmic-lab` has checks, sweeps and reports. The crate `cosmic-program` is the program.
 
+pub mod numbers;
 pub mod geometry;
 pub mod error;
 #[cfg(feature = "files")]
@@ -28,7 +29,6 @@ pub mod parallel;
 pub mod random;
 pub mod registry;
 pub mod reading;
-pub mod numbers;
 pub mod keys;
 pub mod lattice;
 pub mod settings;

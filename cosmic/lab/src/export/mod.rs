@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 /// Writes `bars.csv` and `nodes.csv`, the bars and nodes with peak forces and masses, into a folder. Returns the paths.
 ///
 /// # Errors
-/// [`Error::Usage`](cosmic::Error::Usage) for a robot without solid bars; [`Error::Write`](cosmic::Error::Write).
+/// [`Error::Usage`] for a robot without solid bars; [`Error::Write`].
 pub fn write_tables(run: &RunFiles, folder: &Path) -> Result<Vec<PathBuf>> {
     let members = some_members(&run.robot)?;
     // The forces depend on all laws of the scene. If this program lacks one, it leaves out only the forces.
