@@ -167,17 +167,18 @@ fn robot(summary: &Summary) -> String {
         let moved = short(moved);
         text += &format!("the robot moves by only {moved} m; try other seeds with --starts 4\n");
     }
-    if let Some(clock) = summary.shown("displacement_clock_p50") {
-        let keeps = summary.clock_keeps().zip(summary.shown("displacement_p50"));
-        let keeps = keeps.map_or(String::new(), |(kept, whole)| {
-            format!(
-                ", {:.0} % of {whole} with feedback from the same starts",
-                100.0 * kept
-            )
-        });
-        text += &format!("open loop, without feedback: {clock}{keeps}\n");
-    }
-    text
+    text + &open_loop(summary).unwrap_or_default()
+}
+
+/// Describes how far the robot walks without feedback; `None` if it diverges.
+fn open_loop(summary: &Summary) -> Option<String> {
+    let clock = summary.shown("displacement_clock_p50")?;
+    let keeps = summary.clock_keeps().zip(summary.shown("displacement_p50"));
+    let keeps = keeps.map_or(String::new(), |(kept, whole)| {
+        let share = fixed(100.0 * kept, 0);
+        format!(", {share} % of {whole} with feedback from the same starts")
+    });
+    Some(format!("open loop, without feedback: {clock}{keeps}\n"))
 }
 
 /// Describes the energy that the robot needs, and what ten minutes take from a battery and from a supply of air.

@@ -14,7 +14,7 @@ use crate::objective::AugmentedLagrangian;
 use crate::policy::blocks_of;
 use crate::reading::{from_json, placed, read_whole, text_of};
 use crate::registry::Registry;
-use crate::scene::{LatticeSettings, TrussFile, UnstableStep, allowed_instead, places};
+use crate::scene::{Scene, TrussFile, UnstableStep, allowed_instead, places};
 
 /// The longest rollout of a case, in substeps. The clock is stored for every step, so without a limit a typing error
 /// could exhaust the memory or run for ever.
@@ -58,17 +58,17 @@ struct Shapes<'a> {
 impl Shapes<'_> {
     fn case(&self, raw: CaseFile, registry: &Registry) -> Result<Case> {
         self.format(&raw)?;
+        let mut scene = registry.blank();
+        raw.scene.set(&mut scene, self.file)?;
         self.meaning(&raw.scene)?;
         self.length(raw.steps, raw.scene.substeps)?;
-        let lattice = self.mirrored(&raw, self.lattice(&raw)?)?;
+        let lattice = self.mirrored(&raw, self.lattice(&raw, &scene)?)?;
         let (nodes, edges) = (lattice.nodes(), lattice.edges.len());
         self.fits("rows of `v0`", raw.v0.len(), nodes)?;
         self.fits("rows of `z`", raw.z.len(), edges)?;
         if let Some(materials) = &raw.materials {
             self.fits("entries in `materials`", materials.len(), edges)?;
         }
-        let mut scene = registry.blank();
-        raw.scene.set(&mut scene, self.file)?;
         raw.controller
             .set_hidden(&mut scene.controller, self.file)?;
         if let Some((_, why)) = scene.controller.misfit() {
@@ -167,15 +167,9 @@ impl Shapes<'_> {
         ))
     }
 
-    fn lattice(&self, raw: &CaseFile) -> Result<Lattice> {
-        let CaseScene {
-            columns,
-            rows,
-            kind,
-            payload,
-            ..
-        } = raw.scene;
-        let nodes = columns.saturating_mul(rows);
+    fn lattice(&self, raw: &CaseFile, scene: &Scene) -> Result<Lattice> {
+        let (layout, payload) = (&scene.lattice, scene.lattice.payload);
+        let nodes = layout.columns.saturating_mul(layout.rows);
         some(self.file, "nodes of `scene` (columns x rows)", nodes)?;
         if !(raw.scale > 0.0 && raw.scale.is_finite()) {
             let scale = raw.scale;
@@ -191,11 +185,8 @@ impl Shapes<'_> {
         let (edges, positions) = (raw.edges.clone(), raw.x0.clone());
         self.fits("entries in `l0`", raw.l0.len(), edges.len())?;
         self.edges(&edges, nodes)?;
-        let ground = Ground {
-            height: raw.scene.ground_height,
-            incline_deg: raw.scene.alpha_deg,
-        };
         if let Some(truss) = &raw.truss {
+            let ground = Ground::from(&scene.physics);
             let to_ground = positions.iter().map(|x| ground.point_to_ground(*x));
             let truss = Truss {
                 nodes: to_ground.collect(),
@@ -213,16 +204,10 @@ impl Shapes<'_> {
                 ..Lattice::of_truss(&truss, positions)
             });
         }
-        let layout = LatticeSettings {
-            kind,
-            columns,
-            rows,
-            ..LatticeSettings::default()
-        };
         Ok(Lattice {
             rest_length: raw.l0.clone(),
-            places: places(&layout),
-            spacing: raw.scene.spacing,
+            places: places(layout),
+            spacing: layout.spacing,
             scale: raw.scale,
             payload: Payload::at(payload),
             ..Lattice::between(positions, edges)

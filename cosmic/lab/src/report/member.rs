@@ -65,10 +65,31 @@ pub(crate) fn members(robot: &RobotFiles) -> Vec<Member> {
     solid.map(member).collect()
 }
 
+/// The peak loads of a bar: the column, its unit, decimals and meaning, and its number.
+const PEAKS: [Peak; 4] = [
+    ("peak_tension", "N", 2, "largest pull", |bar| bar.tension),
+    ("peak_compression", "N", 2, "largest push", |bar| {
+        bar.compression
+    }),
+    ("peak_force", "N", 2, "largest pull or push", |bar| {
+        bar.force.peak
+    }),
+    ("peak_strain", "", 4, "largest strain", |bar| {
+        bar.strain.peak
+    }),
+];
+
+type Peak = (
+    &'static str,
+    &'static str,
+    usize,
+    &'static str,
+    fn(&BarLoad) -> f64,
+);
+
 /// Returns the table of bars, with a row for each. `loads` has the loads of all edges, if they are known.
 pub(crate) fn bars(robot: &RobotFiles, members: &[Member], loads: Option<&[BarLoad]>) -> Table {
     let materials = &robot.scene.materials;
-    let load = |m: &Member, of: fn(&BarLoad) -> f64| loads.map(|loads| of(&loads[m.edge]));
     let stiffness = |m: &Member| {
         let bar = materials.of_edge(&robot.lattice, m.edge);
         m.material.of(&bar.stiffness)
@@ -79,78 +100,37 @@ pub(crate) fn bars(robot: &RobotFiles, members: &[Member], loads: Option<&[BarLo
         let column = Column::new(name, says).unit(unit);
         column.decimals(decimals, "not known")
     };
-    Table::of("", "", members)
+    let length = number("rest_length", "m", 3, "length of the unstrained bar");
+    let with_fittings = number("mass", "kg", 4, "mass of the bar with its fittings");
+    let says = "skeleton: force under which the bar buckles, divided by peak compression";
+    let euler = number("euler_safety", "", 2, says);
+    let part_says = "tube, rod, strut or device; empty for a bar of plain numbers";
+    let size_says = "diameters of a tube, diameter of a rod, or width of a strut, m";
+    let stroke_says = "largest lengthening or shortening from the rest length, m";
+    let mut table = Table::of("", "", members)
         .column("edge", "number of the edge in design.json", |m| m.edge)
         .column("from", "node at the first end", |m| m.nodes[0])
         .column("to", "node at the second end", |m| m.nodes[1])
-        .columns(
-            ["from_x", "from_y"],
-            "position of the first end, m",
-            |m, k| m.axis.from.array()[k],
-        )
-        .columns(["to_x", "to_y"], "position of the second end, m", |m, k| {
+        .columns(["from_x", "from_y"], "place of the first end, m", |m, k| {
+            m.axis.from.array()[k]
+        })
+        .columns(["to_x", "to_y"], "place of the second end, m", |m, k| {
             m.axis.to.array()[k]
         })
-        .add(
-            number("rest_length", "m", 3, "length of the unstrained bar"),
-            |m| m.length,
-        )
+        .add(length, |m| m.length)
         .column("material", "skeleton or actuator", Member::made_of)
-        .column(
-            "part",
-            "tube, rod, strut or device; empty for a bar of plain numbers",
-            |m| part(m, &materials.parts),
-        )
-        .columns(
-            ["outer", "inner"],
-            "diameters of a tube, diameter of a rod, or width of a strut, m",
-            |m, k| section(m, &materials.parts)[k],
-        )
-        .column(
-            "stroke",
-            "largest lengthening or shortening from the rest length, m",
-            |m| stroke(m, &materials.max_strain),
-        )
+        .column("part", part_says, |m| part(m, &materials.parts))
+        .columns(["outer", "inner"], size_says, |m, k| {
+            section(m, &materials.parts)[k]
+        })
+        .column("stroke", stroke_says, |m| stroke(m, &materials.max_strain))
         .column("stiffness", "N/m", stiffness)
-        .add(
-            number("mass", "kg", 4, "mass of the bar with its fittings"),
-            mass,
-        )
-        .add(number("peak_tension", "N", 2, "largest pull"), |m| {
-            load(m, |bar| bar.tension)
-        })
-        .add(number("peak_compression", "N", 2, "largest push"), |m| {
-            load(m, |bar| bar.compression)
-        })
-        .add(
-            number(
-                "peak_force",
-                "N",
-                2,
-                "the larger of peak tension and peak compression",
-            ),
-            |m| load(m, |bar| bar.force.peak),
-        )
-        .add(
-            number(
-                "peak_strain",
-                "",
-                4,
-                "largest change of length divided by the rest length",
-            ),
-            |m| load(m, |bar| bar.strain.peak),
-        )
-        .add(
-            number(
-                "euler_safety",
-                "",
-                2,
-                "force under which the bar buckles, divided by peak compression",
-            ),
-            safety,
-        )
-        .rounded(DECIMALS)
-        .done()
+        .add(with_fittings, mass);
+    for (name, unit, decimals, says, of) in PEAKS {
+        let column = number(name, unit, decimals, says);
+        table = table.add(column, |m| loads.map(|loads| of(&loads[m.edge])));
+    }
+    table.add(euler, safety).rounded(DECIMALS).done()
 }
 
 /// Returns the name of the part that a bar is.
