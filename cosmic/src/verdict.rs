@@ -9,7 +9,7 @@ mod sheet;
 
 use serde::Serialize;
 
-use crate::codesign::{Delivery, Observed, Reliability, Standstill};
+use crate::codesign::{Delivery, Reliability, Standstill};
 use crate::design::{Material, Structure, VolumeBounds};
 use crate::lattice::Lattice;
 use crate::numbers::{brief, finite, fixed, mass, percent};
@@ -234,23 +234,6 @@ impl<'m> Measured<'m> {
             energy: delivery.robust_energy.or(delivery.energy),
             bars: bars(delivery.volume, lattice),
             volumes: Some([delivery.volume, delivery.actuator_volume]),
-            ..Self::unmeasured(scene, lattice)
-        }
-    }
-
-    /// The measurements of a robot in one rollout, without those of slightly different starts. `is_far` is true if the
-    /// robot is designed to walk far.
-    pub fn of_rollout(seen: &'m Observed, scene: &Scene, lattice: &Lattice, is_far: bool) -> Self {
-        Self {
-            displacement: finite(seen.moved.forward()),
-            standstill: seen.standstill,
-            is_far,
-            is_undecided: seen.structure.is_none(),
-            structure: seen.structure,
-            loads: seen.loads.as_ref(),
-            energy: seen.energy,
-            bars: bars(seen.volume, lattice),
-            volumes: Some([seen.volume, seen.actuator_volume]),
             ..Self::unmeasured(scene, lattice)
         }
     }
