@@ -35,6 +35,19 @@ pub fn rounded(x: f64, digits: usize) -> f64 {
     text.parse().unwrap_or(x)
 }
 
+/// The value of a setting as text, with at most five significant digits of every number.
+pub fn shortened(value: &str) -> String {
+    let ends = ['[', ']', ',', ' '];
+    let shortened = |part: &str| {
+        let text = part.trim_end_matches(ends);
+        match text.parse() {
+            Ok(x) if text.len() > 7 => part.replacen(text, &rounded(x, 5).to_string(), 1),
+            _ => part.to_owned(),
+        }
+    };
+    value.split_inclusive(ends).map(shortened).collect()
+}
+
 /// A number with two significant digits, or as a whole number from 10 on.
 pub fn brief(x: f64) -> String {
     if x == 0.0 {

@@ -1,4 +1,4 @@
-use cosmic::numbers::{brief, clock, decimals, fixed, mass, plain, rounded, short};
+use cosmic::numbers::{brief, clock, decimals, fixed, mass, plain, rounded, short, shortened};
 
 #[test]
 fn plain_numbers_have_no_exponent_and_no_rounding_noise() {
@@ -57,4 +57,6 @@ fn numbers_have_two_digits() {
 fn time_steps_are_rounded_to_five_digits() {
     let shown = [0.002, 0.001_943_817_264_512_3, 1e-7].map(|x| rounded(x, 5).to_string());
     assert_eq!(shown, ["0.002", "0.0019438", "0.0000001"]);
+    let shown = ["10.0", "\"coulomb\"", "[1.999999999999, 0.2]"].map(shortened);
+    assert_eq!(shown, ["10.0", "\"coulomb\"", "[2, 0.2]"]);
 }

@@ -7,6 +7,7 @@ use clap::{Args, Subcommand};
 use cosmic::Registry;
 use cosmic::codesign::Review;
 use cosmic::error::{Error, Result};
+use cosmic::numbers::shortened;
 use cosmic::scene::{Builtin, Finding, Following, Scene};
 use serde_json::json;
 
@@ -113,7 +114,10 @@ fn check(name: &str, settings: &Settings, output: &Output, registry: &Registry) 
 /// of the numbers that follow are in the output of `scene show`.
 fn description(name: &str, scene: &Scene) -> Result<String> {
     let following = scene.following().into_iter();
-    let lines = following.map(|Following { key, value, .. }| format!("{key} = {value} (auto)\n"));
+    let lines = following.map(|Following { key, value, .. }| {
+        let value = shortened(&value);
+        format!("{key} = {value} (auto)\n")
+    });
     Ok(format!(
         "{}robot: {}\nworld: {}\ncost: {}\n{name}: ok\n",
         lines.collect::<String>(),

@@ -4,7 +4,7 @@ use super::keys::Setting;
 use super::{ActuatorPart, ProfileKind, Scene, SkeletonPart};
 use crate::geometry::Vector;
 use crate::lattice::Lattice;
-use crate::numbers::rounded;
+use crate::numbers::{rounded, shortened};
 use crate::settings::Named;
 
 impl Scene {
@@ -100,8 +100,8 @@ impl Scene {
                 "at" => "at a strain of",
                 key => key,
             };
-            let number = setting.value.parse().map(|x| rounded(x, 5).to_string());
-            let value = number.unwrap_or(setting.value);
+            let value = shortened(&setting.value);
+            let value = value.strip_suffix(".0").unwrap_or(&value);
             let says = format!("{} {value} {}", key.replace('_', " "), setting.unit);
             (section == law).then(|| says.trim_end().to_owned())
         };
