@@ -6,11 +6,16 @@ use crate::table::escape;
 use cosmic::design::Material;
 use cosmic::keys::Keyed;
 use cosmic::numbers::{brief, decimals, mass};
+use cosmic::record::Summary;
 use cosmic::scene::Named;
 use cosmic::simulator::Energy;
 
 /// The text for a number that an undecided design does not have.
 const NOT_KNOWN: &str = "not known";
+/// The text for a displacement that a diverged rollout would determine.
+const DIVERGED: &str = "diverged";
+/// The column of the displacement to quote.
+const QUOTED: &str = "displacement_robust_p50";
 
 /// Returns tiles of a number and its meaning, as HTML.
 fn draw(tiles: &[[String; 2]]) -> String {
@@ -40,40 +45,41 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion) -> String {
     )
 }
 
+/// A displacement of the summary.
+fn metres(summary: &Summary, column: &str) -> String {
+    let shown = summary.shown(column);
+    shown.map_or(DIVERGED.to_owned(), |text| text.replace('-', "\u{2212}"))
+}
+
 fn speed(run: &RunFiles) -> [String; 2] {
-    let (scene, summary) = (&run.robot.scene, &run.summary);
-    let whole = scene.physics.steps as f64 * scene.physics.dt;
+    let (physics, summary) = (&run.robot.scene.physics, &run.summary);
+    let whole = physics.steps as f64 * physics.dt;
     let seconds = summary.seconds_of_walk(whole);
-    let speed = summary.displacement_robust_p50.map(|x| x / seconds);
-    let number = speed.map_or("diverged".to_owned(), |speed| decimals(speed, 2) + " m/s");
-    let then = match seconds < whole {
-        true => "; then it stands still",
-        false => "",
+    let Some(far) = summary.displacement_robust_p50 else {
+        return [DIVERGED.to_owned(), String::new()];
     };
-    let far = summary.displacement_robust_p50.map_or(String::new(), |x| {
-        format!(
-            "speed: {} m in {} s{then}",
-            decimals(x, 3),
-            decimals(seconds, 1)
-        )
-    });
-    [number, far]
+    let then = if seconds < whole {
+        "; then it stands still"
+    } else {
+        ""
+    };
+    let (metres, time) = (metres(summary, QUOTED), decimals(seconds, 1));
+    [
+        decimals(far / seconds, 2) + " m/s",
+        format!("speed: {metres} in {time} s{then}"),
+    ]
 }
 
 fn objective(run: &RunFiles) -> [String; 2] {
     let summary = &run.summary;
-    let task = run.robot.scene.objective.task.name();
     if let Some(loss) = summary.loss_p50 {
+        let task = run.robot.scene.objective.task.name();
         let says = format!("objective: loss of the task {task}, median");
         return [decimals(loss, 4), says];
     }
-    let [far, low] = ["displacement_robust_p50", "displacement_robust_p10"].map(|column| {
-        summary
-            .shown(column)
-            .unwrap_or_else(|| "diverged".to_owned())
-    });
+    let low = metres(summary, "displacement_robust_p10");
     [
-        far,
+        metres(summary, QUOTED),
         format!("objective: distance, median of robots that vary a little; 10 % quantile: {low}"),
     ]
 }
@@ -163,14 +169,11 @@ fn crossings(run: &RunFiles) -> [String; 2] {
 fn open_loop(run: &RunFiles) -> [String; 2] {
     let summary = &run.summary;
     let kept = summary.clock_keeps();
-    let kept = kept.map_or("\u{2013}".to_owned(), |kept| {
-        decimals(100.0 * kept, 0) + " %"
-    });
-    let [clock, whole] = ["displacement_clock_p50", "displacement_p50"].map(|column| {
-        summary
-            .shown(column)
-            .unwrap_or_else(|| "diverged".to_owned())
-    });
-    let says = "of the distance in open loop, without feedback";
-    [kept, format!("{says}: {clock} of {whole}")]
+    let kept = kept.map(|kept| decimals(100.0 * kept, 0) + " %");
+    let [clock, whole] =
+        ["displacement_clock_p50", "displacement_p50"].map(|p50| metres(summary, p50));
+    [
+        kept.unwrap_or("\u{2013}".to_owned()),
+        format!("of the distance in open loop, without feedback: {clock} of {whole}"),
+    ]
 }
