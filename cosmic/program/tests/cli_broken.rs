@@ -223,7 +223,7 @@ fn one_long_step_has_a_cost() {
         let line = format!("scene check {scene} --set physics.dt=1 --set physics.steps=1");
         has(
             &bench.ok(&line).out,
-            &["\ncost: 1 step of ", " a rollout, about "],
+            &["\ncost: 1 step ", " a rollout, about "],
         );
     }
 }

@@ -143,7 +143,7 @@ fn a_grid_changes_a_scene_and_its_errors_have_their_place() {
         (
             1,
             0,
-            ["`physics.gravity` is out of range: -3e9", "a.toml:2:31"],
+            ["`physics.gravity` is out of range: -3e9", "a.toml:2:29"],
         ),
         (0, 1, ["`loss.window` is a string: 'x'", "a.toml:3:20"]),
     ] {
