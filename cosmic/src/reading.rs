@@ -120,6 +120,9 @@ fn fault(json: &[u8], keys: &str, error: &serde_json::Error) -> (Position, Strin
         return (place, with_keys(keys, says));
     }
     match not_finite(json, place).filter(|_| error.is_syntax()) {
+        None if error.is_syntax() && !json.trim_ascii_start().starts_with(b"{") => {
+            (place, "this is not JSON".to_owned())
+        }
         None => (place, sentence(keys, error)),
         Some((column, word)) => {
             let says =
@@ -248,6 +251,7 @@ pub(crate) fn in_words(expected: &str) -> &str {
         "usize" | "u64" | "u32" | "u8" => "a whole number from 0 on",
         "a nonzero usize" => "a whole number from 1 on",
         "f64" => "a number",
+        "a sequence" => "a list",
         name if name.starts_with("struct ") => "an object",
         other => other,
     }

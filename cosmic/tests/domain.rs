@@ -2,7 +2,7 @@ use crate::small::lattice;
 use cosmic::design::{Design, Material};
 use cosmic::domain::draw;
 use cosmic::random::{Purpose, stream};
-use cosmic::scene::{Scatter, Scene};
+use cosmic::scene::{GoalsSettings, Scatter, Scene};
 use cosmic::task::Task;
 
 #[test]
@@ -24,4 +24,10 @@ fn without_ranges_the_domain_is_the_nominal_one() {
     let shares: Vec<f64> = pairs.map(|(varied, nominal)| varied / nominal).collect();
     assert!(shares.iter().all(|s| (0.9..=1.1).contains(s)));
     assert!(shares.iter().any(|s| (s - 1.0).abs() > 1e-3));
+}
+
+#[test]
+fn a_short_rollout_has_at_most_one_goal_per_step() {
+    let changes = |steps| -> Vec<usize> { GoalsSettings::default().changes(steps).collect() };
+    assert_eq!([1, 2, 9].map(changes), [vec![], vec![1], vec![3, 6]]);
 }

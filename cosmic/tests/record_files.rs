@@ -198,5 +198,15 @@ fn an_unwritable_place_is_an_error_with_the_path() {
         let error = write_atomic(&file, |_| Ok(())).unwrap_err();
         assert_eq!(error.exit_code(), 4);
         assert!(error.to_string().contains(&file.display().to_string()));
+        assert!(!error.to_string().contains(".cosmic-"), "{error}");
+    }
+    // A folder in which nobody can create files.
+    #[cfg(target_os = "linux")]
+    {
+        let error = make_folder(Path::new("/proc/self"))
+            .unwrap_err()
+            .to_string();
+        let says = "cannot write /proc/self: No such file or directory (os error 2)";
+        assert_eq!(error, says);
     }
 }

@@ -55,6 +55,9 @@ pub(crate) fn sweep_run(
 /// Merges the finished runs. Returns the path of the results.
 #[pyfunction]
 pub(crate) fn sweep_merge(py: Python, folder: PathBuf) -> PyResult<PathBuf> {
-    let merged = caught(|| py.detach(|| sweep::merge(&folder)).map_err(raised))?;
+    let merged = caught(|| {
+        py.detach(|| sweep::merge(&folder, &Registry::default()))
+            .map_err(raised)
+    })?;
     Ok(merged.results)
 }

@@ -1,23 +1,22 @@
 //! The cost of an optimisation, which is announced before the work begins.
 
-use cosmic::case::Case;
+use crate::output::counted;
+use crate::runs::pool;
+use cosmic::codesign::CoDesign;
 use cosmic::error::Result;
 use cosmic::record::RunPlan;
-use cosmic::scene::{GradientPrecision, Scene};
-use cosmic::simulator::Span;
+use cosmic::scene::{Scene, UnstableStep};
 use cosmic_lab::check;
 use std::fmt;
+use std::num::NonZeroUsize;
 
-/// The processor time of an iteration, in full rollouts in f64. An iteration computes one or two gradients over a part of
-/// the rollout, and ranks robots. Measured for `earth` (f32), which takes 4.3 rollouts per iteration; the estimate is
-/// right within a factor of about 2.
-const ROLLOUTS_F32: f64 = 4.5;
-/// Like [`ROLLOUTS_F32`], for gradients in f64. Registers hold half as many numbers in f64.
-const ROLLOUTS_F64: f64 = 7.0;
-/// The measured rollout has at most this many substeps in a step, so that the measurement is fast.
+/// The measured rollouts have at most about this many mechanical steps, so that the measurement is fast.
+const MOST_MECHANICAL: usize = 512;
+/// A step of a measured rollout has at most this many substeps.
 const MOST_SUBSTEPS: usize = 64;
-/// The time of a step is the difference between rollouts of these numbers of steps.
-const MEASURED: [usize; 2] = [16, 64];
+/// The numbers of iterations that are measured: at the start of the co-design, where a pass for the design and a pass for
+/// the controller take turns, and from the snap on, where one iteration in three also tries other layouts.
+const MEASURED: [usize; 2] = [2, 4];
 
 /// The cost of an optimisation.
 pub(super) struct Cost {
@@ -39,47 +38,64 @@ impl Cost {
     }
 
     fn of_iterations(scene: &Scene, iterations: usize) -> Result<Self> {
-        let physics = &scene.physics;
-        let rollouts = match scene.gradient.precision {
-            GradientPrecision::F32 => ROLLOUTS_F32,
-            GradientPrecision::F64 => ROLLOUTS_F64,
-        };
-        let rollout = physics.steps as f64 * seconds_of_step(scene)?;
+        let [before, from_snap] = seconds_of_iterations(scene)?;
+        let schedule = &scene.schedule;
+        let share = schedule.snap_at.saturating_sub(1) as f64 / schedule.iterations.max(1) as f64;
         Ok(Self {
-            steps: physics.steps,
-            substeps: physics.substeps,
-            seconds: iterations as f64 * rollouts * rollout,
+            steps: scene.physics.steps,
+            substeps: scene.physics.substeps,
+            seconds: iterations as f64 * (share * before + (1.0 - share) * from_snap),
         })
     }
 }
 
-/// Measures the processor time of a time step of the robot with which a scene begins, s.
-fn seconds_of_step(scene: &Scene) -> Result<f64> {
-    let mut short = scene.clone();
+/// Measures the processor time of an iteration before the snap, and of one from the snap on, s. The measured iterations
+/// have shorter rollouts.
+fn seconds_of_iterations(scene: &Scene) -> Result<[f64; 2]> {
+    let (short, longer) = shortened(scene);
+    let [first, then] = MEASURED;
+    let schedule = &short.schedule;
+    let snap = schedule.snap_at.saturating_sub(1);
+    let [first, then] = [first.min(snap), then.min(schedule.iterations - snap)];
+    let mut codesign = CoDesign::new(&short)?;
+    let mut progress = codesign.begin(0)?;
+    // On one thread, the processor time is that of all the work.
+    pool(Some(NonZeroUsize::MIN))?.install(|| {
+        let mut seconds = |from: usize, count: usize| {
+            progress.iteration = from;
+            let iterate = || (0..count).for_each(|_| drop(codesign.iterate(&mut progress)));
+            longer * check::seconds(iterate) / count.max(1) as f64
+        };
+        Ok([seconds(0, first), seconds(snap, then)])
+    })
+}
+
+/// The scene with shorter rollouts, and the ratio of the two numbers of mechanical steps.
+fn shortened(scene: &Scene) -> (Scene, f64) {
+    let (mut short, whole) = (scene.clone(), &scene.physics);
+    let substeps = whole.substeps.min(MOST_SUBSTEPS);
+    let steps = (MOST_MECHANICAL / substeps).min(whole.steps);
+    let shorter = |n: usize| (n as f64 * steps as f64 / whole.steps as f64).ceil() as usize;
+    let dt = whole.dt * substeps as f64 / whole.substeps as f64;
     let physics = &mut short.physics;
-    let [less, more] = MEASURED;
-    let substeps = physics.substeps.min(MOST_SUBSTEPS);
-    let share = substeps as f64 / physics.substeps as f64;
-    (physics.steps, physics.substeps, physics.dt) = (more, substeps, share * physics.dt);
-    let case = Case::of_scene(&short, 0)?;
-    let (simulator, body) = (case.task().simulator, case.body());
-    let seconds = |steps: usize| {
-        let span = Span::from_start(vec![steps]);
-        check::seconds(|| simulator.rollout(&body, &case.controller, &case.start, &span))
-    };
-    let measured = (0..3).map(|_| seconds(more) - seconds(less));
-    let least = measured.fold(f64::INFINITY, f64::min).max(0.0);
-    Ok(least / ((more - less) as f64 * share))
+    (physics.steps, physics.substeps, physics.dt) = (steps, substeps, dt);
+    // Whether the time step is stable is not the question here.
+    physics.unstable_step = UnstableStep::Warn;
+    short.schedule.horizon = scene.schedule.horizon.map(shorter);
+    // The first iterations have horizons of all lengths.
+    short.schedule.horizon_over = [0, MEASURED[0] + 1];
+    short.loss.window = shorter(scene.loss.window);
+    short.loss.every = scene.loss.every.min(short.loss.window);
+    let longer = whole.steps as f64 / steps as f64 * (whole.substeps as f64 / substeps as f64);
+    (short, longer)
 }
 
 impl fmt::Display for Cost {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            steps, substeps, ..
-        } = self;
-        match substeps {
-            1 => write!(out, "{steps} steps a rollout")?,
-            _ => write!(out, "{steps} steps of {substeps} substeps a rollout")?,
+        let steps = counted(self.steps, "step");
+        match self.substeps {
+            1 => write!(out, "{steps} a rollout")?,
+            substeps => write!(out, "{steps} of {substeps} substeps a rollout")?,
         }
         let (number, unit) = match self.seconds {
             seconds if seconds < 90.0 => (seconds, "second"),

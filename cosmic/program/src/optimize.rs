@@ -8,8 +8,8 @@ use clap::Args;
 use cosmic::Registry;
 use cosmic::codesign::CoDesign;
 use cosmic::error::{Error, Result};
-use cosmic::record::run::{SCENE, read_scene};
-use cosmic::record::{RunPlan, Summary, optimise, optimise_with};
+use cosmic::record::run::{SCENE, read_scene, read_summary};
+use cosmic::record::{RunPlan, optimise, optimise_with};
 use cosmic::scene::{Scene, UnstableStep};
 use std::ffi::{OsStr, OsString};
 use std::num::NonZeroUsize;
@@ -86,11 +86,15 @@ impl Arguments {
         let plan = plan.fitted(self.iterations, robot.as_ref().map(|(design, _)| design))?;
         let default = || Path::new("runs").join(self.folder_name(&plan));
         let folder = self.out.clone().unwrap_or_else(default);
+        let introduction = match self.work.output.quiet {
+            true => Vec::new(),
+            false => introduction(&plan)?,
+        };
         runs::carry_out(
             &folder,
             registry,
             &self.work,
-            introduction(&plan)?,
+            introduction,
             |observer| match robot {
                 None => optimise(&folder, &plan, observer),
                 Some((design, controller)) => {
@@ -110,7 +114,7 @@ impl Arguments {
         let beside = self.from.as_ref().map(beside).filter(|file| file.exists());
         if let Some(file) = beside.filter(|_| self.scene.is_none()) {
             let folder = file.parent().unwrap_or(Path::new(""));
-            let summary = Summary::read(folder);
+            let summary = read_summary(folder, registry);
             return Ok(Origin {
                 scene: self.settings.apply(read_scene(folder, registry)?)?,
                 name: summary.map_or_else(|_| name_of(&file), |summary| summary.scene),

@@ -5,8 +5,8 @@ use crate::output::{answer, answer_written, in_colour, note};
 use clap::Args;
 use cosmic::Registry;
 use cosmic::error::{Error, Result};
-use cosmic::record::Summary;
 use cosmic::record::files::write_atomic;
+use cosmic::record::run::read_summary;
 use cosmic_lab::report::{self, Comparison, verdict_of};
 use std::path::{Path, PathBuf};
 
@@ -63,7 +63,7 @@ impl Arguments {
 
 /// Prints the verdict on standard error, if this is a run.
 fn note_verdict(run: &Path, registry: &Registry) {
-    if let Ok(summary) = Summary::read(run)
+    if let Ok(summary) = read_summary(run, registry)
         && let Ok(verdict) = verdict_of(run, &summary, registry)
     {
         note(&format!("verdict: {}", verdict.to_text()));

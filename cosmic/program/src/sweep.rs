@@ -68,7 +68,7 @@ impl Arguments {
     pub(super) fn run(&self, registry: &Registry) -> Result<()> {
         match &self.action {
             Action::Run(run) => run.run(registry),
-            Action::Merge { sweep, output } => merge(sweep, output),
+            Action::Merge { sweep, output } => merge(sweep, registry, output),
         }
     }
 }
@@ -103,7 +103,7 @@ impl Run {
         }
         let (left, total) = (plan.left(folder).count(), plan.runs());
         if left == 0 {
-            return merge(folder, output);
+            return merge(folder, registry, output);
         }
         if self.index.is_none() && !output.quiet {
             note(&format!("other processes are doing {left} of {total} runs"));
@@ -124,8 +124,8 @@ fn one(sweep: &Sweep, index: usize, interrupt: Interrupt, work: &Work) -> Result
     Ok(())
 }
 
-fn merge(sweep: &Path, output: &Output) -> Result<()> {
-    let merged = sweep::merge(sweep)?;
+fn merge(sweep: &Path, registry: &Registry, output: &Output) -> Result<()> {
+    let merged = sweep::merge(sweep, registry)?;
     let (results, missing) = (merged.results.display(), merged.missing);
     if missing > 0 && !output.quiet {
         note(&format!("{missing} runs are not done"));

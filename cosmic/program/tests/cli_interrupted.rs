@@ -270,7 +270,8 @@ fn a_history_that_lacks_rows_and_another_scene_are_refused() {
     let files = ["history.jsonl", "designs.jsonl"];
     let histories = || files.map(|name| bench.read(&format!("a/{name}")));
     let before = histories();
-    let says = "history.jsonl: expected 24 lines up to the snapshot, found 22";
+    let says = "history.jsonl: expected 24 lines up to the snapshot, found 22; if the folder is a copy that was made \
+                during the run, copy it again";
     resume(&bench, "a").fails(2, &[says]);
     assert_eq!(histories(), before);
     bench.write("a/history.jsonl", history);

@@ -88,6 +88,7 @@ fn a_refused_scene_does_not_stop_the_other_runs() {
 fn a_faulty_or_locked_run_does_not_stop_the_other_runs() {
     let bench = Bench::default();
     let run = |index: usize, file: &str| bench.path(&format!("s/runs/tiny-{index}/{file}"));
+    bench.ok(&format!("{RUN} --index 2"));
     fs::create_dir_all(run(1, "")).unwrap();
     let lock = fs::File::create(run(1, ".cosmic-lock")).unwrap();
     lock.try_lock().unwrap();

@@ -9,6 +9,7 @@ mod program;
 
 mod cli_at_work;
 mod cli_beyond;
+mod cli_broken;
 mod cli_browser;
 mod cli_check;
 mod cli_clock;

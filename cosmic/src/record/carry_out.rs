@@ -3,7 +3,7 @@
 use super::files::copy_files;
 use super::history::{DESIGNS, LINES};
 use super::multistart;
-use super::run::{Lock, Observer, Run, SCENE, begin, keep_scene, take_up};
+use super::run::{Lock, Observer, Run, SCENE, begin, keep_scene, read_summary, take_up};
 use super::snapshot::{RunPlan, SNAPSHOT, Snapshot};
 use super::summary::{SUMMARY, Summary};
 use crate::codesign::{CoDesign, Progress};
@@ -72,8 +72,8 @@ pub fn optimise_with(
 /// Continues the run in a folder and returns its summary. If the run is finished, only reads the summary.
 ///
 /// # Errors
-/// [`Error::Read`] if there is no run, [`Error::Malformed`] or [`Error::Misfit`] for a damaged snapshot, otherwise
-/// like [`optimise`].
+/// [`Error::Read`] if there is no run, [`Error::Malformed`] or [`Error::Misfit`] for a damaged snapshot, [`Error::Usage`]
+/// if `scene.toml` is not the scene with which the run began, otherwise like [`optimise`].
 pub fn resume(folder: &Path, registry: &Registry, observer: &mut dyn Observer) -> Result<Summary> {
     resume_if(folder, registry, |_| Ok(()), None, observer)
 }
@@ -111,7 +111,7 @@ fn resume_if(
     observer: &mut dyn Observer,
 ) -> Result<Summary> {
     let Some((lock, snapshot)) = take_up(folder, registry)? else {
-        return Summary::read(folder);
+        return read_summary(folder, registry);
     };
     accept(&snapshot.plan)?;
     if snapshot.progress.is_some() {

@@ -26,12 +26,14 @@ pub fn write_atomic(
     replace(path, &mut fill).map_err(|error| Error::writing(path)(without_place(error)))
 }
 
-/// The error of the operating system within an error that names a temporary file. The user knows only the file that was to
-/// be written.
+/// An error without the name of a temporary file, which the crate `tempfile` puts at the end of its text. The user knows
+/// only the file that was to be written.
 fn without_place(error: io::Error) -> io::Error {
-    let source = error.get_ref().and_then(|inner| inner.source());
-    let code = source.and_then(|source| source.downcast_ref::<io::Error>()?.raw_os_error());
-    code.map_or(error, io::Error::from_raw_os_error)
+    let text = error.to_string();
+    match text.split_once(" at path \"") {
+        Some((says, _)) => io::Error::new(error.kind(), says),
+        None => error,
+    }
 }
 
 type Fill<'a> = &'a mut dyn FnMut(&mut dyn Write) -> io::Result<()>;
@@ -161,7 +163,7 @@ fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     // Temporary files are private by default, but a result should be an ordinary file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
+    builder.tempfile_in(folder).map_err(without_place)
 }
 
 /// Copies files of one folder to another.

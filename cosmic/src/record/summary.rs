@@ -1,7 +1,7 @@
 //! `summary.json`: the result of a run. It is the last file that a run writes.
 
 use super::RunPlan;
-use super::files::{no_run, read_json};
+use super::files::no_run;
 use super::format::Format;
 use super::snapshot::{SNAPSHOT, Snapshot};
 use crate::codesign::{Delivery, Progress, Reliability, Standstill};
@@ -272,14 +272,6 @@ impl Summary {
             seconds,
             starts: Vec::new(),
         }
-    }
-
-    /// Reads the summary of a finished run.
-    ///
-    /// # Errors
-    /// The errors of [`read_json`]; [`Error::Read`] for a run that is not finished.
-    pub fn read(folder: &Path) -> Result<Self> {
-        read_json(&result_of(folder, SUMMARY)?, FORMAT)
     }
 }
 

@@ -121,9 +121,9 @@ settings! {
 }
 
 impl GoalsSettings {
-    /// The numbers of steps at which goals change in a rollout of `steps` steps.
+    /// The numbers of steps at which goals change in a rollout of `steps` steps. A rollout has at most as many goals as steps.
     pub fn changes(&self, steps: usize) -> impl Iterator<Item = usize> {
-        let count = self.count;
+        let count = self.count.min(steps.max(1));
         (1..count).map(move |k| k * steps / count)
     }
 }

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::laws::{self, Choice};
 use crate::reading::{self, read_at_most, too_long};
 use crate::registry::Registry;
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 use std::path::Path;
 
 /// A scene that ships with the crate, or that a program adds.
@@ -168,14 +168,23 @@ impl Registry {
             Error::Read { path, source }
                 if source.kind() == ErrorKind::NotFound && path == Path::new(name) =>
             {
-                let names: Vec<_> = self.scenes().map(|builtin| builtin.name).collect();
                 Error::NoScene {
                     name: name.to_string(),
-                    hint: suggest(name, names.into_iter()),
+                    hint: self.hint(name),
                 }
+            }
+            Error::Read { path, source } if source.kind() == ErrorKind::IsADirectory => {
+                let says = "it is a folder; name a scene file, such as the scene.toml in the folder of a run";
+                Error::reading(path)(io::Error::other(says))
             }
             other => other,
         })
+    }
+
+    /// A hint for a name that is not that of a scene: a similar name, or all names.
+    pub fn hint(&self, name: &str) -> String {
+        let names: Vec<_> = self.scenes().map(|builtin| builtin.name).collect();
+        suggest(name, names.into_iter())
     }
 
     /// Reads the scene in a TOML file.

@@ -71,6 +71,7 @@ pub(super) fn suggest<'n>(wrong: &str, known: impl Iterator<Item = &'n str> + Cl
     let best = known.clone().max_by(|a, b| rate(a).total_cmp(&rate(b)));
     match best.filter(|name| rate(name) > CLOSE) {
         Some(name) => format!("did you mean `{name}`?"),
+        None if best.is_none() => "none is defined".to_owned(),
         None => format!("known: {}", known.collect::<Vec<_>>().join(", ")),
     }
 }

@@ -331,10 +331,9 @@ impl<'s, 't> Reader<'s, 't> {
                 return self.fault(span, message, remedy);
             }
             let owner = known.iter().find(|section| section.keys.contains(&name));
-            let path = owner.map(|owner| format!("did you mean `{}.{name}`? ", owner.name));
+            let path = owner.map(|owner| format!("did you mean `{}.{name}`?", owner.name));
             let names = known.iter().map(|section| section.name);
-            let names = suggest(name, names.chain(TOP_KEYS));
-            let hint = path.unwrap_or_default() + &names;
+            let hint = path.unwrap_or_else(|| suggest(name, names.chain(TOP_KEYS)));
             return self.fault(span, format!("unknown section `{name}`"), hint);
         }
         let Some(table) = value.get_ref().as_table() else {
@@ -452,7 +451,12 @@ pub(super) fn parsed(
             return fault(span, message, format!("use a decimal point: {number}"));
         }
         let message = format!("not TOML: {}", error.message().replace('\n', ", "));
-        fault(span, message, String::new())
+        let is_json = text.trim_start().starts_with('{');
+        let allowed = match is_json {
+            true => "this is JSON; a scene is TOML, and `optimize --from` takes a run or its design.json",
+            false => "",
+        };
+        fault(span, message, allowed.to_owned())
     })
 }
 

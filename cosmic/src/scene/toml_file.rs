@@ -1,4 +1,4 @@
-//! A TOML file that is not a scene but contains settings of scenes in some of its tables, such as the file of a sweep.
+//! A TOML file that is not a scene but contains settings of scenes in some of its tables: the file of a sweep.
 
 use super::Scene;
 use super::diagnostic::{Fault, SceneText, malformed, suggest};
@@ -6,9 +6,10 @@ use super::read::{Reader, parsed};
 use crate::error::{Error, Result};
 use crate::reading::in_words;
 use serde::de::DeserializeOwned;
+use std::collections::BTreeMap;
 use std::ops::Range;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeString, DeTable, DeValue};
 
 /// A parsed TOML file and its name. Its errors show the line, the value and what is allowed.
 pub struct TomlFile<'t> {
@@ -42,30 +43,46 @@ impl<'t> TomlFile<'t> {
     pub fn read<T: DeserializeOwned>(&self) -> Result<T> {
         toml::from_str(self.text).map_err(|error| {
             let message = error.message().replace("field `", "key `");
+            let message = message.replace("type: sequence", "type: list");
             let (message, allowed) = match message.split_once(", expected ") {
-                Some((found, expected)) => (found, format!("expected {}", in_words(expected))),
+                Some((found, expected)) => match found.strip_prefix("unknown key ") {
+                    Some(key) => {
+                        let names = expected.split('`').skip(1).step_by(2);
+                        (found, suggest(key.trim_matches('`'), names))
+                    }
+                    None => (found, format!("expected {}", in_words(expected))),
+                },
                 None => (&message[..], String::new()),
             };
             self.fault(error.span().unwrap_or(0..0), message, &allowed)
         })
     }
 
-    /// True if the file has the top-level key `key`.
-    pub fn has(&self, key: &str) -> bool {
-        self.value(key).is_some()
+    /// True if the file has lists of sections, and so is not a scene.
+    pub fn is_of_sweep(&self) -> bool {
+        key_of_sweep(self.document.get_ref()).is_some()
     }
 
     /// Changes a scene by the settings in the table at `path`, such as `trials[3].settings`. Without such a table, the
-    /// scene does not change.
+    /// scene does not change. For each key in `chosen`, such as `physics.dt`, the table has a list of values, and `chosen`
+    /// has the index of the value to use.
     ///
     /// # Errors
     /// The errors of [`Scene::with`].
-    pub fn change(&self, scene: &Scene, path: &str) -> Result<Scene> {
+    pub fn change(
+        &self,
+        scene: &Scene,
+        path: &str,
+        chosen: &BTreeMap<String, usize>,
+    ) -> Result<Scene> {
         let Some(value) = self.value(path) else {
             return Ok(scene.clone());
         };
         match value.get_ref().as_table() {
-            Some(table) => Reader::changed(scene.clone(), &self.source, table),
+            Some(table) => {
+                let table = entries(table, "", chosen);
+                Reader::changed(scene.clone(), &self.source, &table)
+            }
             None => Err(self.wrong(path, "must be a section of settings, not", "")),
         }
     }
@@ -84,7 +101,7 @@ impl<'t> TomlFile<'t> {
 
     /// Makes an error about the value at a path. It shows the path, the problem, the value as it is written, and what
     /// is allowed.
-    fn wrong(&self, path: &str, says: &str, allowed: &str) -> Error {
+    pub fn wrong(&self, path: &str, says: &str, allowed: &str) -> Error {
         let span = self.value(path).map_or(0..0, Spanned::span);
         let written = self.text.get(span.clone()).unwrap_or_default();
         self.fault(span, &format!("`{path}` {says} {written}"), allowed)
@@ -112,4 +129,31 @@ impl<'t> TomlFile<'t> {
                 .get(index.parse::<usize>().ok()?),
         })
     }
+}
+
+/// The first list of sections in a table. The file of a sweep has such lists, a scene has none.
+pub(super) fn key_of_sweep<'d, 't>(table: &'d DeTable<'t>) -> Option<&'d Spanned<DeString<'t>>> {
+    let is_table = |value: &Spanned<DeValue>| value.get_ref().is_table();
+    let has_sections = |value: &DeValue| value.as_array().is_some_and(|v| v.iter().all(is_table));
+    let lists = table
+        .iter()
+        .filter(|(_, value)| has_sections(value.get_ref()));
+    lists.map(|(key, _)| key).min_by_key(|key| key.span().start)
+}
+
+/// A copy of a table with one entry of each list whose path is in `chosen`. `prefix` is the path of the table.
+fn entries<'t>(table: &DeTable<'t>, prefix: &str, chosen: &BTreeMap<String, usize>) -> DeTable<'t> {
+    let entry = |(key, value): (&Spanned<DeString<'t>>, &Spanned<DeValue<'t>>)| {
+        let path = format!("{prefix}{}", key.get_ref());
+        let entry = match (chosen.get(&path), value.get_ref()) {
+            (Some(index), list) => list.as_array()?.get(*index)?.clone(),
+            (None, DeValue::Table(inner)) => {
+                let inner = entries(inner, &format!("{path}."), chosen);
+                Spanned::new(value.span(), DeValue::Table(inner))
+            }
+            (None, _) => value.clone(),
+        };
+        Some((key.clone(), entry))
+    };
+    table.iter().filter_map(entry).collect()
 }

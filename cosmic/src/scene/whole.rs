@@ -4,14 +4,20 @@
 use super::base::{Base, TOP_KEYS};
 use super::diagnostic::{Fault, suggest};
 use super::read::{KeyPlace, Kind, Reader, abridged};
+use super::toml_file::key_of_sweep;
 use super::version::{FORMAT, VERSION};
 use super::{Scene, check};
+use crate::error::in_shell;
 use crate::settings::{SettingValue, within};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// The key of a scene file that names its base.
 const BASE: &str = "base";
+
+/// The advice about a scene that states its format or its version, or must hold every key.
+const OF_RUNS: &str = "remove `format` and `version` from a scene of your own; the scene of a run or a design holds every \
+    key, as `cosmic scene show SCENE` prints it";
 
 impl Reader<'_, '_> {
     /// Begins to read a source. If the source is a whole scene, the reader starts again: from the base of that scene,
@@ -31,6 +37,15 @@ impl Reader<'_, '_> {
                         .to_owned(),
                 }),
             };
+        }
+        if let Some(key) = key_of_sweep(document) {
+            let file = in_shell(self.sources[self.source].file.unwrap_or_default().as_ref());
+            return Err(Fault {
+                source: self.source,
+                span: key.span(),
+                message: "this is the file of a sweep, not a scene".to_owned(),
+                allowed: format!("run it with: cosmic sweep run {file} --out DIR"),
+            });
         }
         let base = self.base(document)?;
         let is_complete = self.is_complete(document)?;
@@ -77,9 +92,8 @@ impl Reader<'_, '_> {
             (None, None) => return Ok(self.kind == Kind::Run),
             (Some(format), Some(version)) => (format, version),
             (Some(lone), None) | (None, Some(lone)) => {
-                let message = "the scene of a run states its format and its version".to_owned();
-                let allowed = format!("write format = {FORMAT:?} and version = {VERSION}");
-                return Err(fault(lone.span(), message, allowed));
+                let message = "`format` and `version` cannot be used alone".to_owned();
+                return Err(fault(lone.span(), message, OF_RUNS.to_owned()));
             }
         };
         let own = within(f64::from(VERSION), f64::from(VERSION));
@@ -95,7 +109,7 @@ impl Reader<'_, '_> {
         let message = format!(
             "the file has the format {format} version {number}, not {FORMAT:?} version {VERSION}"
         );
-        Err(fault(version.span(), message, String::new()))
+        Err(fault(version.span(), message, OF_RUNS.to_owned()))
     }
 
     /// A fault about the value of a key above the first section.
@@ -128,8 +142,7 @@ impl Reader<'_, '_> {
             (several, 0) => format!("{} are missing", several.join(", ")),
             (several, more) => format!("{} and {more} more keys are missing", several.join(", ")),
         };
-        let allowed = "the scene of a run must hold every key".to_owned();
-        self.fault(0..0, message, allowed);
+        self.fault(0..0, message, OF_RUNS.to_owned());
     }
 
     /// Computes the settings that follow from the others. Records an error for every value that is out of its range.

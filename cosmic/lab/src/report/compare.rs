@@ -10,7 +10,7 @@ use cosmic::error::Result;
 use cosmic::keys::{Keyed, columns};
 use cosmic::lattice::Lattice;
 use cosmic::record::Summary;
-use cosmic::record::run::{DESIGN, SCENE, read_scene_to_show};
+use cosmic::record::run::{DESIGN, SCENE, read_scene_to_show, read_summary};
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::trajectory_file::TRAJECTORY;
 use cosmic::simulator::{Energy, Loads};
@@ -57,7 +57,7 @@ impl ComparedRun {
 fn read(folder: &Path, name: String, registry: &Registry) -> Result<ComparedRun> {
     let mut run = ComparedRun {
         name,
-        summary: Summary::read(folder)?,
+        summary: read_summary(folder, registry)?,
         verdict: None,
         seconds: None,
         folder: folder.to_owned(),
@@ -79,7 +79,7 @@ impl Comparison {
     /// Reads the summaries of runs.
     ///
     /// # Errors
-    /// The errors of [`Summary::read`] and [`read_scene_to_show`].
+    /// The errors of [`read_summary`] and [`read_scene_to_show`].
     pub fn read(folders: &[PathBuf], registry: &Registry) -> Result<Self> {
         let names: Vec<String> = folders.iter().map(|folder| name(folder)).collect();
         let run = |(folder, name): (&PathBuf, &String)| {

@@ -168,10 +168,10 @@ impl RunFiles {
     /// Reads a finished run.
     ///
     /// # Errors
-    /// The errors of [`Summary::read`] and [`RobotFiles::read`], and similar errors for the other files.
+    /// The errors of [`run::read_summary`] and [`RobotFiles::read`], and similar errors for the other files.
     pub fn read(folder: &Path, registry: &Registry) -> Result<Self> {
         // The summary is written last: without it the run is not finished.
-        let summary = Summary::read(folder)?;
+        let summary = run::read_summary(folder, registry)?;
         let robot = RobotFiles::read(&folder.join(run::DESIGN), registry)?;
         let trajectory = read_trajectory(folder, &robot)?;
         let check = if robot.lacks().is_empty() {

@@ -2,8 +2,9 @@
 
 use cosmic::error::{Error, Result};
 use cosmic::record::MOST_RUNS;
+use cosmic::scene::TomlFile;
 use serde_json::Value;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A key of a scene and the values that it takes in a sweep. With several values it is an axis of the grid.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,8 +19,10 @@ pub struct Axis {
 pub struct Combination {
     /// The suffix for the scene's name, such as `+friction=0.6+gravity=9.81`. It names the keys that have several values.
     pub suffix: String,
-    /// The settings of this point of the grid, such as `physics.friction=0.6`.
+    /// The settings of this point of the grid, such as `physics.friction=0.6`: one for each axis.
     pub settings: Vec<String>,
+    /// For each key, the index of its value.
+    pub chosen: BTreeMap<String, usize>,
 }
 
 /// The greatest length of a suffix, in bytes. The name of a run's folder consists of the scene's name, the suffix and
@@ -38,30 +41,33 @@ impl Axis {
         Self::new(key.trim(), separated(values)).map_err(|says| malformed(text, says))
     }
 
-    /// The axes of the table `[grid]`: a list of values for every key. The keys of inner tables are joined by dots.
+    /// The axes of the table at `path` in the file of a sweep: a list of values for every key. The keys of inner tables are
+    /// joined by dots.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a value that is not a list, an empty list, and a repeated value.
-    pub(super) fn of_table(table: &serde_json::Map<String, Value>) -> Result<Vec<Self>> {
+    /// [`Error::Malformed`] for a value that is not a list, an empty list, and a repeated value.
+    pub(super) fn of_table(
+        file: &TomlFile,
+        path: &str,
+        table: &serde_json::Map<String, Value>,
+    ) -> Result<Vec<Self>> {
         let mut axes = Vec::new();
         for (key, value) in table {
+            let path = &format!("{path}.{key}");
             match value {
-                Value::Object(inner) => {
-                    let longer = |mut axis: Self| {
-                        axis.key = format!("{key}.{}", axis.key);
-                        axis
-                    };
-                    axes.extend(Self::of_table(inner)?.into_iter().map(longer));
-                }
+                Value::Object(inner) => axes.extend(Self::of_table(file, path, inner)?),
                 // A number, a boolean, a string and a list are written alike in JSON and TOML.
                 Value::Array(values) => {
-                    let values = values.iter().map(Value::to_string).collect();
-                    let axis = Self::new(key, values);
-                    axes.push(axis.map_err(|says| malformed(&format!("{key} in [grid]"), says))?);
+                    let key = path.split_once('.').map_or(&path[..], |(_, key)| key);
+                    let axis = Self::new(key, values.iter().map(Value::to_string).collect());
+                    axes.push(axis.map_err(|says| file.wrong(path, "has a wrong list:", says))?);
                 }
-                other => {
-                    let setting = format!("{key} = {other} in [grid]");
-                    return Err(malformed(&setting, "the value is not a list"));
+                _ => {
+                    return Err(file.wrong(
+                        path,
+                        "must be a list of values, not",
+                        "for example [1, 2]",
+                    ));
                 }
             }
         }
@@ -100,7 +106,7 @@ impl Axis {
 
 fn malformed(setting: &str, says: &str) -> Error {
     Error::Usage(format!(
-        "{setting}: {says}; expected a key and its values, as in --set physics.friction=0.6,1"
+        "--set {setting}: {says}; expected a key and its values, as in --set physics.friction=0.6,1"
     ))
 }
 
@@ -147,6 +153,7 @@ pub fn combinations(axes: &[Axis]) -> Result<Vec<Combination>> {
     let mut all = vec![Combination {
         suffix: String::new(),
         settings: Vec::new(),
+        chosen: BTreeMap::new(),
     }];
     for axis in axes {
         let is_other = |other: &Axis| other.key != axis.key && other.short() == axis.short();
@@ -156,19 +163,18 @@ pub fn combinations(axes: &[Axis]) -> Result<Vec<Combination>> {
         } else {
             axis.short()
         });
-        let longer = |shorter: &Combination, value: &String| {
-            let Combination {
-                mut suffix,
-                mut settings,
-            } = shorter.clone();
-            settings.push(format!("{}={value}", axis.key));
+        let longer = |shorter: &Combination, (index, value): (usize, &String)| {
+            let mut longer = shorter.clone();
+            longer.settings.push(format!("{}={value}", axis.key));
+            longer.chosen.insert(axis.key.clone(), index);
             if axis.is_swept() {
-                suffix += &format!("+{name}={}", for_a_folder(value));
+                longer.suffix += &format!("+{name}={}", for_a_folder(value));
             }
-            Combination { suffix, settings }
+            longer
         };
         let longer = |shorter: &Combination| -> Vec<Combination> {
-            axis.values.iter().map(|v| longer(shorter, v)).collect()
+            let values = axis.values.iter().enumerate();
+            values.map(|value| longer(shorter, value)).collect()
         };
         all = all.iter().flat_map(longer).collect();
     }

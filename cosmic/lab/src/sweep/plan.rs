@@ -3,7 +3,7 @@
 use cosmic::Registry;
 use cosmic::codesign::CoDesign;
 use cosmic::error::{Error, Result};
-use cosmic::record::files::{Format, make_folder, read_json, write_json};
+use cosmic::record::files::{Format, is_used, make_folder, read_json, write_json};
 use cosmic::record::snapshot::SavedScene;
 use cosmic::record::summary::SUMMARY;
 use cosmic::record::{DIVERGED, MOST_RUNS, RunPlan};
@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeSet;
+use std::io;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf, is_separator};
 
@@ -49,14 +50,22 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Writes the plan into the folder of the sweep, which need not exist. If the folder already has a plan, this plan
-    /// may have more trials and other seeds.
+    /// Writes the plan into the folder of the sweep, which is new, empty, or has a plan already. In the last case, this
+    /// plan may have more trials and other seeds.
     ///
     /// # Errors
-    /// [`Error::Usage`] if the folder holds a trial that this plan lacks or for which it has another scene; the errors of
-    /// scenes that cannot be optimised; [`Error::Write`].
+    /// [`Error::Usage`] if the folder has other files but no plan, and if it has a trial that this plan lacks or for
+    /// which it has another scene; the errors of scenes that cannot be optimised; [`Error::Write`].
     pub fn keep(&self, folder: &Path, registry: &Registry) -> Result<()> {
-        if folder.join(SWEEP).exists() {
+        // Another process may write its plan between the two checks, so the plan is looked for last.
+        let is_used = is_used(folder).unwrap_or(false);
+        if is_used && !folder.join(SWEEP).exists() {
+            return Err(Error::Usage(format!(
+                "{}: the folder is not empty, but it does not contain a sweep; name another folder with --out",
+                folder.display()
+            )));
+        }
+        if is_used {
             let before = Self::read(folder)?;
             if before == *self {
                 return Ok(());
@@ -78,8 +87,14 @@ impl Plan {
             let scene = self.run(index * self.seeds.get(), registry)?.scene;
             CoDesign::new(&scene)?.begin(self.first_seed).map(drop)
         };
-        let trials = 0..self.trials.len();
-        trials.into_par_iter().try_for_each(begins)?;
+        let trials = self.trials.par_iter().enumerate();
+        trials.try_for_each(|(index, trial)| {
+            begins(index).map_err(|error| Error::PassedOver {
+                run: format!("trial {}", trial.name),
+                error: Box::new(error),
+                others: 0,
+            })
+        })?;
         make_folder(folder)?;
         write_json(&folder.join(SWEEP), FORMAT, self)
     }
@@ -87,9 +102,15 @@ impl Plan {
     /// Reads the plan in the folder of a sweep.
     ///
     /// # Errors
-    /// The errors of [`read_json`]; [`Error::Usage`] for a plan with too many runs or two trials of the same name.
+    /// [`Error::Read`] for a folder without a plan; the errors of [`read_json`]; [`Error::Usage`] for a plan with too
+    /// many runs or two trials of the same name.
     pub fn read(folder: &Path) -> Result<Self> {
-        let plan: Self = read_json(&folder.join(SWEEP), FORMAT)?;
+        let path = folder.join(SWEEP);
+        if folder.exists() && !path.exists() {
+            let says = format!("it is not the folder of a sweep, because it has no {SWEEP}");
+            return Err(Error::reading(folder)(io::Error::other(says)));
+        }
+        let plan: Self = read_json(&path, FORMAT)?;
         plan.check_shape().map(|()| plan)
     }
 

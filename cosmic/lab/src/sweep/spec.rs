@@ -2,11 +2,12 @@
 
 use super::{Axis, Plan, Trial, combinations};
 use cosmic::Registry;
-use cosmic::error::Result;
+use cosmic::error::{Error, Result};
 use cosmic::record::snapshot::SavedScene;
 use cosmic::scene::{Scene, TomlFile};
 use serde::{Deserialize, de::IgnoredAny};
 use serde_json::{Map, Value};
+use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
@@ -22,6 +23,9 @@ pub struct Overrides {
     /// The number of iterations in place of the file's number.
     pub iterations: Option<NonZeroUsize>,
 }
+
+/// The key of a sweep's file for the grid.
+const GRID: &str = "grid";
 
 /// The keys of a sweep's file. `docs/files.md` has their meanings.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -59,50 +63,57 @@ struct TrialKeys {
     _settings: Option<IgnoredAny>,
 }
 
-/// Returns the plan of a sweep. `sources` is the path of one file with the key `trials`, or any number of built-in scenes
-/// and scene files.
+/// Returns the plan of a sweep. `sources` is the path of the file of a sweep, or any number of built-in scenes and scene
+/// files.
 ///
 /// # Errors
-/// [`Malformed`](cosmic::Error::Malformed) for a file that is not TOML, has an unknown key, or uses a variant that it
-/// does not define; the errors of reading and changing the scenes; [`Usage`](cosmic::Error::Usage) for a malformed grid,
-/// for two trials of the same name, and for too many runs.
+/// [`Malformed`](Error::Malformed) for a file that is not TOML, has an unknown key or a malformed grid, or uses a variant
+/// that it does not define or a scene that does not exist; the errors of reading and changing the scenes;
+/// [`Usage`](Error::Usage) for a malformed option, for two trials of the same name, and for too many runs.
 pub fn read(sources: &[String], overrides: &Overrides, registry: &Registry) -> Result<Plan> {
+    let added = overrides.set.iter().map(|setting| Axis::parse(setting));
+    let added: Vec<Axis> = added.collect::<Result<_>>()?;
     let text = match sources {
-        [source] => text_with_trials(source, registry)?,
+        [source] => text_of_sweep(source, registry)?,
         _ => None,
     };
-    let (axes, mut keys, drafts) = match &text {
-        Some(text) => {
-            let file = TomlFile::parse(&sources[0], text)?;
-            let keys: Keys = file.read()?;
-            let drafts = trials(&file, &sources[0], &keys, registry)?;
-            (Axis::of_table(&keys.grid)?, keys, drafts)
+    let file = text.as_ref().map(|text| TomlFile::parse(&sources[0], text));
+    let file = file.transpose()?;
+    let (keys, drafts) = match &file {
+        Some(file) => {
+            let keys = file.read()?;
+            let drafts = trials(file, &sources[0], &keys, registry)?;
+            (keys, drafts)
         }
         None => {
             let drafts = sources.iter().map(|source| of_source(source, registry));
-            (Vec::new(), Keys::default(), drafts.collect::<Result<_>>()?)
+            (Keys::default(), drafts.collect::<Result<_>>()?)
         }
     };
-    keys.iterations = overrides.iterations.or(keys.iterations);
-    let added = overrides.set.iter().map(|setting| Axis::parse(setting));
-    let axes = axes.into_iter().map(Ok).chain(added);
-    let plan = Plan {
-        first_seed: overrides.first_seed.unwrap_or(keys.first_seed),
-        seeds: (overrides.seeds.or(keys.seeds)).unwrap_or(NonZeroUsize::MIN),
-        trials: on_grid(&drafts, &axes.collect::<Result<Vec<_>>>()?, keys.iterations)?,
+    let plan = || {
+        let iterations = overrides.iterations.or(keys.iterations);
+        let plan = Plan {
+            first_seed: overrides.first_seed.unwrap_or(keys.first_seed),
+            seeds: (overrides.seeds.or(keys.seeds)).unwrap_or(NonZeroUsize::MIN),
+            trials: on_grid(file.as_ref(), &keys, &drafts, &added, iterations)?,
+        };
+        plan.check_shape().map(|()| plan)
     };
-    plan.check_shape().map(|()| plan)
+    plan().map_err(|error| match error {
+        Error::Usage(says) if file.is_some() => Error::Usage(format!("{}: {says}", sources[0])),
+        error => error,
+    })
 }
 
-/// The text of a sweep's file; `None` if `source` is a scene, which has no trials.
-fn text_with_trials(source: &str, registry: &Registry) -> Result<Option<String>> {
+/// The text of a sweep's file; `None` if `source` is a scene.
+fn text_of_sweep(source: &str, registry: &Registry) -> Result<Option<String>> {
     if registry.scene(source).is_some() || !Path::new(source).is_file() {
         return Ok(None);
     }
     let text = Scene::text(source.as_ref())?;
     // A malformed file counts as a scene, whose reader shows the mistake.
-    let has_trials = TomlFile::parse(source, &text).is_ok_and(|file| file.has("trials"));
-    Ok(has_trials.then_some(text))
+    let is_of_sweep = TomlFile::parse(source, &text).is_ok_and(|file| file.is_of_sweep());
+    Ok(is_of_sweep.then_some(text))
 }
 
 /// A trial before it is multiplied by the grid.
@@ -131,7 +142,7 @@ fn trials(file: &TomlFile, path: &str, keys: &Keys, registry: &Registry) -> Resu
     // A file without variants has each trial once.
     let variants = (0..names.len()).map(Some);
     let variants = variants.chain(names.is_empty().then_some(None));
-    let mut all = Vec::new();
+    let (mut all, none) = (Vec::new(), BTreeMap::new());
     for variant in variants {
         for (t, trial) in keys.trials.iter().enumerate() {
             let variant = variant.map(|v| (v, &keys.variants[v]));
@@ -139,18 +150,18 @@ fn trials(file: &TomlFile, path: &str, keys: &Keys, registry: &Registry) -> Resu
             if !trial.variants.is_empty() && !variant.is_some_and(is_of) {
                 continue;
             }
-            let mut scene = scene_of(&trial.scene, path, registry)?;
+            let mut scene = scene_of(file, t, &trial.scene, path, registry)?;
             let mut name = trial.name.clone().unwrap_or_else(|| stem(&trial.scene));
             let mut title = trial.title.clone().unwrap_or_else(|| name.clone());
             if let Some((v, variant)) = variant {
-                scene = file.change(&scene, &format!("variants[{v}].settings"))?;
+                scene = file.change(&scene, &format!("variants[{v}].settings"), &none)?;
                 name = format!("{}-{name}", variant.name);
                 title = format!(
                     "{}: {title}",
                     variant.title.as_ref().unwrap_or(&variant.name)
                 );
             }
-            scene = file.change(&scene, &format!("trials[{t}].settings"))?;
+            scene = file.change(&scene, &format!("trials[{t}].settings"), &none)?;
             all.push(Draft {
                 name,
                 title,
@@ -162,12 +173,23 @@ fn trials(file: &TomlFile, path: &str, keys: &Keys, registry: &Registry) -> Resu
     Ok(all)
 }
 
-/// Reads the scene of a trial. A name that is not that of a scene is a file beside the sweep's file.
-fn scene_of(name: &str, path: &str, registry: &Registry) -> Result<Scene> {
-    match registry.scene(name) {
-        Some(_) => registry.load(name),
-        None => registry.read(&Path::new(path).with_file_name(name)),
+/// Reads the scene of trial number `t`. A name that is not that of a scene is a file beside the sweep's file.
+fn scene_of(
+    file: &TomlFile,
+    t: usize,
+    name: &str,
+    path: &str,
+    registry: &Registry,
+) -> Result<Scene> {
+    let beside = Path::new(path).with_file_name(name);
+    if registry.scene(name).is_some() {
+        return registry.load(name);
     }
+    if !beside.exists() {
+        let says = "is neither a built-in scene nor a file beside this one:";
+        return Err(file.wrong(&format!("trials[{t}].scene"), says, &registry.hint(name)));
+    }
+    registry.read(&beside)
 }
 
 fn stem(scene: &str) -> String {
@@ -175,20 +197,29 @@ fn stem(scene: &str) -> String {
     stem.to_string_lossy().into_owned()
 }
 
-/// Combines every trial with every combination of the values of `axes`. The new trials have names like
-/// `earth+friction=0.6+gravity=9.81`.
+/// Combines every trial with every combination of the values of the grid of `file` and of `added`. The new trials have
+/// names like `earth+friction=0.6+gravity=9.81`.
 fn on_grid(
+    file: Option<&TomlFile>,
+    keys: &Keys,
     drafts: &[Draft],
-    axes: &[Axis],
+    added: &[Axis],
     iterations: Option<NonZeroUsize>,
 ) -> Result<Vec<Trial>> {
-    let grid = combinations(axes)?;
+    let of_file = file.map(|file| Axis::of_table(file, GRID, &keys.grid));
+    let of_file = of_file.transpose()?.unwrap_or_default();
+    let axes = [&of_file[..], added].concat();
+    let grid = combinations(&axes)?;
     let swept = axes.iter().filter(|axis| axis.is_swept()).map(Axis::key);
     let swept: Vec<&str> = swept.collect();
     let mut trials = Vec::new();
     for draft in drafts {
         for combination in &grid {
-            let mut scene = draft.scene.set(&combination.settings)?;
+            let mut scene = match file {
+                Some(file) => file.change(&draft.scene, GRID, &combination.chosen)?,
+                None => draft.scene.clone(),
+            };
+            scene = scene.set(&combination.settings[of_file.len()..])?;
             if let Some(iterations) = iterations {
                 scene = scene.fitted(iterations)?;
             }

@@ -113,15 +113,20 @@ fn wrong_sweeps_are_refused() {
         (
             "[0.6, 1]",
             "0.6",
-            "friction = 0.6 in [grid]: the value is not a list",
+            "`grid.physics.friction` must be a list of values, not 0.6",
         ),
         ("[0.6, 1]", "[]", "a value is missing"),
+        ("[0.6, 1]", "[1, 1]", "a value is repeated"),
+        ("[0.6, 1]", "[0.6, -1]", "spec.toml:4:31"),
         (
             "physics.friction",
             "physics.frictoin",
             "did you mean `friction`?",
         ),
-        (own, "scene = \"nowhere.toml\"", "nowhere.toml"),
+        (own, "scene = \"nowhere.toml\"", "spec.toml:21:9"),
+        (own, "scene = \"stabilty\"", "did you mean `stability`?"),
+        ("[[trials]]", "[[trial]]", "did you mean `trials`?"),
+        ("seeds = 2", "seeds = [1, 2]", "invalid type: list"),
         (
             "\"own\"",
             "\"../own\"",
@@ -130,7 +135,7 @@ fn wrong_sweeps_are_refused() {
         (
             "\"own\"",
             "\"stability\"",
-            "two trials have the name `heavy-stability+friction=0.6`",
+            "spec.toml: two trials have the name `heavy-stability+friction=0.6`",
         ),
         (
             "seeds = 2",
@@ -179,4 +184,22 @@ fn a_folder_keeps_its_trials() {
         let error = keep(names, set, 3).unwrap_err().to_string();
         assert!(error.contains("this folder holds another sweep"), "{error}");
     }
+}
+
+/// A sweep writes only into a new or empty folder and into its own. The files of killed processes do not count.
+#[test]
+fn a_foreign_folder_is_refused() {
+    let (folder, registry) = (tempfile::tempdir().unwrap(), Registry::default());
+    let folder = folder.path();
+    let sources = ["stability".to_owned()];
+    let plan = read(&sources, &Overrides::default(), &registry).unwrap();
+    fs::write(folder.join("thesis.tex"), "").unwrap();
+    let error = plan.keep(folder, &registry).unwrap_err();
+    let says = "the folder is not empty, but it does not contain a sweep; name another folder";
+    assert!(error.to_string().contains(says), "{error}");
+    assert_eq!(fs::read_dir(folder).unwrap().count(), 1);
+    fs::rename(folder.join("thesis.tex"), folder.join(".cosmic-x")).unwrap();
+    plan.keep(folder, &registry).unwrap();
+    fs::write(folder.join("notes.txt"), "").unwrap();
+    plan.keep(folder, &registry).unwrap();
 }

@@ -1,6 +1,6 @@
 //! Text files to which lines are appended and which can be truncated.
 
-use crate::error::{Error, Result, fits};
+use crate::error::{Error, Result};
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
@@ -35,8 +35,14 @@ impl Appended {
         let whole = bytes.split_inclusive(|&byte| byte == b'\n');
         let whole = whole.filter(|line| line.ends_with(b"\n"));
         let lengths: Vec<usize> = whole.take(lines).map(<[u8]>::len).collect();
-        let file = self.path.display().to_string();
-        fits(&file, "lines up to the snapshot", lengths.len(), lines)?;
+        if lengths.len() < lines {
+            return Err(Error::Usage(format!(
+                "{}: expected {lines} lines up to the snapshot, found {}; if the folder is a copy that was made during the \
+                 run, copy it again",
+                self.path.display(),
+                lengths.len()
+            )));
+        }
         Ok(lengths.iter().sum::<usize>() as u64)
     }
 

@@ -20,7 +20,7 @@ impl History {
     /// `iteration`. If no line remains, begins a new history.
     ///
     /// # Errors
-    /// [`Error::Read`](crate::Error::Read) for a missing file and [`Error::Misfit`](crate::Error::Misfit) for missing
+    /// [`Error::Read`](crate::Error::Read) for a missing file and [`Error::Usage`](crate::Error::Usage) for missing
     /// lines, in both cases before any file has changed; [`Error::Write`](crate::Error::Write).
     pub fn open(folder: &Path, entered: usize, iteration: usize) -> Result<Self> {
         let rows = iteration.saturating_sub(entered);

@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::record::design_file::DESIGN;
 use crate::record::files::{copy_files, sweep, write_json};
 use crate::record::history::{DESIGNS, LINES};
-use crate::record::run::{Lock, Observer, begin, keep_scene};
+use crate::record::run::{Lock, Observer, begin, keep_scene, read_summary};
 use crate::record::snapshot::{RunPlan, Snapshot};
 use crate::record::summary::{self, DIVERGED, SUMMARY, Start, Summary};
 use crate::record::trajectory_file::TRAJECTORY;
@@ -103,7 +103,7 @@ fn finish(
 ) -> Result<Vec<Result<Summary>>> {
     side_by_side(folder, plan, observer, |seed, observer| {
         let ended = match run_of(folder, seed, plan)? {
-            None => Summary::read(&folder_of(folder, seed)),
+            None => read_summary(&folder_of(folder, seed), plan.scene.registry()),
             Some(run) => run.finish(observer),
         };
         match ended {

@@ -1,9 +1,9 @@
-//! The folder of a run: locking it, beginning a run in it, and reading its scene.
+//! The folder of a run: locking it, beginning a run in it, and reading its scene and its summary.
 
 use crate::error::{Error, Result, in_shell};
-use crate::record::files::{LOCK, is_used, make_folder, write_atomic};
+use crate::record::files::{LOCK, is_used, make_folder, read_json, write_atomic};
 use crate::record::snapshot::{SNAPSHOT, Snapshot};
-use crate::record::summary::SUMMARY;
+use crate::record::summary::{self, SUMMARY, Summary, result_of};
 use crate::registry::Registry;
 use crate::scene::{Lacks, Scene, ShownScene, TrussFile};
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -34,10 +34,10 @@ pub(in crate::record) struct Lock {
 impl Lock {
     /// Locks an existing folder.
     pub(in crate::record) fn take(folder: &Path) -> Result<Self> {
-        let path = folder.join(LOCK);
         let mut options = OpenOptions::new();
         let options = options.write(true).create(true).truncate(false);
-        let file = options.open(&path).map_err(Error::writing(path))?;
+        let file = options.open(folder.join(LOCK));
+        let file = file.map_err(Error::writing(folder))?;
         for _ in 0..TRIES {
             match file.try_lock() {
                 Err(TryLockError::WouldBlock) => thread::sleep(PAUSE),
@@ -97,23 +97,28 @@ pub(in crate::record) fn take_up(
     Ok(Some((lock, snapshot(folder, registry)?)))
 }
 
-/// Reads the snapshot of a folder. The error for a damaged snapshot says how to begin again.
+/// Reads the snapshot of a folder, and checks that `scene.toml` has its scene. The error for a damaged snapshot says how
+/// to begin again.
 fn snapshot(folder: &Path, registry: &Registry) -> Result<Snapshot> {
-    Snapshot::read(folder, registry).map_err(|mut error| {
+    let scene = folder.join(SCENE);
+    let snapshot = Snapshot::read(folder, registry).map_err(|mut error| {
         if let Error::Malformed { report, .. } = &mut error {
-            let scene = in_shell(&folder.join(SCENE));
             *report += &format!(
                 "\n  = the run cannot continue from this file: restore the file from a copy, or begin again with: \
-                 cosmic optimize {scene} --seed SEED --out NEW"
+                 cosmic optimize {} --seed SEED --out NEW",
+                in_shell(&scene)
             );
         }
         error
-    })
+    })?;
+    if scene.exists() {
+        read_kept(&scene, Some(&snapshot.plan.scene), registry)?;
+    }
+    Ok(snapshot)
 }
 
 /// Writes the scene to the folder, and the truss of its lattice if there is one. Existing files stay. The files are for
-/// people and for other commands; a resumed run uses the scene of the snapshot. An existing file with another scene
-/// would be misleading, so it is an error.
+/// people and for other commands; a resumed run uses the scene of the snapshot.
 pub(in crate::record) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> {
     let path = folder.join(SCENE);
     let mut kept = scene.clone();
@@ -124,10 +129,24 @@ pub(in crate::record) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> 
         }
         kept.lattice.file = TrussFile::new(TrussFile::COPY, Arc::clone(truss));
     }
-    if !path.exists() {
-        return write_atomic(&path, |file| file.write_all(kept.to_run_toml().as_bytes()));
+    if path.exists() {
+        return Ok(());
     }
-    read_kept(&path, Some(scene), scene.registry()).map(drop)
+    write_atomic(&path, |file| file.write_all(kept.to_run_toml().as_bytes()))
+}
+
+/// Reads the summary of a finished run, and checks its `scene.toml` as [`read_scene_to_show`] does.
+///
+/// # Errors
+/// [`Error::Read`] for a run that is not finished; [`Error::Malformed`] for a damaged summary; the errors of
+/// [`read_scene_to_show`].
+pub fn read_summary(folder: &Path, registry: &Registry) -> Result<Summary> {
+    let summary = read_json(&result_of(folder, SUMMARY)?, summary::FORMAT)?;
+    // A summary can be read without a scene, but not beside a wrong one.
+    if folder.join(SCENE).exists() {
+        read_scene_to_show(folder, registry)?;
+    }
+    Ok(summary)
 }
 
 /// Reads `scene.toml`, the scene of the run or of the single design in a folder. The file must contain every key and
