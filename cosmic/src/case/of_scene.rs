@@ -7,7 +7,7 @@ use crate::lattice::Lattice;
 use crate::objective::AugmentedLagrangian;
 use crate::policy::Controller;
 use crate::projection::Projection;
-use crate::scene::Scene;
+use crate::scene::{BinarisationSettings, Scene};
 
 impl Case {
     /// Makes a case from the robot with which an optimisation of `scene` begins. It has the initial design, in the
@@ -39,8 +39,8 @@ impl Case {
             design,
             controller,
             projection: Projection::Performance,
-            lagrangian: AugmentedLagrangian::new(scene.binarisation.penalty),
-            thresholds: [scene.binarisation.threshold; 4],
+            lagrangian: AugmentedLagrangian::new(BinarisationSettings::PENALTY),
+            thresholds: [BinarisationSettings::THRESHOLD; 4],
             listed_steps: Vec::new(),
         }
     }
