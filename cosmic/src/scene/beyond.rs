@@ -127,9 +127,11 @@ impl GoalsSettings {
         0.25 * (high - low)
     }
 
-    /// The numbers of steps at which goals change in a rollout of `steps` steps.
+    /// The numbers of steps at which goals change in a rollout of `steps` steps. A rollout has at most as many goals as
+    /// steps.
     pub fn changes(steps: usize) -> impl Iterator<Item = usize> {
-        (1..Self::COUNT).map(move |k| k * steps / Self::COUNT)
+        let count = Self::COUNT.min(steps.max(1));
+        (1..count).map(move |k| k * steps / count)
     }
 }
 
