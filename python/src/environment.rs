@@ -139,7 +139,7 @@ impl Driven {
             Ok(draw_goals(&self.task, settings, ahead, &mut stream))
         })?;
         let points: Vec<f64> = goals.iter().flatten().collect();
-        let shape = [GoalsSettings::COUNT, 2];
+        let shape = [goals.later.len() + 1, 2];
         let changes = goals.later.iter().map(|&(steps, _)| steps).collect();
         Ok((changes, array(py, points, &shape)?))
     }
