@@ -106,19 +106,18 @@ pub fn draw(task: &Task, scatter: &Scatter, stream: &mut ChaCha8Rng) -> Domain<'
     }
 }
 
-/// Draws a sequence of `count` goals for the rollouts of `task`. The first one is ahead of the payload at the start or
-/// behind it, as `ahead` says, if the settings allow both.
+/// Draws a sequence of [`COUNT`](GoalsSettings::COUNT) goals for the rollouts of `task`. The first one is ahead of the
+/// payload at the start or behind it, as `ahead` says, if the settings allow both.
 pub fn draw_goals(
     task: &Task,
     settings: &GoalsSettings,
-    count: usize,
     ahead: bool,
     stream: &mut ChaCha8Rng,
 ) -> Goals {
-    let places = draw_places(settings, count, ahead, stream);
+    let places = draw_places(settings, GoalsSettings::COUNT, ahead, stream);
     let rest = task.lattice.state_at_rest();
     let goal = |place: f64| from_payload(task, &rest, place);
-    let changes = settings.changes(task.physics.steps);
+    let changes = GoalsSettings::changes(task.physics.steps);
     let later = changes.zip(&places[1..]);
     later.fold(Goals::at(goal(places[0])), |goals, (steps, &place)| {
         goals.then(steps, goal(place))
@@ -146,12 +145,12 @@ fn draw_places(
     ahead: bool,
     stream: &mut ChaCha8Rng,
 ) -> Vec<f64> {
-    let mut last = 0.0;
+    let (mut last, apart) = (0.0, settings.apart());
     let mut draw = |side: Option<bool>| {
         let [low, high] = settings.along;
         // The places behind the last goal and those ahead of it, each with its length.
-        let behind = [low, last - settings.apart];
-        let beyond = [last + settings.apart, high];
+        let behind = [low, high.min(last - apart)];
+        let beyond = [low.max(last + apart), high];
         let length = |[from, to]: [f64; 2]| (to - from).max(0.0);
         let share = length(behind) / (length(behind) + length(beyond));
         let [which, place] = [(); 2].map(|()| 0.5 + symmetric(stream, 0.5));

@@ -13,7 +13,7 @@ use crate::codesign::{Delivery, Reliability, Standstill};
 use crate::design::{Material, Structure, VolumeBounds};
 use crate::lattice::Lattice;
 use crate::numbers::{brief, finite, fixed, mass, percent};
-use crate::scene::{DataSheet, Riser, Scene};
+use crate::scene::{DataSheet, Riser, Scene, VolumeSettings};
 use crate::simulator::{Energy, Loads};
 
 /// A robot whose displacement is less than this stays in place, m. It is the distance below which a robot has no energy
@@ -253,7 +253,7 @@ impl<'m> Measured<'m> {
             energy: None,
             bars: 0,
             volumes: None,
-            bounds: VolumeBounds::widened(&scene.volume, scene.volume.widening),
+            bounds: VolumeBounds::widened(&scene.volume, VolumeSettings::WIDENING),
             risers: scene.risers_ahead(lattice),
             payload: scene.payload_mass(lattice),
             load: scene.share_of_lift(lattice),

@@ -28,6 +28,6 @@ fn without_ranges_the_domain_is_the_nominal_one() {
 
 #[test]
 fn a_short_rollout_has_at_most_one_goal_per_step() {
-    let changes = |steps| -> Vec<usize> { GoalsSettings::default().changes(steps).collect() };
+    let changes = |steps| -> Vec<usize> { GoalsSettings::changes(steps).collect() };
     assert_eq!([1, 2, 9].map(changes), [vec![], vec![1], vec![3, 6]]);
 }

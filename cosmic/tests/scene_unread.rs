@@ -36,8 +36,8 @@ const SMALL: [&str; 19] = [
     "controller.hidden=3",
     "controller.gain=[6, 6]",
     "projection.hold_materials=0.1",
-    "volume.widening=0.2",
-    "volume.widening_over=[1, 4]",
+    "volume.solid=[0.3, 0.7]",
+    "volume.actuator=[0, 0.42]",
     "schedule.iterations=14",
     "schedule.attraction_from=5",
     "schedule.snap_at=8",
@@ -51,7 +51,7 @@ const SMALL: [&str; 19] = [
 ];
 
 /// Other scenes, each as changes of the settings in [`SMALL`].
-const OTHERS: [&[&str]; 25] = [
+const OTHERS: [&[&str]; 24] = [
     &[
         "lattice.columns=6",
         "lattice.rows=6",
@@ -90,7 +90,6 @@ const OTHERS: [&[&str]; 25] = [
     &["objective.task=economy"],
     &["objective.own_loss=height"],
     &["controller.goal_scale=0"],
-    &["volume.widening=0"],
     &[
         "binarisation.method=constraints",
         "schedule.polish_trials=0",

@@ -23,8 +23,8 @@ pub(crate) const LIVELY: &str = "
     [controller]
     gain = [6.0, 6.0]
     [volume]
-    widening = 0.2
-    widening_over = [1, 2]
+    solid = [0.3, 0.7]
+    actuator = [0.0, 0.42]
     [loss]
     window = 32
     [schedule]

@@ -136,16 +136,10 @@ impl Driven {
         let (settings, ahead) = (&self.goals, seed.is_multiple_of(2));
         let goals = caught(|| {
             let mut stream = stream(seed, Purpose::Errands);
-            Ok(draw_goals(
-                &self.task,
-                settings,
-                settings.count,
-                ahead,
-                &mut stream,
-            ))
+            Ok(draw_goals(&self.task, settings, ahead, &mut stream))
         })?;
         let points: Vec<f64> = goals.iter().flatten().collect();
-        let shape = [settings.count, 2];
+        let shape = [goals.later.len() + 1, 2];
         let changes = goals.later.iter().map(|&(steps, _)| steps).collect();
         Ok((changes, array(py, points, &shape)?))
     }

@@ -8,7 +8,7 @@ use cosmic::lattice::State;
 use cosmic::objective::{Errand, Loss};
 use cosmic::policy::Goals;
 use cosmic::random::{Purpose, stream};
-use cosmic::scene::Scene;
+use cosmic::scene::{GoalsSettings, Scene};
 use cosmic::simulator::{Span, Trajectory};
 use cosmic_lab::check::check_gradients_of;
 
@@ -88,7 +88,7 @@ fn loss_at((scene, case): (&Scene, &Case), goals: &Goals, along: [f64; 3]) -> f6
 fn the_loss_is_the_share_of_the_way_that_is_left() {
     let (scene, case) = robot("");
     let steps = scene.physics.steps;
-    let changes: Vec<usize> = scene.goals.changes(steps).collect();
+    let changes: Vec<usize> = GoalsSettings::changes(steps).collect();
     let start = case.start.x[0][0];
     let goals = Goals::at(Vector::new([start + 1.0, 0.1]));
     let goals = goals.then(changes[0], Vector::new([start, 0.1]));
@@ -139,14 +139,18 @@ fn a_mirrored_robot_walks_back_as_it_walks_ahead() {
 /// Drawn goals are in the interval and apart from one another, and the first ones are on the side that is asked for.
 #[test]
 fn goals_are_drawn_in_the_interval_and_apart() {
-    for (along, apart) in [([-1.5, 1.5], 0.75), ([-0.5, 2.0], 0.6), ([0.2, 2.0], 0.5)] {
-        let (scene, case) = robot(&format!("goals.along = {along:?}\ngoals.apart = {apart:?}"));
+    for (along, apart) in [
+        ([-1.5, 1.5], 0.75),
+        ([-0.5, 2.0], 0.625),
+        ([0.5, 2.0], 0.375),
+    ] {
+        let (scene, case) = robot(&format!("goals.along = {along:?}"));
         let task = case.task();
         let start = case.start.x[0][0];
         let mut stream = stream(7, Purpose::Goals);
         let mut places = Vec::new();
         for k in 0..200 {
-            let goals = draw_goals(&task, &scene.goals, 4, k % 2 == 0, &mut stream);
+            let goals = draw_goals(&task, &scene.goals, k % 2 == 0, &mut stream);
             let mut last = 0.0;
             for (k, point) in goals.iter().enumerate() {
                 let place = point[0] - start;
@@ -169,7 +173,10 @@ fn goals_are_drawn_in_the_interval_and_apart() {
 fn what_does_not_go_with_goals_is_refused() {
     let errand = Scene::load("errand").unwrap();
     for (setting, says) in [
-        ("goals.apart=1.9", "do not fit between -1.8"),
+        (
+            "goals.along=[1.8, 1.8]",
+            "its first entry (1.8) must be below",
+        ),
         ("objective.task=far", "need the task \"reach\""),
         (
             "controller.policy=clock",

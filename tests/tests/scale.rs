@@ -2,8 +2,8 @@
 //! robot, which moves `s` times as far. For `s` = 4^k and `m` = 2^k every number of the computation is only multiplied
 //! by a power of two, so the bits are the same.
 //!
-//! [`scaled`] multiplies every key by the dimension of its unit. Keys without a unit are dimensionless: the perturbation
-//! of a start, for example, counts in the scale of the lattice. So do the bounds on gradients, which are constants.
+//! [`scaled`] multiplies every key by the dimension of its unit. Keys without a unit are dimensionless. So are constants:
+//! the perturbation of a start counts in the scale of the lattice, and so do the bounds on gradients.
 
 use cosmic::case::Case;
 use cosmic::codesign::{CoDesign, Delivery};
@@ -62,6 +62,7 @@ fn scaled(scene: &Scene, factors: Factors) -> Scene {
     let mut scaled = scene.set(&settings.collect::<Vec<_>>()).unwrap();
     scaled.lattice.file = file;
     scaled.physics.ground_height *= factors.length;
+    scaled.lattice.origin_x *= factors.length;
     // The weight multiplies a number with a unit, which is a constant.
     scaled.objective.weight *= match scene.objective.task {
         TaskKind::Reach => factors.time(),
@@ -115,8 +116,8 @@ fn scene(world: &str) -> Scene {
         [start]
         kind = 'stability'
         [volume]
-        widening = 0.2
-        widening_over = [1, 2]
+        solid = [0.3, 0.7]
+        actuator = [0.0, 0.42]
         [loss]
         window = 32
         [schedule]

@@ -25,6 +25,8 @@ import { headline, sentence, shownAs, showVerdict } from "./words.js";
 const $ = id => document.getElementById(id);
 /** After this many milliseconds, a computation can be cancelled. */
 const LONG = 2000;
+/** The distance of the first column of a lattice from the origin of the ground, in metres. */
+const ORIGIN = 0.1;
 /** The buttons that cannot be used before there is a robot. */
 const LATER = ["design", "race", "back", "ahead", "latest", "save-film", "save-design", "save-scene"];
 /** `?panic=5` makes the library panic after iteration 5, for tests. */
@@ -173,7 +175,7 @@ async function sceneKnown(error) {
   chips.show(settings);
   errand.open(settings);
   const columns = settings["lattice.columns"] - 1;
-  ground.show(profile, settings["lattice.origin_x"] + columns * settings["lattice.spacing"]);
+  ground.show(profile, ORIGIN + columns * settings["lattice.spacing"]);
   await prepare();
 }
 

@@ -99,7 +99,7 @@ fn a_run_of_richer_physics_is_resumed_and_checked_like_any_other() {
 /// perturbed starts diverge, and the rollout from the exact start does not.
 fn house_of_cards() -> Bench {
     let physics = "dt = 0.01\ngravity = 0.0\ncontact = \"none\"\nunstable_step = \"warn\"";
-    let still = "[materials]\nmax_strain = [0.0, 0.0, 0.0]\n[selection]\nperturbation = 1e-3\n";
+    let still = "[materials]\nmax_strain = [0.0, 0.0, 0.0]\n";
     let scene = scene(24, 8, physics).replace("window = 16\nevery = 4", "window = 4\nevery = 2");
     Bench::with(&(scene + still))
 }

@@ -292,8 +292,6 @@ rows = 4
 steps = 2048
 contact = \"coulomb\"
 friction = 1.0
-[volume]
-widening_over = [22, 30]
 [schedule]
 iterations = 60
 attraction_from = 34

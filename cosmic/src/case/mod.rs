@@ -15,7 +15,7 @@ use crate::lattice::{Lattice, State};
 use crate::objective::AugmentedLagrangian;
 use crate::policy::Controller;
 use crate::projection::Projection;
-use crate::scene::Scene;
+use crate::scene::{BinarisationSettings, Scene};
 
 /// A robot in a scene. The lengths of its lists fit one another.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,8 +67,8 @@ impl Case {
             design,
             controller,
             projection: Projection::Performance,
-            lagrangian: AugmentedLagrangian::new(scene.binarisation.penalty),
-            thresholds: [scene.binarisation.threshold; 4],
+            lagrangian: AugmentedLagrangian::new(BinarisationSettings::PENALTY),
+            thresholds: [BinarisationSettings::THRESHOLD; 4],
             listed_steps: Vec::new(),
         }
     }

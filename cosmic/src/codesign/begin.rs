@@ -8,12 +8,27 @@ use super::progress::Progress;
 use crate::design::{Design, LayoutRules, Material, Mixture, start};
 use crate::error::{Error, Result};
 use crate::objective::{AnyLoss, AugmentedLagrangian, Loss, measures, of_scene};
-use crate::optimiser::{Adam, Mma};
+use crate::optimiser::{Adam, Mma, MmaSettings};
 use crate::policy::Controller;
 use crate::projection::Projection;
-use crate::scene::Scene;
+use crate::scene::{BinarisationSettings, Scene};
 use crate::simulator::StepCheck;
 use crate::task::Task;
+
+/// Largest change of a design variable in an update of MMA, as a share of its range (found by experiment).
+const MOVE_LIMIT: f64 = 0.02;
+
+/// Distance of the first asymptotes of MMA, as a share of the range (found by experiment).
+const FIRST_ASYMPTOTES: f64 = 0.05;
+
+/// The settings of the optimiser of the design: all others are Svanberg's.
+fn method() -> MmaSettings {
+    MmaSettings {
+        move_limit: MOVE_LIMIT,
+        asyinit: FIRST_ASYMPTOTES,
+        ..MmaSettings::default()
+    }
+}
 
 /// The optimisation of a scene, ready to begin.
 pub struct CoDesign {
@@ -94,8 +109,7 @@ impl CoDesign {
         let lattice = &evaluator.task.lattice;
         let variables = 3 * lattice.edges.len();
         let (lower, upper) = (vec![0.0; variables], vec![1.0; variables]);
-        let mma = Mma::new(scene.mma.method(), &lower, &upper)
-            .expect("every allowed move limit suits the method");
+        let mma = Mma::new(method(), &lower, &upper).expect("these settings suit the method");
         Ok(Self {
             own_loss: true,
             mma,
@@ -248,7 +262,7 @@ impl CoDesign {
             iteration: 0,
             mma: [(); 2].map(|()| self.mma.init(z.as_flattened())),
             adam: self.adam.init(controller.weights()),
-            lagrangian: AugmentedLagrangian::new(self.scene().binarisation.penalty),
+            lagrangian: AugmentedLagrangian::new(BinarisationSettings::PENALTY),
             first_measures,
             violations: [0.0; 4],
             flips: 0,

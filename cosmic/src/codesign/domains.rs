@@ -12,7 +12,7 @@ use super::schedule::Schedule;
 use crate::domain::{Domain, draw_goal, draw_goals, draw_many, perturbed};
 use crate::policy::Goals;
 use crate::random::{Purpose, stream, stream_of};
-use crate::scene::{GoalKind, Scatter, SelectionKind, SelectionSettings};
+use crate::scene::{GoalKind, GoalsSettings, Scatter, SelectionKind, SelectionSettings};
 use crate::simulator::Span;
 use crate::task::together;
 
@@ -41,7 +41,7 @@ impl Evaluator {
         let stream = |purpose| stream_of(progress.seed, purpose, number);
         let count = match goals {
             GoalKind::Fixed => robust.samples,
-            GoalKind::Given => self.scene.goals.samples,
+            GoalKind::Given => GoalsSettings::SAMPLES,
         };
         let domains = match robust.samples {
             0 => vec![self.nominal(); count],
@@ -59,9 +59,9 @@ impl Evaluator {
         }
     }
 
-    /// These domains, each with one goal: half of the goals are ahead, half behind. In one of `goals.count` iterations,
-    /// robots begin at rest, as in a sequence of goals. In the others they are on their way to a goal before, for the
-    /// number of steps that is returned, at most `rest`.
+    /// These domains, each with one goal: half of the goals are ahead, half behind. In one of
+    /// [`COUNT`](GoalsSettings::COUNT) iterations, robots begin at rest, as in a sequence of goals. In the others they
+    /// are on their way to a goal before, for the number of steps that is returned, at most `rest`.
     fn with_a_goal<'a>(
         &self,
         domains: Vec<Domain<'a>>,
@@ -70,8 +70,8 @@ impl Evaluator {
         mut stream: ChaCha8Rng,
     ) -> (usize, Vec<Domain<'a>>) {
         let goals = &self.scene.goals;
-        let whole = (self.scene.physics.steps / goals.count).min(rest);
-        let steps = match progress.iteration % goals.count {
+        let whole = (self.scene.physics.steps / GoalsSettings::COUNT).min(rest);
+        let steps = match progress.iteration % GoalsSettings::COUNT {
             0 => 0,
             _ => stream.random_range(whole / 2..=whole),
         };
@@ -147,7 +147,7 @@ impl Evaluator {
                 let mut stream = stream_of(seed, Purpose::Errands, purpose as u64);
                 with_goals(domains, |k, _| {
                     let ahead = k.is_multiple_of(2);
-                    draw_goals(&self.task, goals, goals.count, ahead, &mut stream)
+                    draw_goals(&self.task, goals, ahead, &mut stream)
                 })
             }
         }
@@ -158,11 +158,12 @@ impl Evaluator {
         draw_many(&self.task, scatter, count, stream(seed, purpose))
     }
 
-    /// Copies of the nominal task, each with a perturbed start. To perturb a start, `selection.perturbation`, in units
-    /// of the lattice's scale, is added to or subtracted from every coordinate, at random.
+    /// Copies of the nominal task, each with a perturbed start. To perturb a start,
+    /// [`PERTURBATION`](SelectionSettings::PERTURBATION), in units of the lattice's scale, is added to or subtracted from
+    /// every coordinate, at random.
     pub(super) fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
         let mut stream = stream(seed, purpose);
-        let distance = self.scene.selection.perturbation * self.task.lattice.scale;
+        let distance = SelectionSettings::PERTURBATION * self.task.lattice.scale;
         let mut start = || perturbed(&self.start, distance, &mut stream);
         let domain = |_| Domain::of(&self.task, start());
         (0..SelectionSettings::PERTURBED_ROLLOUTS)

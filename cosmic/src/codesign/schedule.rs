@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::design::VolumeBounds;
-use crate::scene::{Scene, StartKind};
+use crate::scene::{BinarisationSettings, Scene, StartKind, VolumeSettings};
 
 /// A phase of an optimisation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -61,6 +61,10 @@ const CONFIDENCE: [f64; 2] = [0.9, 0.6];
 /// Change of the design vector of an attracted edge in an iteration, at the start and at the end of the attraction
 /// (found by experiment).
 const NUDGE: [f64; 2] = [0.002, 0.006];
+
+/// First and last iteration of the widening of the volume bounds, as twenty-fourths of the iteration of the snap (paper:
+/// 110 to 150 of 240).
+const WIDENS: [usize; 2] = [11, 15];
 
 /// Iterations from one polish to the next. The first polish is right after the snap. No polish happens while the
 /// fine-tuning settles.
@@ -123,15 +127,15 @@ impl<'a> Schedule<'a> {
 
     /// The volume bounds, widened for this iteration.
     pub fn volume_bounds(&self) -> VolumeBounds {
-        let volume = &self.scene.volume;
-        let slack = ramp(self.iteration, [0.0, volume.widening], volume.widening_over);
-        VolumeBounds::widened(volume, slack)
+        let over = WIDENS.map(|of_24| self.scene.schedule.snap_at * of_24 / 24);
+        let slack = ramp(self.iteration, [0.0, VolumeSettings::WIDENING], over);
+        VolumeBounds::widened(&self.scene.volume, slack)
     }
 
     /// The thresholds of the binarisation measures, which fall from the measures of the first design.
     pub fn thresholds(&self, first: &[f64; 4]) -> [f64; 4] {
         let settings = &self.scene.binarisation;
-        let ends = |g: f64| [g, settings.threshold.min(g)];
+        let ends = |g: f64| [g, BinarisationSettings::THRESHOLD.min(g)];
         first.map(|g| ramp(self.iteration, ends(g), settings.threshold_over))
     }
 

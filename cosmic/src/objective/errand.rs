@@ -7,7 +7,7 @@ use autodiff::Real;
 
 use super::Loss;
 use crate::geometry::Ground;
-use crate::scene::{LossSettings, Scene};
+use crate::scene::{GoalsSettings, LossSettings, Scene};
 use crate::simulator::Trajectory;
 
 /// The loss of the task "reach" if goals are inputs of a rollout: the share of the way to a goal that is left when its
@@ -35,7 +35,7 @@ impl Errand {
             ground: Ground::from(&scene.physics),
             settings: scene.loss.clone(),
             settle: scene.objective.settle(),
-            changes: scene.goals.changes(scene.physics.steps).collect(),
+            changes: GoalsSettings::changes(scene.physics.steps).collect(),
         }
     }
 

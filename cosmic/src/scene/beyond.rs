@@ -3,7 +3,7 @@
 use super::Scene;
 use super::chosen::Chosen;
 use crate::settings;
-use crate::settings::{DEVIATION, above, within};
+use crate::settings::{DEVIATION, within};
 use serde::Serialize;
 
 settings! {
@@ -107,23 +107,30 @@ pub struct Scatter {
 settings! {
     /// The goals for which a controller is trained and by which robots are ranked, if goals are inputs of a rollout.
     struct GoalsSettings {
-        /// Number of rollouts per gradient, each to one goal that is drawn anew in every iteration, half of them behind.
-        samples: usize = 8, allowed within(1.0, 1e4), source "beyond the paper";
-        /// Number of goals, one after the other, of a rollout in which robots are ranked.
-        count: usize = 3, allowed within(1.0, 64.0), source "beyond the paper";
-        /// The two places along the ground between which goals are drawn, counted from the payload at the start.
+        /// The two places along the ground between which goals are drawn, counted from the payload at the start. Goals that
+        /// follow one another, and the payload at the start and the first goal, are at least a quarter of this range apart.
         along: [f64; 2] = [-1.5, 1.5], allowed within(-1e3, 1e3), unit "m",
             auto "`[-1.5 m, 1.5 m]` times `l / 0.5 m`", source "beyond the paper";
-        /// Least distance from one goal to the next, and from the payload at the start to the first goal.
-        apart: f64 = 0.75, allowed above(0.0, 1e3), unit "m", auto "0.75 m times `l / 0.5 m`",
-            source "beyond the paper";
     }
 }
 
 impl GoalsSettings {
-    /// The numbers of steps at which goals change in a rollout of `steps` steps. A rollout has at most as many goals as steps.
-    pub fn changes(&self, steps: usize) -> impl Iterator<Item = usize> {
-        let count = self.count.min(steps.max(1));
+    /// Number of rollouts per gradient, each to one goal that is drawn anew in every iteration, half of them behind.
+    pub const SAMPLES: usize = 8;
+
+    /// Number of goals, one after the other, of a rollout in which robots are ranked.
+    pub const COUNT: usize = 3;
+
+    /// Least distance from one goal to the next, and from the payload at the start to the first goal, in metres.
+    pub fn apart(&self) -> f64 {
+        let [low, high] = self.along;
+        0.25 * (high - low)
+    }
+
+    /// The numbers of steps at which goals change in a rollout of `steps` steps. A rollout has at most as many goals as
+    /// steps.
+    pub fn changes(steps: usize) -> impl Iterator<Item = usize> {
+        let count = Self::COUNT.min(steps.max(1));
         (1..count).map(move |k| k * steps / count)
     }
 }

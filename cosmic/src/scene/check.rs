@@ -6,7 +6,7 @@ use super::layout::LAYOUT_SIDE;
 use super::terrain::MOST_STEPS;
 use super::{
     ActuatorPart, GoalKind, GroundSettings, LatticeKind, LatticeSettings, Layout, LossKind, Named,
-    ProfileKind, Scene, StartKind, TaskKind,
+    ProfileKind, Scene, StartKind, TaskKind, VolumeSettings,
 };
 use crate::error::{Error, Result};
 use crate::lattice::Lattice;
@@ -197,14 +197,14 @@ fn trusses(scene: &Scene, found: &mut Conflicts) {
     ];
     let [fewest, greatest] = volume.actuator;
     found.require(
-        actuators <= greatest + volume.widening,
+        actuators <= greatest + VolumeSettings::WIDENING,
         ["volume.actuator", "lattice.file"],
         format!(
             "the truss makes a share of {actuators:.3} of its edges actuators, but at most {greatest} may be actuators"
         ),
     );
     found.require(
-        1.0 - passive >= fewest - volume.widening,
+        1.0 - passive >= fewest - VolumeSettings::WIDENING,
         ["volume.actuator", "lattice.file"],
         format!(
             "the truss excludes a share of {passive:.3} of its edges from being actuators, but at least {fewest} must \
@@ -212,14 +212,14 @@ fn trusses(scene: &Scene, found: &mut Conflicts) {
         ),
     );
     found.require(
-        kept <= most + volume.widening,
+        kept <= most + VolumeSettings::WIDENING,
         ["volume.solid", "lattice.file"],
         format!(
             "the truss keeps a share of {kept:.3} of its edges, but at most {most} may be solid"
         ),
     );
     found.require(
-        1.0 - forbidden >= least - volume.widening,
+        1.0 - forbidden >= least - VolumeSettings::WIDENING,
         ["volume.solid", "lattice.file"],
         format!(
             "the truss forbids a share of {forbidden:.3} of its edges, but at least {least} must \
@@ -292,7 +292,6 @@ fn spans(scene: &Scene, found: &mut Conflicts) {
     for (key, [first, last]) in [
         ("volume.solid", volume.solid),
         ("volume.actuator", volume.actuator),
-        ("volume.widening_over", iterations(volume.widening_over)),
         ("schedule.horizon_over", iterations(schedule.horizon_over)),
         ("binarisation.threshold_over", iterations(thresholds)),
     ] {
@@ -320,11 +319,11 @@ fn goals(scene: &Scene, found: &mut Conflicts) {
             task.name()
         ),
     );
-    let ([low, high], apart) = (goals.along, goals.apart);
+    let [low, high] = goals.along;
     found.require(
-        2.0 * apart < high - low && (apart < high || apart < -low),
-        ["goals.apart", "goals.along"],
-        format!("goals that are {apart} m apart do not fit between {low} and {high} m"),
+        low < high,
+        given("goals.along"),
+        format!("goals need a range: its first entry ({low}) must be below the second ({high})"),
     );
 }
 

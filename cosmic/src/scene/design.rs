@@ -94,7 +94,7 @@ settings! {
 }
 
 settings! {
-    /// Bounds on the volume fractions, and their widening during a run.
+    /// Bounds on the volume fractions. During a run each bound becomes wider by 0.03.
     struct VolumeSettings {
         /// Smallest and largest share of solid edges, which are skeleton or actuator.
         solid: [f64; 2] = [0.50, 0.50], allowed SHARE,
@@ -105,14 +105,12 @@ settings! {
         actuator: [f64; 2] = [0.20, 0.22], allowed SHARE,
             auto "`[0.2, 0.22]`; `[0.2, 1]` if the nodes weigh more than the bars of a half-full lattice",
             source "paper, table 2";
-        /// Amount by which each bound is wider at the end.
-        widening: f64 = 0.03, allowed SHARE, source "paper: 0.03";
-        /// First and last iteration of the widening.
-        widening_over: [usize; 2] = [110, 150], allowed ITERATIONS,
-            auto "110 and 150 for 300 iterations, and in proportion",
-            read "with a `widening` above 0" if |s: &Scene| s.volume.widening > 0.0,
-            source "paper: 110 to 150";
     }
+}
+
+impl VolumeSettings {
+    /// Amount by which each bound is wider at the end (paper: 0.03).
+    pub const WIDENING: f64 = 0.03;
 }
 
 settings! {
@@ -120,16 +118,19 @@ settings! {
     struct BinarisationSettings {
         /// How the measures are held below their thresholds: by terms of the objective, or by constraints.
         method: BinarisationMethod = BinarisationMethod::Augmented, source "paper: augmented";
-        /// Final threshold of each measure. The thresholds begin at the first values of the measures.
-        threshold: f64 = 0.03, allowed SHARE, source "found by experiment";
-        /// First and last iteration in which the thresholds fall.
+        /// First and last iteration in which the thresholds of the measures fall, from the first values of the measures to
+        /// 0.03.
         threshold_over: [usize; 2] = [20, 180], allowed ITERATIONS,
             auto "20 and 100 for 300 iterations, and in proportion", source "found by experiment";
-        /// Penalty weight at the start.
-        penalty: f64 = 0.3, allowed within(0.0, 1e6),
-            read "with the method `augmented`" if |s: &Scene| s.binarisation.method == BinarisationMethod::Augmented,
-            source "paper, table 2";
     }
+}
+
+impl BinarisationSettings {
+    /// Final threshold of each measure. The thresholds begin at the first values of the measures (found by experiment).
+    pub const THRESHOLD: f64 = 0.03;
+
+    /// Penalty weight at the start (paper, table 2).
+    pub const PENALTY: f64 = 0.3;
 }
 
 settings! {

@@ -119,8 +119,6 @@ const DOUBTS: &[Doubt] = &doubts! {
         if |s| s.controller.omega == 0.0;
     ["controller.omega", "physics.dt"]: "the clock advances by half a period or more in a time step"
         if |s| s.controller.omega * s.physics.dt >= PI;
-    ["selection.perturbation"]: "all perturbed starts are equal, so medians over them are meaningless"
-        if |s| s.selection.perturbation == 0.0;
 };
 
 /// The end stops, if the scene has chosen them.

@@ -10,7 +10,7 @@ use std::slice::from_mut;
 type Iterations = fn(&mut Scene) -> &mut [usize];
 
 /// Every key with iterations except `schedule.iterations`.
-const PHASES: [(&str, Iterations); 5] = [
+const PHASES: [(&str, Iterations); 4] = [
     ("schedule.snap_at", |scene| {
         from_mut(&mut scene.schedule.snap_at)
     }),
@@ -19,9 +19,6 @@ const PHASES: [(&str, Iterations); 5] = [
     }),
     ("schedule.horizon_over", |scene| {
         &mut scene.schedule.horizon_over
-    }),
-    ("volume.widening_over", |scene| {
-        &mut scene.volume.widening_over
     }),
     ("binarisation.threshold_over", |scene| {
         &mut scene.binarisation.threshold_over

@@ -11,7 +11,7 @@
 
 use super::any_design::AnyDesign;
 use super::robot::MOST_SUBSTEPS;
-use super::{BarNumbers, GoalKind, PhysicsSettings, Scene, Setting, StartKind};
+use super::{BarNumbers, GoalKind, GoalsSettings, PhysicsSettings, Scene, Setting, StartKind};
 use crate::geometry::Ground;
 use crate::lattice::Lattice;
 use crate::laws::{Actuator, Bumpers, Damper, ForceLaws, OnBars, Stops};
@@ -159,7 +159,7 @@ const LAWS: [LawRule; 4] = [
 ];
 
 /// Every other rule. The declarations of the keys state them in words.
-const RULES: [Rule; 24] = [
+const RULES: [Rule; 22] = [
     ("physics.dt", |scene, world| {
         let physics = &mut scene.physics;
         let substeps = match scene.auto.contains("physics.substeps") {
@@ -191,9 +191,6 @@ const RULES: [Rule; 24] = [
     ("schedule.horizon_over", |scene, _| {
         scene.schedule.horizon_over = [80, 150].map(|of_300| iteration(scene, of_300));
     }),
-    ("volume.widening_over", |scene, _| {
-        scene.volume.widening_over = [110, 150].map(|of_300| iteration(scene, of_300));
-    }),
     ("binarisation.threshold_over", |scene, _| {
         scene.binarisation.threshold_over = [20, 100].map(|of_300| iteration(scene, of_300));
     }),
@@ -201,7 +198,7 @@ const RULES: [Rule; 24] = [
         // A goal should be reached within its time.
         let parts = match scene.controller.goals {
             GoalKind::Fixed => [4, 2],
-            GoalKind::Given => [2 * scene.goals.count, scene.goals.count],
+            GoalKind::Given => [2 * GoalsSettings::COUNT, GoalsSettings::COUNT],
         };
         scene.schedule.horizon = parts.map(|part| (scene.physics.steps / part).max(1));
     }),
@@ -231,9 +228,6 @@ const RULES: [Rule; 24] = [
     }),
     ("goals.along", |scene, world| {
         scene.goals.along = [-1.5, 1.5].map(|x| x * world.length);
-    }),
-    ("goals.apart", |scene, world| {
-        scene.goals.apart = 0.75 * world.length;
     }),
     ("controller.offset_scale", |scene, world| {
         scene.controller.offset_scale = 0.05 / world.length * world.per_node();

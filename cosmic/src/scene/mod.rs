@@ -66,8 +66,8 @@ pub use materials::{
     StockMaterial,
 };
 pub use optimisation::{
-    AdamSettings, GradientPrecision, GradientSettings, LossKind, LossSettings, MmaSettings,
-    ScheduleSettings, SelectionKind, SelectionSettings,
+    AdamSettings, GradientPrecision, GradientSettings, LossKind, LossSettings, ScheduleSettings,
+    SelectionKind, SelectionSettings,
 };
 pub use read::{Lacks, ShownScene};
 pub(crate) use robot::MOST_SUBSTEPS;
@@ -106,8 +106,6 @@ settings! {
         schedule: ScheduleSettings;
         /// The augmented Lagrangian and the attraction.
         binarisation: BinarisationSettings, read "if the initial design is not a layout" if Scene::designs;
-        /// The optimiser of the design vectors.
-        mma: MmaSettings, read "if the initial design is not a layout" if Scene::designs;
         /// The optimiser of the controller.
         adam: AdamSettings;
         /// Bounds on gradients.

@@ -4,7 +4,7 @@ use super::Scene;
 use autodiff::Memory;
 
 use crate::settings;
-use crate::settings::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS, above, within};
+use crate::settings::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS, within};
 
 settings! {
     /// What each iteration does.
@@ -41,28 +41,6 @@ settings! {
         /// Share of the fine-tuning, at its end, that continues from the best controller and takes back updates that
         /// lose distance.
         settle: f64 = 0.25, allowed SHARE, source "paper: 0";
-    }
-}
-
-settings! {
-    /// The method of moving asymptotes, for the design vectors.
-    struct MmaSettings {
-        /// Largest change of a variable in an update, as a share of its range.
-        move_limit: f64 = 0.02, allowed above(0.0, 1.0), source "found by experiment";
-    }
-}
-
-/// Distance of the first asymptotes of MMA, as a share of the range (found by experiment).
-const FIRST_ASYMPTOTES: f64 = 0.05;
-
-impl MmaSettings {
-    /// The settings of the optimiser: all others are Svanberg's.
-    pub(crate) fn method(&self) -> cosmic_optimiser::MmaSettings {
-        cosmic_optimiser::MmaSettings {
-            move_limit: self.move_limit,
-            asyinit: FIRST_ASYMPTOTES,
-            ..cosmic_optimiser::MmaSettings::default()
-        }
     }
 }
 
@@ -153,8 +131,6 @@ settings! {
         /// The last controller, the one with the best median over perturbed starts, or the one with the best robust
         /// displacement: the 10 % quantile over robots that vary a little.
         kind: SelectionKind = SelectionKind::Median, source "found by experiment; paper: last";
-        /// Distance by which each coordinate of a perturbed start is moved, in units of ten spacings.
-        perturbation: f64 = 1e-9, allowed within(0.0, 1e-3), source "found by experiment";
     }
 }
 
@@ -175,4 +151,7 @@ impl SelectionSettings {
     /// Number of rollouts from perturbed starts for each median, and of varied robots for each robust displacement
     /// (found by experiment).
     pub const PERTURBED_ROLLOUTS: usize = 8;
+
+    /// Distance by which each coordinate of a perturbed start is moved, in units of ten spacings (found by experiment).
+    pub const PERTURBATION: f64 = 1e-9;
 }

@@ -27,10 +27,6 @@ settings! {
         spacing: f64 = 0.1, allowed within(1e-3, 100.0), unit "m",
             read "without a `file`" if Scene::is_generated,
             source "D1";
-        /// Distance of column 0 from the ground's origin, along the ground.
-        origin_x: f64 = 0.1, allowed within(-1e3, 1e3), unit "m",
-            read "without a `file`" if Scene::is_generated,
-            source "D1";
         /// Height of row 0 above the ground line at the start.
         drop: f64 = 0.0, allowed within(-10.0, 100.0), unit "m",
             read "without a `file`" if Scene::is_generated,
@@ -48,6 +44,9 @@ settings! {
         mirror: bool = false, source "beyond the paper";
         /// Nodes and edges instead of columns and rows: the path of a truss file, relative to the scene's file.
         file: TrussFile = TrussFile::default(), source "the paper has none";
+    } of cases {
+        /// Distance of column 0 from the ground's origin, along the ground, m.
+        origin_x: f64 = 0.1, source "D1";
     }
 }
 
@@ -254,9 +253,7 @@ settings! {
         goal_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m", auto "0.05 / m divided by `l / 0.5 m`; 3 / m for a given goal",
             source "D3, found by experiment";
         /// The goals for which the controller is trained: `goal`, a number of the controller; or goals that are given to
-        /// every rollout and may change while the robot walks. The paper's goal is too small an input for a robot to
-        /// steer by. For a robot that steers, choose given goals. A given goal is observed as its offset `d` from the mean
-        /// node position, `s d / sqrt(1 + s^2 |d|^2)` with the `goal_scale` s: of a far goal, only its direction.
+        /// every rollout and may change while the robot walks. A robot steers only by given goals.
         goals: GoalKind = GoalKind::Fixed, source "paper: fixed";
         /// Factor on the node offsets in the observation.
         offset_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m",

@@ -1,7 +1,7 @@
 use crate::small::{LIVELY, after};
 use cosmic::codesign::{Candidate, Progress};
 use cosmic::design::{Material, VolumeBounds, filled, volumes};
-use cosmic::scene::Scene;
+use cosmic::scene::{Scene, VolumeSettings};
 
 fn scene(more: &str) -> Scene {
     let polished = "
@@ -45,7 +45,7 @@ fn a_polish_changes_one_edge_if_that_gives_a_better_robot() {
         let is_new = |c: &Candidate| c.iteration == before.iteration;
         assert!(progress.candidates.iter().all(is_new));
         let [solid, actuators] = volumes(&codesign.evaluator().design(&progress).mixtures());
-        let bounds = VolumeBounds::widened(&scene.volume, scene.volume.widening);
+        let bounds = VolumeBounds::widened(&scene.volume, VolumeSettings::WIDENING);
         assert!(bounds.solid.contains(solid) && bounds.actuator.contains(actuators));
     }
     assert!(found > 0, "no robot became better");

@@ -43,7 +43,6 @@ fn probable_mistakes_give_warnings_with_their_values() {
         ("lattice.drop=-0.1", "below the ground"),
         ("controller.omega=0", "the clock does not advance"),
         ("controller.omega=2000", "half a period"),
-        ("selection.perturbation=0", "all perturbed starts are equal"),
     ] {
         let doubts = Scene::paper().set(&[setting]).unwrap().doubts();
         assert!(

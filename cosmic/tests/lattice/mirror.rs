@@ -63,8 +63,8 @@ fn an_optimised_robot_is_its_own_image() {
         [physics]
         steps = 192
         [volume]
-        widening = 0.2
-        widening_over = [1, 2]
+        solid = [0.3, 0.7]
+        actuator = [0.0, 0.42]
         [loss]
         window = 16
         [schedule]

@@ -6,7 +6,7 @@ use cosmic::scene::{AnyDesign, Following, Scene};
 
 /// Every key that can follow, with a value that no rule gives here, and with the power of the scale of lengths by which
 /// the value grows. Times grow by its square root.
-const KEYS: [(&str, &str, f64); 28] = [
+const KEYS: [(&str, &str, f64); 26] = [
     ("lattice.payload", "5", 0.0),
     ("physics.dt", "0.0123", 0.5),
     ("physics.substeps", "33", 0.0),
@@ -23,13 +23,11 @@ const KEYS: [(&str, &str, f64); 28] = [
     ("loss.every", "7", 0.0),
     ("volume.solid", "[0.3, 0.4]", 0.0),
     ("volume.actuator", "[0.1, 0.11]", 0.0),
-    ("volume.widening_over", "[7, 9]", 0.0),
     ("schedule.snap_at", "77", 0.0),
     ("schedule.attraction_from", "7", 0.0),
     ("schedule.horizon_over", "[7, 9]", 0.0),
     ("binarisation.threshold_over", "[7, 9]", 0.0),
     ("goals.along", "[-7.0, 7.0]", 1.0),
-    ("goals.apart", "0.7", 1.0),
     ("adam.rate", "0.7", 0.0),
     ("adam.fine_rate", "0.7", 0.0),
     ("stops.at", "0.2", 0.0),

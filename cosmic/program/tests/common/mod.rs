@@ -163,13 +163,10 @@ pub(crate) fn scene(iterations: usize, steps: usize, physics: &str) -> String {
     format!(
         "base = \"stability\"\n[lattice]\ncolumns = 3\nrows = 3\n\
          [physics]\nsteps = {steps}\n{physics}\n\
-         [volume]\nwidening_over = [{}, {}]\n\
          [schedule]\niterations = {iterations}\nattraction_from = {}\nsnap_at = {}\n\
          horizon = [{}, {steps}]\nhorizon_over = [{}, {}]\n\
          [binarisation]\nthreshold_over = [{}, {}]\n\
          [loss]\nwindow = 16\nevery = 4\n",
-        at(0.37),
-        at(0.5),
         at(0.57),
         at(0.8),
         steps / 2,
