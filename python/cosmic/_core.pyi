@@ -101,7 +101,7 @@ def optimise(
     folder: _Path,
     begin_with: Optional[_Path],
     loss: Any,
-    threads: int,
+    threads: Optional[int],
     progress: Optional[_Progress],
     warning: Callable[[str], object],
 ) -> bool: ...
@@ -109,7 +109,7 @@ def resume(
     folder: _Path,
     loss: Any,
     allow_unstable: bool,
-    threads: int,
+    threads: Optional[int],
     progress: Optional[_Progress],
     warning: Callable[[str], object],
 ) -> bool: ...

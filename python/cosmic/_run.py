@@ -268,10 +268,9 @@ def resume(
     return _result(Path(folder), None, own, interrupted)
 
 
-def _threads(threads: Optional[int]) -> int:
-    """The number of threads for the library; 0 means one per core."""
+def _threads(threads: Optional[int]) -> Optional[int]:
     # To start more threads takes longer than a run.
-    return 0 if threads is None else whole("threads", threads, 1, 1024)
+    return None if threads is None else whole("threads", threads, 1, 1024)
 
 
 def _folder(out: Optional[_Path]) -> tuple[Path, Any]:

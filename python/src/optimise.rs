@@ -3,10 +3,11 @@
 use crate::errors::{in_python, raised, unlocked};
 use crate::loss::{Failure, PythonLoss};
 use crate::scene::Scene;
-use crate::work::{attended, pool};
+use crate::work::attended;
 use cosmic::Registry;
 use cosmic::codesign::{CoDesign, Record};
 use cosmic::error::{Error, Result};
+use cosmic::parallel::pool;
 use cosmic::record::{self, DesignFile, Observer, Run, RunPlan};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
@@ -74,11 +75,11 @@ impl Listener<'_> {
     }
 }
 
-/// Does a run on `threads` threads. Meanwhile, the current thread reports progress to the listener and handles signals.
+/// Does a run on `threads` threads, by default one per core. Meanwhile, the current thread reports progress to the listener and handles signals.
 /// Returns `None` if a signal interrupted the run.
 pub(crate) fn attended_run<T: Send>(
     py: Python,
-    threads: usize,
+    threads: Option<NonZeroUsize>,
     failure: &Failure,
     listener: &Listener,
     work: impl FnOnce(&mut Watch) -> Result<T> + Send,
@@ -89,7 +90,8 @@ pub(crate) fn attended_run<T: Send>(
         let stop = Arc::clone(&stop);
         work(&mut Watch { events, stop })
     };
-    let ended = attended(py, &pool(threads)?, &stop, hear, watched);
+    let pool = pool(threads).map_err(raised)?;
+    let ended = attended(py, &pool, &stop, hear, watched);
     if let Some(error) = failure.taken() {
         return Err(error);
     }
@@ -154,7 +156,7 @@ pub(crate) fn optimise<'py>(
     folder: PathBuf,
     begin_with: Option<PathBuf>,
     loss: Option<Py<PyAny>>,
-    threads: usize,
+    threads: Option<NonZeroUsize>,
     progress: Option<Bound<'py, PyAny>>,
     warning: Bound<'py, PyAny>,
 ) -> PyResult<bool> {
@@ -196,7 +198,7 @@ pub(crate) fn resume<'py>(
     folder: PathBuf,
     loss: Option<Py<PyAny>>,
     allow_unstable: bool,
-    threads: usize,
+    threads: Option<NonZeroUsize>,
     progress: Option<Bound<'py, PyAny>>,
     warning: Bound<'py, PyAny>,
 ) -> PyResult<bool> {

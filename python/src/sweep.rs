@@ -9,6 +9,7 @@ use cosmic::error::Result;
 use cosmic_lab::sweep::{self, Overrides, Plan, RunOutcome, Sweep};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 fn planned(spec: String) -> Result<Plan> {
@@ -40,6 +41,7 @@ pub(crate) fn sweep_run(
     let (plan, run) = unlocked(py, read)?;
     let (scene, name) = (run.scene, run.name);
     check.call1((Scene { scene, name },))?;
+    let one = Some(NonZeroUsize::MIN);
     let work = |watch: &mut Watch| -> Result<_> {
         plan.keep(&folder, &registry)?;
         let sweep = Sweep {
@@ -54,7 +56,7 @@ pub(crate) fn sweep_run(
             RunOutcome::Taken => "taken",
         })
     };
-    let ended = attended_run(py, 1, &Failure::default(), &Listener::default(), work)?;
+    let ended = attended_run(py, one, &Failure::default(), &Listener::default(), work)?;
     ended.ok_or_else(|| PyKeyboardInterrupt::new_err(()))
 }
 

@@ -1,10 +1,11 @@
 //! Work in other threads. Meanwhile the calling thread handles signals, and passes on what the work reports.
 
-use crate::errors::{Error, caught, panicked};
+use crate::errors::{caught, panicked, raised};
+use cosmic::parallel::pool;
 use cosmic::task::together;
 use pyo3::prelude::*;
+use rayon::ThreadPool;
 use rayon::prelude::*;
-use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::ops::Range;
 use std::process;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -38,20 +39,14 @@ impl<T> OfProcess<T> {
 /// The thread pool that simulates batches of robots.
 static POOL: OfProcess<ThreadPool> = OfProcess::new();
 
-/// Starts a thread pool with `threads` threads; 0 means [the default](usual_threads).
-pub(crate) fn pool(threads: usize) -> PyResult<ThreadPool> {
-    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|error| {
-        Error::new_err(format!(
-            "cannot start {threads} threads: {error}; choose fewer with `threads`"
-        ))
-    })
+fn shared() -> PyResult<Arc<ThreadPool>> {
+    POOL.get(|| pool(None).map_err(raised))
 }
 
 /// Returns the default number of threads: one per core, or as many as `RAYON_NUM_THREADS` says.
 #[pyfunction]
 pub(crate) fn usual_threads() -> PyResult<usize> {
-    caught(|| Ok(POOL.get(|| pool(0))?.current_num_threads()))
+    caught(|| Ok(shared()?.current_num_threads()))
 }
 
 /// The interval between checks for signals.
@@ -105,8 +100,7 @@ pub(crate) fn in_pool<T: Send>(
     if robots == 1 {
         return Ok((py.detach(|| work(&stop)), None));
     }
-    let pool = POOL.get(|| pool(0))?;
-    attended(py, &pool, &stop, Ok, |_events| work(&stop))
+    attended(py, &*shared()?, &stop, Ok, |_events| work(&stop))
 }
 
 /// Returns the result of work. If a signal interrupted the work, drops the partial result and returns the exception.
