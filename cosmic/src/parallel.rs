@@ -35,13 +35,18 @@ impl Crew {
             threads: (threads / at_work).max(1),
         }
     }
+}
 
-    fn pool(self) -> Result<ThreadPool> {
-        let pool = ThreadPoolBuilder::new().num_threads(self.threads).build();
-        pool.map_err(|error| {
-            Error::Usage(format!("cannot start {} threads: {error}", self.threads))
-        })
-    }
+/// Starts a pool of threads, by default one per core, or as many as `RAYON_NUM_THREADS` says.
+///
+/// # Errors
+/// [`Error::Usage`] if the system does not start the threads.
+pub fn pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool> {
+    // For rayon, 0 means the default.
+    let threads = threads.map_or(0, NonZeroUsize::get);
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+    let says = |error| format!("cannot start {threads} threads: {error}; choose fewer threads");
+    pool.map_err(|error| Error::Usage(says(error)))
 }
 
 /// The message of an `expect`: the lock on the results cannot be poisoned, because no thread panics while it holds the
@@ -68,7 +73,7 @@ pub fn in_parallel<T: Send>(
         failed.fetch_or(is_error, Ordering::Release);
     };
     let work = || {
-        let pool = match crew.pool() {
+        let pool = match pool(NonZeroUsize::new(crew.threads)) {
             Ok(pool) => pool,
             Err(error) => return note(0, Err(error)),
         };

@@ -27,12 +27,12 @@ from ._errors import (
     UnstableStepError,
 )
 from ._loss import Loss
-from ._run import Controller, Design, Run, load, optimize, resume
+from ._memory import limit_memory
+from ._run import Design, Run, load, optimize, resume
 from ._scene import SceneLike, as_scene
 from ._simulator import Inputs, Simulator, Trajectory
 
 __all__ = [
-    "Controller",
     "Design",
     "DivergedError",
     "Error",
@@ -50,6 +50,7 @@ __all__ = [
     "Trajectory",
     "UnstableStepError",
     "as_scene",
+    "limit_memory",
     "load",
     "optimize",
     "resume",

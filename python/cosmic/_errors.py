@@ -31,7 +31,7 @@ class InterruptedError(Error):
 
 
 class OutOfMemoryError(Error, MemoryError):
-    """Results or a simulator need more memory than is available. Raised before any work is done."""
+    """Work needs more memory than the limit that :func:`cosmic.limit_memory` sets. Raised before it begins."""
 
 
 class InternalError(Error, RuntimeError):

@@ -71,9 +71,7 @@ class Loss:
             )
         return observed
 
-    def value_and_gradient(
-        self, _: Sequence[int], x: Floats, v: Floats, *goal: Floats
-    ) -> tuple[float, Floats]:
+    def value_and_gradient(self, x: Floats, v: Floats, *goal: Floats) -> tuple[float, Floats]:
         """The loss, and its gradient as one vector: with respect to positions, then velocities."""
         answer = self.function(x, v, *goal)
         if not isinstance(answer, (tuple, list)) or len(answer) != 3:

@@ -23,6 +23,7 @@ from ._checks import whole
 from ._core import Scene
 from ._errors import InputError
 from ._loss import as_loss
+from ._memory import check_optimisation
 from ._scene import SceneLike, as_scene
 from ._simulator import Inputs, Simulator
 
@@ -45,23 +46,6 @@ class Design:
     """Per edge 0 for void, 1 for skeleton, 2 for actuator."""
 
 
-@dataclass(frozen=True)
-class Controller:
-    """A network of one hidden layer, ``tanh(w2 tanh(w1 o + b1) + b2)``. With the policy ``gaits``, the hidden
-    units are in three groups, as in :class:`Inputs`, and the observed goal multiplies each group."""
-
-    w1: _Floats
-    """Shape ``(hidden, inputs)``."""
-    b1: _Floats
-    """Shape ``(hidden,)``."""
-    w2: _Floats
-    """Shape ``(edges, hidden)``."""
-    b2: _Floats
-    """Shape ``(edges,)``."""
-    tempo: Optional[_Floats] = None
-    """Of a learned clock, shape ``(1,)``: its frequency is ``controller.omega * exp(tempo)``."""
-
-
 class Run:
     """A designed robot, from :func:`optimize` or :func:`load`."""
 
@@ -70,7 +54,9 @@ class Run:
     scene: Scene
     seed: int
     design: Design
-    controller: Controller
+    controller: dict[str, _Floats]
+    """The blocks of the controller's parameters by name, as in :class:`Inputs`. A learned clock has the block
+    ``tempo``: its frequency is ``controller.omega * exp(tempo)``."""
     summary: dict[str, Any]
     """The numbers of ``summary.json``."""
     history: dict[str, npt.NDArray[Any]]
@@ -92,21 +78,27 @@ class Run:
         self._absolute = self.folder.absolute()
         # A temporary folder lives as long as the run.
         self._keep = keep
-        read = _core.load(self.folder)
-        self.summary = json.loads(read["summary"])
+        # Reads and checks all files of the run.
+        design, rest = _core.load(self.folder)
+        read = json.loads(design)
+        self.design = Design(*(np.array(read[name]) for name in ("edges", "z", "materials")))
+        self.controller = {name: np.array(block) for name, block in read["controller"].items()}
+        self.summary = json.loads(self._text("summary.json"))
         self.seed = self.summary["seed"]
         # Read from the file, because a custom lattice is in a second file beside it.
         self.scene = Scene.load(self.folder / "scene.toml")
-        self.design = Design(read["edges"], read["z"], read["materials"])
-        names = ("w1", "b1", "w2", "b2")
-        network = {name: read[name] for name in names}
-        self.controller = Controller(**network, tempo=read.get("tempo"))
-        self._omega = read["omega"]
-        self.history = _columns(read["history"])
-        self.trajectory, self.velocities = read["x"], read["v"]
-        self.steps = read["steps"]
-        self.times = self.steps * read["dt"]
-        self._rest = read["rest"]
+        has_history = (self.folder / "history.jsonl").exists()
+        self.history = _columns(self._text("history.jsonl") if has_history else "")
+        moved = json.loads(self._text("trajectory.json"))
+        self.trajectory, self.velocities = (
+            np.array([state[of] for state in moved["states"]]) for of in ("x", "v")
+        )
+        self.steps = np.array(moved["steps"])
+        self.times = self.steps * moved["dt"]
+        self._rest = np.array(rest)
+
+    def _text(self, name: str) -> str:
+        return (self.folder / name).read_text(encoding="utf-8")
 
     @property
     def displacement(self) -> float:
@@ -118,18 +110,12 @@ class Run:
     @property
     def inputs(self) -> Inputs:
         """The robot at rest, as inputs of a :class:`Simulator` of its scene."""
-        c, rest = self.controller, self._rest
-        return Inputs(self.design.z, c.w1, c.b1, c.w2, c.b2, rest, np.zeros_like(rest))
+        return Inputs(self.design.z, self.controller, self._rest, np.zeros_like(self._rest))
 
     def simulator(self) -> Simulator:
-        """A simulator of the run's scene and of its kind of robot: finished, or still undecided. A learned
-        clock has the frequency that the run has learned."""
+        """A simulator of the run's scene and of its kind of robot: finished, or still undecided."""
         is_finished = ((self.design.z == 0) | (self.design.z == 1)).all()
-        projection = "layout" if is_finished else "performance"
-        if self.controller.tempo is None:
-            return Simulator(self.scene, projection)
-        clock = {"clock": "fixed", "omega": self._omega}
-        return Simulator({"scene": self.scene, "controller": clock}, projection)
+        return Simulator(self.scene, "layout" if is_finished else "performance")
 
     def save(self, path: _Path) -> Path:
         """Copies the run's folder to a new one."""
@@ -253,6 +239,7 @@ def optimize(
         start = start.folder
     if start is not None and os.path.isdir(start):
         start = os.path.join(start, "design.json")
+    check_optimisation(given)
     own = as_loss(loss)
     seed = as_seed(seed)
     last = None if iterations is None else whole("iterations", iterations, 1)
@@ -281,9 +268,9 @@ def resume(
     return _result(Path(folder), None, own, interrupted)
 
 
-def _threads(threads: Optional[int]) -> int:
-    """The number of threads for the library; 0 means one per core."""
-    return 0 if threads is None else whole("threads", threads, 1, 1024)
+def _threads(threads: Optional[int]) -> Optional[int]:
+    # To start more threads takes longer than a run.
+    return None if threads is None else whole("threads", threads, 1, 1024)
 
 
 def _folder(out: Optional[_Path]) -> tuple[Path, Any]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import operator
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, Optional, Union, overload
 
 import numpy as np
@@ -15,6 +16,7 @@ from ._checks import whole
 from ._core import Scene
 from ._errors import InputError
 from ._goal import Goal, as_goals
+from ._memory import check_rollouts, check_simulator, check_start
 from ._scene import SceneLike, as_scene
 
 #: An array of floats in single or double precision.
@@ -34,20 +36,14 @@ class Inputs(NamedTuple):
     """All arrays that a rollout depends on, and with respect to which it can be differentiated.
 
     For several robots, an array has one more axis in front; all robots share an array without it.
-    For JAX and torch, a named tuple is a tree of arrays.
+    For JAX, a named tuple and a dictionary are trees of arrays.
     """
 
     z: Array
     """Design vectors, shape ``(edges, 3)``: void, skeleton, actuator."""
-    w1: Array
-    """First weights of the controller, ``(hidden, inputs)``. With the policy ``gaits`` they have three
-    groups of ``controller.hidden`` rows: for a goal ahead, for a goal behind, and for a goal that is reached."""
-    b1: Array
-    """First biases, ``(hidden,)``."""
-    w2: Array
-    """Second weights, ``(edges, hidden)``."""
-    b2: Array
-    """Second biases, ``(edges,)``."""
+    controller: Mapping[str, Array]
+    """The blocks of the controller's parameters by name, as in ``design.json``. The policy ``mlp`` has ``w1``,
+    ``b1``, ``w2`` and ``b2``: ``tanh(w2 tanh(w1 o + b1) + b2)`` for an observation ``o``."""
     x0: Array
     """Initial positions, ``(nodes, 2)``, m."""
     v0: Array
@@ -61,6 +57,40 @@ class Trajectory(NamedTuple):
     """Positions, shape ``(states, nodes, 2)``, m."""
     v: Array
     """Velocities, ``(states, nodes, 2)``, m/s."""
+
+
+def leaves(inputs: Inputs) -> dict[str, Any]:
+    """The arrays of a robot by name: ``z``, the blocks of the controller, ``x0``, ``v0``."""
+    if not isinstance(inputs, (tuple, list)) or len(inputs) != 4 or not isinstance(inputs[1], Mapping):
+        found = f"{len(inputs)} things" if isinstance(inputs, (tuple, list)) else type(inputs).__name__
+        raise InputError(f"expected Inputs: z, a dictionary controller, x0 and v0; found {found}")
+    z, controller, x0, v0 = inputs
+    return {"z": z, **controller, "x0": x0, "v0": v0}
+
+
+def tree(arrays: Mapping[str, Any]) -> Inputs:
+    """The inverse of :func:`leaves`."""
+    blocks = dict(arrays)
+    z, x0, v0 = (blocks.pop(name) for name in ("z", "x0", "v0"))
+    return Inputs(z, blocks, x0, v0)
+
+
+class _Robots(NamedTuple):
+    """Robots as the library takes them."""
+
+    core: _core.Simulator
+    arrays: list[Array]
+    """One array per name of :func:`leaves`, and perhaps the goals, with an axis of robots in front."""
+    batch: Optional[int]
+    """The number of robots; None for a single robot, whose arrays had no axis of robots."""
+    lost: npt.NDArray[np.bool_]
+    """The robots whose inputs are not finite."""
+
+    def results(self, *arrays: Array) -> list[Array]:
+        """Fills results of the lost robots with NaN, and removes the axis of a single robot."""
+        for array in arrays:
+            array[self.lost] = np.nan
+        return [array[0] if self.batch is None else array for array in arrays]
 
 
 class Simulator:
@@ -95,6 +125,8 @@ class Simulator:
         """How rows of ``z`` become a robot; ``"auto"`` until the first robot decides."""
         self.device = device
         self._is_automatic = projection == "auto"
+        self._sizes = self.scene.sizes
+        check_simulator(self._sizes)
         self._core = _core.Simulator(self.scene, device == "gpu")
         self.dt: float = self._core.dt
         """Length of a step, s."""
@@ -103,17 +135,18 @@ class Simulator:
         self.shapes: dict[str, tuple[int, ...]] = {
             name: tuple(shape) for name, shape in self._core.shapes
         }
-        """The shapes of the arrays of :class:`Inputs`."""
+        """The shapes of the arrays of a robot: ``z``, the blocks of the controller, ``x0``, ``v0``."""
         self.edges: npt.NDArray[np.int64] = self._core.edges
         """The two nodes of every edge, shape ``(edges, 2)``."""
-        self.rest_length: npt.NDArray[np.float64] = self._core.rest_length
+        self.rest_length: npt.NDArray[np.float64] = np.array(self._core.rest_length)
         """Rest length of every edge, m."""
         self.along: npt.NDArray[np.float64] = np.array(self._core.along)
         """The unit vector along the ground, in which distances are measured."""
 
     def initial(self, seed: int = 0) -> Inputs:
         """The inputs that an optimisation with this seed starts with."""
-        return Inputs(*self._core.initial(as_seed(seed)))
+        check_start(self._sizes, 3)
+        return self._split(self._core.initial(as_seed(seed))[0])[0]
 
     def observed(self, steps: Optional[int] = None, observed: Observed = 16) -> list[int]:
         """The numbers of the observed steps of a rollout.
@@ -134,11 +167,21 @@ class Simulator:
             listed = [-1]
         if not listed or min(listed) < 0:
             raise InputError(f"observed: expected a list of step numbers, found {observed!r}")
+        if any(a >= b for a, b in zip(listed, listed[1:])):
+            raise InputError(f"observed: expected steps that ascend, found {listed}")
         return listed
 
-    def check_span(self, observed: Sequence[int], first: int = 0) -> None:
-        """Raises :class:`InputError` if a rollout of the scene lacks these steps."""
-        self._core.check_span(list(observed), first)
+    def span(
+        self, steps: Optional[int] = None, observed: Observed = 16, first: int = 0
+    ) -> tuple[list[int], int]:
+        """The numbers of the observed steps, and ``first``. Raises :class:`InputError` if a rollout of the
+        scene lacks these steps."""
+        listed, first = self.observed(steps, observed), whole("first", first, 0)
+        if first + listed[-1] > self.steps:
+            raise InputError(
+                f"step {first + listed[-1]} is beyond the scene's last step, {self.steps}; increase physics.steps"
+            )
+        return listed, first
 
     def rollout(
         self,
@@ -168,16 +211,16 @@ class Simulator:
         ``trajectory`` of the ``KeyboardInterrupt`` has the states of the finished robots, and NaN for the
         others.
         """
-        core, arrays = self._with_goal(_prepared(inputs), goal)
-        seen, first = self.observed(steps, observed), whole("first", first, 0)
-        arrays, lost = (arrays, None) if check else self._finite(arrays)
+        seen, first = self.span(steps, observed, first)
+        robots = self._robots(inputs, {"states": len(seen)}, goal, check)
+        projection = self._projection(robots)
         try:
-            states = core.rollout(arrays, seen, first, self._projection(arrays[0], lost), check)
+            states = robots.core.rollout(robots.arrays, seen, first, projection, check)
         except KeyboardInterrupt as stopped:
             if hasattr(stopped, "trajectory"):
                 stopped.trajectory = Trajectory(*stopped.trajectory)
             raise
-        return Trajectory(*_without(lost, states))
+        return Trajectory(*robots.results(*states))
 
     @overload
     def vjp(
@@ -230,17 +273,23 @@ class Simulator:
         cotangents of step 0 are added after the bound. For ``check`` see :meth:`rollout`. With ``check=False`` the gradient of a robot that diverges is
         NaN.
         """
-        core, arrays = self._with_goal(_prepared(inputs), goal)
-        seen, first = self.observed(steps, observed), whole("first", first, 0)
+        seen, first = self.span(steps, observed, first)
+        robots = self._robots(inputs, {"states": len(seen), "steps": seen[-1]}, goal, check)
         if len(cotangents) != 2:
             raise InputError(f"expected the 2 arrays of Trajectory, found {len(cotangents)}")
-        x_bar, v_bar = _floats(("x_bar", "v_bar"), cotangents, arrays[0].dtype)
-        arrays, lost = (arrays, None) if check else self._finite(arrays)
-        projection = self._projection(arrays[0], lost)
-        pulled = core.vjp(arrays, x_bar, v_bar, seen, first, projection, bounded, check)
-        gradient, count = _without(lost, pulled), len(Inputs._fields)
-        of_inputs = Inputs(*gradient[:count])
-        return of_inputs if goal is None else (of_inputs, gradient[count])
+        dtype = robots.arrays[0].dtype
+        x_bar, v_bar = (ordered(bar, dtype) for bar in _numbers(("x_bar", "v_bar"), cotangents))
+        batch = () if robots.batch is None else (robots.batch,)
+        expected = (*batch, len(seen), *self.shapes["x0"])
+        for name, bar in (("x_bar", x_bar), ("v_bar", v_bar)):
+            if bar.shape != expected:
+                raise InputError(f"{name}: expected the shape {list(expected)}, found {list(bar.shape)}")
+        projection = self._projection(robots)
+        (gradient,) = robots.results(
+            robots.core.vjp(robots.arrays, x_bar, v_bar, seen, first, projection, bounded, check)
+        )
+        of_inputs, by_goal = self._split(gradient)
+        return of_inputs if goal is None else (of_inputs, by_goal)
 
     def jvp(
         self,
@@ -258,73 +307,109 @@ class Simulator:
         compute them."""
         if self.device == "gpu":
             raise InputError('jvp: not on a GPU; use a Simulator with device="cpu"')
-        core, arrays = self._with_goal(_prepared(inputs), goal)
-        along = _prepared(tangents, arrays[0].dtype)
-        seen, first = self.observed(steps, observed), whole("first", first, 0)
-        arrays, lost = (arrays, None) if check else self._finite(arrays)
-        numbers = core.jvp(arrays, along, seen, first, self._projection(arrays[0], lost), check)
-        x, v, dx, dv = _without(lost, numbers)
+        seen, first = self.span(steps, observed, first)
+        needs = {"states": len(seen), "copies": 4}
+        robots = self._robots(inputs, needs, goal, check)
+        along = self._robots(tangents, needs, dtype=robots.arrays[0].dtype)
+        if along.batch not in (None, robots.batch):
+            raise InputError("tangents: inputs and tangents must have the same batch size")
+        projection = self._projection(robots)
+        (numbers,) = robots.results(
+            robots.core.jvp(robots.arrays, along.arrays, seen, first, projection, check)
+        )
+        states = numbers.reshape(*numbers.shape[:-1], 4, len(seen), *self.shapes["x0"])
+        x, v, dx, dv = (states[..., k, :, :, :] for k in range(4))
         return Trajectory(x, v), Trajectory(dx, dv)
 
-    def _projection(self, z: Array, lost: Optional[npt.NDArray[np.bool_]] = None) -> str:
-        """The projection of these rows. The first call decides what ``"auto"`` is. Robots that are
-        ``lost`` do not count, because their rows are not finite."""
-        if not self._is_automatic or z.shape[-2:] != self.shapes["z"]:
-            # Rows of another shape are left for the library to refuse.
-            return self.projection
-        finished = (np.isin(z, (0, 1)).all(axis=-1) & (z.sum(axis=-1) == 1)).all(axis=-1)
-        if lost is not None:
-            finished, lost = np.broadcast_arrays(finished, lost)
-            finished = finished[~lost]
-        if not finished.size:
-            return "performance" if self.projection == "auto" else self.projection
-        if finished.any() and not finished.all():
-            raise InputError(
-                "z: the batch has finished robots, whose rows are zeros and ones, and others; simulate "
-                "them with two simulators"
-            )
-        if self.projection == "auto":
-            self.projection = "layout" if finished.all() else "performance"
-        if finished.all() and self.projection != "layout":
-            raise InputError(
-                "z: this is a finished robot, and the first robots of this simulator were design vectors; "
-                'use another simulator, or choose the projection, for example Simulator(scene, "layout")'
-            )
-        return self.projection
+    def _split(self, numbers: Array) -> tuple[Inputs, Array]:
+        """The inputs and the goals whose numbers are in the last axis."""
+        arrays, begin, batch = {}, 0, numbers.shape[:-1]
+        for name, shape in self.shapes.items():
+            end = begin + math.prod(shape)
+            arrays[name] = numbers[..., begin:end].reshape(batch + shape)
+            begin = end
+        return tree(arrays), numbers[..., begin:].reshape(*batch, -1, 2)
 
-    def _with_goal(
-        self, arrays: list[Array], goal: Optional[Goal]
-    ) -> tuple[_core.Simulator, list[Array]]:
-        """The arrays with those of the goal, and the simulator that takes them."""
-        if goal is None:
-            return self._core, arrays
-        dtype = arrays[0].dtype
-        changes, points = as_goals(
-            goal, self._core.goal_origin, self.dt, lambda point: _floats(["goal"], [point], dtype)[0]
-        )
-        core = self._core.with_changes(changes) if changes else self._core
-        return core, [*arrays, ordered(points, dtype)]
-
-    def _finite(self, arrays: list[Array]) -> tuple[list[Array], Optional[npt.NDArray[np.bool_]]]:
-        """Replaces numbers that are not finite by 0. Also returns a mask of the affected robots, or
-        None if there are none."""
-        lost: Any = np.zeros((), np.bool_)
-        kept = []
-        shapes = [*self.shapes.items(), ("goal", ("goals", 2))]
-        for array, (name, shape) in zip(arrays, shapes):
-            finite = np.isfinite(array)
-            batch = array.ndim - len(shape)
-            # Other shapes and batches of different sizes are left for the library to refuse.
-            if batch in (0, 1) and not finite.all():
-                here = ~finite.all(axis=tuple(range(batch, array.ndim)))
-                if not lost.ndim or not here.ndim or lost.shape == here.shape:
-                    lost = lost | here
-                array = np.where(finite, array, array.dtype.type(0))
+    def _robots(
+        self,
+        inputs: Inputs,
+        needs: dict[str, int],
+        goal: Optional[Goal] = None,
+        check: bool = True,
+        dtype: Optional[np.dtype[Any]] = None,
+    ) -> _Robots:
+        """Checks the arrays of robots and how much memory a rollout ``needs``, and gives each array an axis of
+        robots. If ``check`` is False, numbers that are not finite are replaced by 0."""
+        named = dict(zip(self.shapes, _numbers(self.shapes, self.arrays(inputs))))
+        dtype = _precision(named.values()) if dtype is None else dtype
+        core, shapes = self._core, self.shapes
+        if goal is not None:
+            changes, points = as_goals(
+                goal, core.goal_origin, self.dt, lambda point: _numbers(["goal"], [point])[0]
+            )
+            core = core.with_changes(changes) if changes else core
+            named["goal"] = points
+            shapes = {**shapes, "goal": (1 + len(changes), 2)}
+        counts = {name: _batch(name, array, shapes[name]) for name, array in named.items()}
+        batched = [(name, count) for name, count in counts.items() if count is not None]
+        for (name, count), (other, of_other) in zip(batched[1:], batched):
+            if count != of_other:
+                raise InputError(f"{name}: {count} robots, but {other} has {of_other}")
+        robots = batched[0][1] if batched else 1
+        check_rollouts(self._sizes, robots, dtype.itemsize, **needs)
+        arrays, lost = [], np.zeros(robots, np.bool_)
+        for name, array in named.items():
+            own = ordered(array if counts[name] else array[None], dtype)
+            finite = np.isfinite(own)
+            if not finite.all():
+                if check:
+                    place = np.argwhere(~np.isfinite(array))[0].tolist()
+                    value = array[tuple(place)]
+                    raise InputError(f"{name}{place} is {value}: expected finite numbers")
+                lost |= ~finite.all(axis=tuple(range(1, own.ndim)))
+                own = np.where(finite, own, own.dtype.type(0))
                 if name == "z":
                     # A row of zeros is not a design that every projection takes; a row of void is.
-                    array[~finite.all(axis=-1)] = (1, 0, 0)
-            kept.append(array)
-        return kept, (lost if lost.any() else None)
+                    own[~finite.all(axis=-1)] = (1, 0, 0)
+            arrays.append(own)
+        return _Robots(core, arrays, robots if batched else None, lost)
+
+    def arrays(self, inputs: Inputs) -> list[Any]:
+        """The arrays of a robot in the order of :attr:`shapes`. Raises :class:`InputError` if one is missing."""
+        named = leaves(inputs)
+        if named.keys() != self.shapes.keys():
+            expected = ", ".join(name for name in self.shapes if name not in ("z", "x0", "v0"))
+            raise InputError(f"controller: expected the blocks {expected}, found {', '.join(inputs[1])}")
+        return [named[name] for name in self.shapes]
+
+    def _projection(self, robots: _Robots) -> str:
+        """The projection of these robots. The first call decides what ``"auto"`` is. Robots that are ``lost`` do not
+        count, because their rows are not finite."""
+        z = robots.arrays[0]
+        if self._is_automatic:
+            finished = (((z == 0) | (z == 1)).all(axis=-1) & (z.sum(axis=-1) == 1)).all(axis=-1)
+            finished = np.broadcast_to(finished, robots.lost.shape)[~robots.lost]
+            if not finished.size:
+                return "performance" if self.projection == "auto" else self.projection
+            if finished.any() and not finished.all():
+                raise InputError(
+                    "z: the batch has finished robots, whose rows are zeros and ones, and others; simulate "
+                    "them with two simulators"
+                )
+            if self.projection == "auto":
+                self.projection = "layout" if finished.all() else "performance"
+            if finished.all() and self.projection != "layout":
+                raise InputError(
+                    "z: this is a finished robot, and the first robots of this simulator were design vectors; "
+                    'use another simulator, or choose the projection, for example Simulator(scene, "layout")'
+                )
+        if self.projection == "layout" and not (z.max(axis=-1) > 0.5).all():
+            row = z[z.max(axis=-1) <= 0.5][0].tolist()
+            raise InputError(
+                f'z: a row is {row}; this simulator is for finished robots (projection="layout"), so one number '
+                "of every row must be above 0.5; use another Simulator for other designs"
+            )
+        return self.projection
 
     def __reduce__(self) -> tuple[type[Simulator], tuple[Scene, str, str]]:
         return Simulator, (self.scene, self.projection, self.device)
@@ -334,28 +419,22 @@ class Simulator:
         return f"Simulator({self.scene!r}, projection={self.projection!r}{device})"
 
 
-def _without(lost: Optional[npt.NDArray[np.bool_]], arrays: Sequence[Array]) -> Sequence[Array]:
-    """Fills the arrays of the ``lost`` robots with NaN."""
-    if lost is not None:
-        for array in arrays:
-            array[lost if lost.ndim else ...] = np.nan
-    return arrays
+def _batch(name: str, array: Array, shape: tuple[int, ...]) -> Optional[int]:
+    """The number of robots of an array, or None if it has no axis of robots."""
+    if array.shape == shape:
+        return None
+    if array.ndim == 0 or array.shape[1:] != shape:
+        raise InputError(
+            f"{name}: expected the shape {list(shape)}, or (batch, {', '.join(map(str, shape))}) for several "
+            f"robots, found {list(array.shape)}"
+        )
+    if array.shape[0] == 0:
+        raise InputError(f"{name}: the batch has no robots; expected one or more")
+    return int(array.shape[0])
 
 
-def _prepared(inputs: Inputs, dtype: Optional[np.dtype[Any]] = None) -> list[Array]:
-    """The arrays in C order, aligned and of one type. Copies only arrays that need it."""
-    count = len(Inputs._fields)
-    is_list = isinstance(inputs, (tuple, list))
-    if not is_list or len(inputs) != count:
-        found = len(inputs) if is_list else type(inputs).__name__
-        raise InputError(f"expected the {count} arrays of Inputs, found {found}")
-    return _floats(Inputs._fields, inputs, dtype)
-
-
-def _floats(
-    names: Sequence[str], given: Sequence[Any], dtype: Optional[np.dtype[Any]]
-) -> list[Array]:
-    """Converts arrays to one type: the given one, or single precision if all have it, or double."""
+def _numbers(names: Iterable[str], given: Sequence[Any]) -> list[Array]:
+    """Converts arguments to arrays of numbers."""
     arrays = []
     for name, array in zip(names, given):
         try:
@@ -364,10 +443,13 @@ def _floats(
             raise InputError(f"{name}: expected an array of numbers: {error}") from None
         if arrays[-1].dtype.kind not in "fiu":
             raise InputError(f"{name} is of type {arrays[-1].dtype}: expected float32 or float64")
-    if dtype is None:
-        single = all(array.dtype == np.float32 for array in arrays)
-        dtype = np.dtype(np.float32 if single else np.float64)
-    return [ordered(array, dtype) for array in arrays]
+    return arrays
+
+
+def _precision(arrays: Iterable[Array]) -> np.dtype[Any]:
+    """Single precision if all arrays have it, otherwise double."""
+    single = all(array.dtype == np.float32 for array in arrays)
+    return np.dtype(np.float32 if single else np.float64)
 
 
 def ordered(array: npt.ArrayLike, dtype: npt.DTypeLike = np.float64) -> Array:

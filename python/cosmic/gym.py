@@ -23,7 +23,7 @@ from . import _core
 from ._errors import InputError
 from ._goal import Goals, as_goals
 from ._run import Run
-from ._scene import SceneLike, as_scene
+from ._scene import SceneLike
 from ._checks import whole
 from ._simulator import Simulator, ordered
 
@@ -47,22 +47,25 @@ class _Walk:
         frame_skip: int,
         scatter: float,
     ) -> None:
-        if isinstance(robot, Run):
-            self.scene = robot.scene
-            design: Any = robot.design.z if z is None else z
-        else:
-            self.scene = as_scene(robot)
-            design = Simulator(self.scene).initial().z if z is None else z
-        self.z = ordered(design)
-        self.core = _core.Driven(self.scene, self.z)
+        self.sim = Simulator(robot.scene if isinstance(robot, Run) else robot)
+        first = self.sim.initial()
+        if z is None:
+            z = robot.design.z if isinstance(robot, Run) else first.z
+        self.z = ordered(z)
+        if self.z.shape != self.sim.shapes["z"] or not np.isfinite(self.z).all():
+            expected = list(self.sim.shapes["z"])
+            raise InputError(f"z: expected the shape {expected} and finite numbers, found {list(self.z.shape)}")
+        self.core = _core.Driven(self.sim._core, self.z)
         if not self.core.actuators:
             raise InputError("the design has no actuator, so actions would have no effect; choose another design")
-        self.frame_skip = whole("frame_skip", frame_skip, 1, self.core.steps)
+        self.frame_skip = whole("frame_skip", frame_skip, 1, self.sim.steps)
         if not 0.0 <= scatter < np.inf:
             raise InputError(f"scatter: {scatter}: expected a length in m that is finite and 0 or more")
         self.scatter = scatter
-        self.seconds = self.frame_skip * self.core.dt
-        self.x = np.repeat(self.core.rest[None], robots, axis=0)
+        self.seconds = self.frame_skip * self.sim.dt
+        self.origin = self.sim._core.goal_origin
+        self.rest = first.x0
+        self.x = np.repeat(self.rest[None], robots, axis=0)
         self.v = np.zeros_like(self.x)
         self.done = np.zeros(robots, np.int64)
         self.goals: list[Optional[Goals]] = [None] * robots
@@ -74,7 +77,7 @@ class _Walk:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
-        self.core = _core.Driven(self.scene, self.z)
+        self.core = _core.Driven(self.sim._core, self.z)
 
     @property
     def frames_per_second(self) -> int:
@@ -84,19 +87,19 @@ class _Walk:
     def picture(self, seen: list[_Floats]) -> Any:
         """Draws a robot in the last of the states ``seen``, which are its positions at the start and
         after each frame."""
-        steps = [min(k * self.frame_skip, self.core.steps) for k in range(len(seen))]
-        return _core.frame(self.scene, self.z, steps, np.array(seen))
+        steps = [min(k * self.frame_skip, self.sim.steps) for k in range(len(seen))]
+        return self.core.picture(steps, np.array(seen))
 
     def begin(
         self, robot: int, random: np.random.Generator, goals: Optional[Goals] = None
     ) -> None:
         """Resets a robot to its start, with small random changes of all coordinates. Without ``goals``, they
         are drawn if the scene has given goals."""
-        rest = self.core.rest
-        self.x[robot] = rest + random.uniform(-self.scatter, self.scatter, rest.shape)
+        moved = random.uniform(-self.scatter, self.scatter, self.rest.shape)
+        self.x[robot] = self.rest + moved
         self.v[robot] = 0.0
         self.done[robot] = 0
-        if self.core.goal_origin is not None and goals is None:
+        if self.origin is not None and goals is None:
             goals = Goals(*self.core.draw_goals(int(random.integers(2**63))))
         self.goals[robot] = goals
 
@@ -105,7 +108,7 @@ class _Walk:
         robots = len(self.done)
         if options is None or options.get("goal") is None:
             return [None] * robots
-        changes, points = as_goals(options["goal"], self.core.goal_origin, self.core.dt, _finite)
+        changes, points = as_goals(options["goal"], self.origin, self.sim.dt, _finite)
         if points.ndim == 2:
             points = np.broadcast_to(points, (robots, *points.shape))
         if len(points) != robots:
@@ -114,7 +117,7 @@ class _Walk:
 
     def towards(self) -> Optional[_Floats]:
         """The goal of each robot in its next step, or None if the scene's goal is fixed."""
-        if self.core.goal_origin is None:
+        if self.origin is None:
             return None
         rows = [
             goals.points[sum(change <= done for change in goals.changes)]
@@ -139,12 +142,12 @@ class _Walk:
         """Simulates one frame with constant activations. Returns the distance of each robot along the
         ground, or by how much it came nearer to a given goal, and whether it diverged. Robots that diverge
         keep their last state."""
-        before, goals = self.core.along(self.x), self.towards()
+        before, goals = np.array(self.core.along(self.x)), self.towards()
         lost = np.zeros(len(self.done), np.bool_)
         # Laws may depend on the time, so robots of the same age are grouped.
         for first in np.unique(self.done):
             those = np.flatnonzero(self.done == first)
-            steps = int(min(self.frame_skip, self.core.steps - first))
+            steps = int(min(self.frame_skip, self.sim.steps - first))
             x, v, diverged = self.core.advance(
                 held[those], self.x[those], self.v[those], int(first), steps
             )
@@ -152,14 +155,14 @@ class _Walk:
             self.x[those[kept]], self.v[those[kept]] = x[kept], v[kept]
             lost[those[~kept]] = True
             self.done[those] += steps
-        after = self.core.along(self.x)
+        after = np.array(self.core.along(self.x))
         if goals is None:
             return after - before, lost
         return np.abs(goals[:, 0] - before) - np.abs(goals[:, 0] - after), lost
 
     @property
     def is_over(self) -> npt.NDArray[np.bool_]:
-        return self.done >= self.core.steps
+        return self.done >= self.sim.steps
 
     def observe(self) -> _Floats:
         goals = self.towards()
@@ -168,7 +171,7 @@ class _Walk:
 
     def info(self) -> dict[str, Any]:
         """The numbers of all robots for the infos of an environment."""
-        of_each = {"along": self.core.along(self.x), "time": self.done * self.core.dt}
+        of_each = {"along": np.array(self.core.along(self.x)), "time": self.done * self.sim.dt}
         goals = self.towards()
         return of_each if goals is None else {**of_each, "goal": goals[:, 0]}
 

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from . import _core
 from ._checks import whole
+from ._memory import check_optimisation
 
 _Path = Union[str, "os.PathLike[str]"]
 
@@ -31,7 +32,8 @@ def run(spec: _Path, out: _Path, index: int) -> str:
     Returns ``"done"``, ``"diverged"``, ``"over"`` if it was done before, or ``"taken"`` if another
     process is running it. Ctrl-C saves the run; the same call continues it.
     """
-    return _core.sweep_run(os.fsdecode(spec), Path(out), whole("index", index, 0))
+    number = whole("index", index, 0)
+    return _core.sweep_run(os.fsdecode(spec), Path(out), number, check_optimisation)
 
 
 def merge(out: _Path) -> dict[str, npt.NDArray[Any]]:

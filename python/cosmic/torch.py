@@ -18,56 +18,42 @@ from typing import Any, Optional
 import numpy as np
 import torch
 
-from ._goal import Goal, Goals, as_goals
+from ._goal import Goal
 from ._loss import Loss, Steps
-from ._simulator import Inputs, Observed, Simulator, Trajectory
+from ._plan import Plan, planned
+from ._simulator import Inputs, Observed, Simulator, Trajectory, leaves, tree
 
 __all__ = ["inputs", "loss", "rollout"]
 
 
 class _Rollout(torch.autograd.Function):
     @staticmethod
-    def forward(ctx: Any, simulator: Simulator, options: dict[str, Any], *arrays: Any) -> Any:
-        ctx.simulator, ctx.options = simulator, options
+    def forward(ctx: Any, plan: Plan, *arrays: Any) -> Any:
+        ctx.plan = plan
         ctx.save_for_backward(*arrays)
-        ctx.changes = options.pop("changes")
-        forward = {key: value for key, value in options.items() if key != "bounded"}
-        given, goal = _numpy(arrays, ctx.changes)
-        seen = simulator.rollout(given, check=False, goal=goal, **forward)
-        device = arrays[0].device
-        return tuple(torch.from_numpy(array).to(device) for array in seen)
+        return tuple(torch.from_numpy(array).to(arrays[0].device) for array in plan.run(_numpy(arrays)))
 
     @staticmethod
     @torch.autograd.function.once_differentiable
-    def backward(ctx: Any, x_bar: Any, v_bar: Any) -> Any:
+    def backward(ctx: Any, *bars: Any) -> Any:
         arrays = ctx.saved_tensors
-        bars = Trajectory(x_bar.detach().cpu().numpy(), v_bar.detach().cpu().numpy())
-        given, goal = _numpy(arrays, ctx.changes)
-        pulled = ctx.simulator.vjp(given, bars, check=False, goal=goal, **ctx.options)
-        gradient = pulled if goal is None else (*pulled[0], pulled[1])
         of_inputs = []
-        for g, array in zip(gradient, arrays):
+        for g, array in zip(ctx.plan.pull(_numpy(arrays), Trajectory(*_numpy(bars))), arrays):
             own = torch.from_numpy(g)
             # The gradient of a shared array is the sum over the robots.
-            shared = own.dim() > array.dim()
-            own = own.sum(0) if shared else own
+            own = own.sum(0) if own.dim() > array.dim() else own
             of_inputs.append(own.to(array) if array.requires_grad else None)
-        return (None, None, *of_inputs)
+        return (None, *of_inputs)
 
 
-def _numpy(arrays: Any, changes: Optional[list[int]]) -> tuple[Inputs, Optional[Goals]]:
-    """The inputs and the goals in the tensors of a rollout, as arrays."""
-    given = [array.detach().cpu().numpy() for array in arrays]
-    if changes is None:
-        return Inputs(*given), None
-    *inputs, points = given
-    return Inputs(*inputs), Goals(changes, points)
+def _numpy(arrays: Any) -> list[Any]:
+    return [array.detach().cpu().numpy() for array in arrays]
 
 
 def inputs(arrays: Inputs, requires_grad: bool = False) -> Inputs:
     """Converts the arrays to torch tensors."""
-    tensors = (torch.tensor(np.asarray(array)) for array in arrays)
-    return Inputs(*(tensor.requires_grad_(requires_grad) for tensor in tensors))
+    tensors = {name: torch.tensor(np.asarray(array)) for name, array in leaves(arrays).items()}
+    return tree({name: own.requires_grad_(requires_grad) for name, own in tensors.items()})
 
 
 def rollout(
@@ -86,22 +72,13 @@ def rollout(
     If a robot diverges, its later states and its gradient are NaN. For ``bounded`` see
     :meth:`cosmic.Simulator.vjp`.
     """
-    options = {
-        "observed": simulator.observed(steps, observed),
-        "first": first,
-        "bounded": bounded,
-        "changes": None,
-    }
-    given = [*map(torch.as_tensor, inputs)]
-    if goal is not None:
+    device = torch.as_tensor(inputs[0]).device
 
-        def numbers(point: Any) -> Any:
-            return torch.as_tensor(point, dtype=torch.float64, device=given[0].device)
+    def numbers(point: Any) -> Any:
+        return torch.as_tensor(point, dtype=torch.float64, device=device)
 
-        origin = simulator._core.goal_origin
-        options["changes"], points = as_goals(goal, origin, simulator.dt, numbers, torch)
-        given.append(points)
-    return Trajectory(*_Rollout.apply(simulator, options, *given))
+    plan, arrays = planned(simulator, inputs, steps, observed, first, bounded, goal, numbers, torch)
+    return Trajectory(*_Rollout.apply(plan, *map(torch.as_tensor, arrays)))
 
 
 def loss(

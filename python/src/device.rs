@@ -2,7 +2,8 @@
 
 use crate::arrays::{Number, flattened};
 use crate::asked::{Asked, surroundings_of};
-use crate::errors::{Error, refused};
+use crate::errors::{Error, InputError};
+use crate::work::OfProcess;
 use autodiff::Var;
 use cosmic::inputs::{ALL, Inputs};
 use cosmic::lattice::Body;
@@ -10,14 +11,12 @@ use cosmic::simulator::{Trajectory, Wanted};
 use cosmic::task::Task;
 use cosmic_gpu::{Batch, Gpu, Losses, Member, OnGpu, Refused};
 use pyo3::prelude::*;
-use std::process;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 /// A GPU with the programs that it has compiled.
 pub(crate) struct Device(OnGpu);
 
-/// The GPU, with the number of the process that opened it. A forked process must open it again.
-static OPENED: Mutex<Option<(u32, Arc<Device>)>> = Mutex::new(None);
+static OPENED: OfProcess<Device> = OfProcess::new();
 
 /// A robot's positions and velocities times their cotangents, as a loss.
 struct Pulled<'a, R> {
@@ -33,17 +32,11 @@ impl Device {
 
     /// Returns the GPU of this process.
     pub(crate) fn shared() -> PyResult<Arc<Self>> {
-        let mut opened = OPENED.lock().unwrap_or_else(PoisonError::into_inner);
-        let process = process::id();
-        if let Some((owner, device)) = &*opened
-            && *owner == process
-        {
-            return Ok(Arc::clone(device));
-        }
-        let gpu = Gpu::of_environment().map_err(|error| refused(error.to_string()))?;
-        let device = Arc::new(Self(OnGpu::new(gpu)));
-        *opened = Some((process, Arc::clone(&device)));
-        Ok(device)
+        OPENED.get(|| {
+            let gpu = Gpu::of_environment();
+            let gpu = gpu.map_err(|error| InputError::new_err(error.to_string()))?;
+            Ok(Self(OnGpu::new(gpu)))
+        })
     }
 
     /// The exception for work that the device cannot do.
@@ -81,22 +74,19 @@ impl Device {
         let losses = Pulled { task, asked, bars };
         let found = self.0.differentiated(&of, by, &losses)?.into_iter();
         let single = |gradient: Vec<f64>| gradient.into_iter().map(R::lit).collect();
-        Ok(found
-            .map(|found| {
-                let last = found.trajectory.states.last();
-                (
-                    last.is_some_and(|state| state.is_absurd()),
-                    single(found.gradient),
-                )
-            })
-            .collect())
+        let found = found.map(|found| {
+            let last = found.trajectory.states.last();
+            let is_absurd = last.is_some_and(|state| state.is_absurd());
+            (is_absurd, single(found.gradient))
+        });
+        Ok(found.collect())
     }
 }
 
 /// The requested robots as a population.
 fn batch<R: Number>(task: &Task, asked: &Asked<R>) -> Batch {
     let of = &asked.batch;
-    let robots = of.robots();
+    let robots = of.robots;
     let or_one = |is_shared: bool| 0..if is_shared { 1 } else { robots };
     let body = |robot| -> Body<f64> { asked.body(task, robot).map(Into::into) };
     let surroundings = |robot| surroundings_of(task, &of.components(robot)).map(Into::into);
@@ -147,14 +137,10 @@ impl<R: Number> Losses for Pulled<'_, R> {
     }
 
     fn loss(&self, robot: usize, walk: &Trajectory<Var<f64>>) -> Var<f64> {
-        let length = self.bars[0].len() / self.asked.batch.robots();
-        let [x_bars, v_bars] = self.bars.map(|bars| &bars[robot * length..][..length]);
-        let seen = flattened(std::slice::from_ref(walk));
-        let pairs = seen
-            .x
-            .iter()
-            .chain(&seen.v)
-            .zip(x_bars.iter().chain(v_bars));
-        pairs.map(|(&x, &bar)| x * Var::constant(bar.into())).sum()
+        let length = self.bars[0].len() / self.asked.batch.robots;
+        let bars = self.bars.map(|bars| &bars[robot * length..][..length]);
+        let pairs = flattened(std::slice::from_ref(walk)).concat().into_iter();
+        let pairs = pairs.zip(bars.concat());
+        pairs.map(|(x, bar)| x * Var::constant(bar.into())).sum()
     }
 }

@@ -1,156 +1,104 @@
 //! Robots whose activations come from Python instead of a controller.
 
-use crate::arrays::{Given, Sizes, array, flattened};
-use crate::asked::{Stop, in_groups, in_pool, whole};
-use crate::errors::{caught, raised, refused};
-use crate::memory::simulator_fits;
-use crate::scene::Scene;
-use crate::simulator::goal_origin;
-use cosmic::codesign::CoDesign;
-use cosmic::design::Design;
+use crate::arrays::{array, flattened};
+use crate::errors::{OutOfMemoryError, caught};
+use crate::simulator::Simulator;
+use crate::work::{each, group_size, in_pool, whole};
+use cosmic::design::{Design, Material};
 use cosmic::domain::draw_goals;
-use cosmic::geometry::{Ground, flat, from_flat};
+use cosmic::geometry::from_flat;
 use cosmic::lattice::{Body, State};
-use cosmic::policy::observation;
+use cosmic::policy::{Controller, frequency, observation};
 use cosmic::projection::Projection;
 use cosmic::random::{Purpose, stream};
-use cosmic::scene::{ControllerSettings, GoalsSettings, PhysicsSettings};
+use cosmic::record::{DesignFile, TrajectoryFile};
 use cosmic::simulator::{Span, Trajectory};
-use cosmic::task::Task;
-use numpy::PyArrayDyn;
+use cosmic_lab::report::{FRAME_WIDTH, RobotFiles};
+use numpy::{PyArrayDyn, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-/// A robot whose activations the caller supplies, without a controller.
+/// Robots of one design whose activations the caller supplies, without a controller.
 #[pyclass(frozen, module = "cosmic._core")]
 pub(crate) struct Driven {
+    simulator: Py<Simulator>,
+    materials: Vec<Material>,
     body: Body<f64>,
-    ground: Ground,
-    physics: PhysicsSettings,
-    settings: ControllerSettings,
-    task: Task,
-    goals: GoalsSettings,
-    rest: State<f64>,
-    sizes: Sizes,
-    actuators: Vec<usize>,
 }
 
 type Floats<'py> = Bound<'py, PyArrayDyn<f64>>;
 
-impl Driven {
-    /// Reads the states of several robots.
-    fn states(&self, x: &Bound<PyAny>, v: &Bound<PyAny>) -> PyResult<Vec<State<f64>>> {
-        let shape = [self.sizes.nodes, 2];
-        let [x, v] = [Given::<f64>::new("x", x)?, Given::<f64>::new("v", v)?];
-        let robots = x.batch(&shape)?;
-        if robots.is_none() || v.batch(&shape)? != robots {
-            return Err(refused(
-                "x, v: both must have the shape (robots, nodes, 2)".to_owned(),
-            ));
-        }
-        let length = 2 * self.sizes.nodes;
-        let pairs = x
-            .finite()?
-            .chunks_exact(length)
-            .zip(v.finite()?.chunks_exact(length));
-        let state = |(x, v): (&[f64], &[f64])| State {
-            x: from_flat(x),
-            v: from_flat(v),
-        };
-        Ok(pairs.map(state).collect())
-    }
+/// Reads the positions and velocities of robots.
+fn states(x: &PyReadonlyArray3<f64>, v: &PyReadonlyArray3<f64>) -> PyResult<Vec<State<f64>>> {
+    let length = 2 * x.shape()[1];
+    let x = x.as_slice()?.chunks_exact(length);
+    let pairs = x.zip(v.as_slice()?.chunks_exact(length));
+    let state = |(x, v): (&[f64], &[f64])| State {
+        x: from_flat(x),
+        v: from_flat(v),
+    };
+    Ok(pairs.map(state).collect())
 }
 
 #[pymethods]
 impl Driven {
-    /// Prepares a robot from its design vectors, of shape `(edges, 3)`.
+    /// Prepares robots from their design vectors, of shape `(edges, 3)`.
     #[new]
-    fn new(scene: &Scene, z: &Bound<PyAny>) -> PyResult<Self> {
-        simulator_fits(&scene.scene)?;
-        let codesign = caught(|| CoDesign::new(&scene.scene).map_err(raised))?;
-        let task = codesign.task();
-        let (scene, lattice) = (&scene.scene, &task.lattice);
-        let sizes = Sizes::of(lattice, &scene.controller);
-        let z = Given::<f64>::new("z", z)?;
-        if z.batch(&[sizes.edges, 3])?.is_some() {
-            return Err(refused(
-                "z: expected the design of one robot, of shape (edges, 3), found several"
-                    .to_owned(),
-            ));
-        }
-        let design = Design::of_vectors(z.finite()?.as_chunks().0.to_vec());
-        let body = task.body(&task.projected(Projection::Performance, &design));
-        let strains = |&edge: &usize| body.strain[edge] * body.stiffness[edge] != 0.0;
-        Ok(Self {
-            actuators: (0..sizes.edges).filter(strains).collect(),
-            ground: task.ground(),
-            physics: scene.physics.clone(),
-            settings: scene.controller.clone(),
-            task: task.clone(),
-            goals: scene.goals.clone(),
-            rest: lattice.state_at_rest(),
-            body,
-            sizes,
+    fn new(simulator: Py<Simulator>, z: PyReadonlyArray2<f64>) -> PyResult<Self> {
+        let z = z.as_slice()?.as_chunks().0.to_vec();
+        caught(|| {
+            let task = &simulator.get().task;
+            let materials = z.iter().map(Material::dominant).collect();
+            let design = Design::of_vectors(z);
+            let body = task.body(&task.projected(Projection::Performance, &design));
+            Ok(Self {
+                simulator,
+                materials,
+                body,
+            })
         })
     }
 
     /// The indices of the edges that respond to activations.
     #[getter]
     fn actuators(&self) -> Vec<usize> {
-        self.actuators.clone()
+        let body = &self.body;
+        let strains = |&edge: &usize| body.strain[edge] * body.stiffness[edge] != 0.0;
+        (0..body.strain.len()).filter(strains).collect()
     }
 
     /// The number of values in an observation.
     #[getter]
     fn inputs(&self) -> usize {
-        self.sizes.inputs
-    }
-
-    /// The length of a time step, in seconds.
-    #[getter]
-    fn dt(&self) -> f64 {
-        self.physics.dt
-    }
-
-    /// The number of steps of a whole rollout.
-    #[getter]
-    fn steps(&self) -> usize {
-        self.physics.steps
-    }
-
-    /// The positions of the nodes at rest, of shape `(nodes, 2)`.
-    #[getter]
-    fn rest<'py>(&self, py: Python<'py>) -> PyResult<Floats<'py>> {
-        array(py, flat(&self.rest.x), &[self.sizes.nodes, 2])
-    }
-
-    /// As [`Simulator::goal_origin`](crate::simulator::Simulator::goal_origin).
-    #[getter]
-    fn goal_origin(&self) -> Option<[f64; 2]> {
-        goal_origin(&self.task, &self.sizes)
+        let simulator = self.simulator.get();
+        let settings = &simulator.scene.controller;
+        settings.observation_length(simulator.sizes.nodes)
     }
 
     /// Draws a sequence of goals as the scene's `[goals]` say. The first one is ahead or behind with equal probability,
     /// if the settings allow both. Returns the numbers of steps at which goals change, and the goals, an array of
     /// shape `(goals, 2)`.
     fn draw_goals<'py>(&self, py: Python<'py>, seed: u64) -> PyResult<(Vec<usize>, Floats<'py>)> {
-        let (settings, ahead) = (&self.goals, seed.is_multiple_of(2));
+        let Simulator { scene, task, .. } = self.simulator.get();
+        let (settings, ahead) = (&scene.goals, seed.is_multiple_of(2));
         let goals = caught(|| {
             let mut stream = stream(seed, Purpose::Errands);
-            Ok(draw_goals(&self.task, settings, ahead, &mut stream))
+            Ok(draw_goals(task, settings, ahead, &mut stream))
         })?;
-        let points: Vec<f64> = goals.iter().flatten().collect();
-        let shape = [goals.later.len() + 1, 2];
+        let points = goals.iter().flatten().collect();
         let changes = goals.later.iter().map(|&(steps, _)| steps).collect();
+        let shape = [goals.later.len() + 1, 2];
         Ok((changes, array(py, points, &shape)?))
     }
 
     /// Returns the position along the ground of each robot's payload, or of the body that `objective.body` names, in
     /// metres.
-    fn along<'py>(&self, py: Python<'py>, x: &Bound<'py, PyAny>) -> PyResult<Floats<'py>> {
-        let states = self.states(x, x)?;
-        let place = |state| self.body.marker.place(&self.rest.x, state);
-        let along = states.iter().map(|state| self.ground.along(place(state)));
-        array(py, along.collect(), &[states.len()])
+    fn along(&self, x: PyReadonlyArray3<f64>) -> PyResult<Vec<f64>> {
+        let task = &self.simulator.get().task;
+        let (ground, rest) = (task.ground(), task.lattice.state_at_rest());
+        let states = states(&x, &x)?;
+        let place = |state| self.body.marker.place(&rest.x, state);
+        let along = states.iter().map(|state| ground.along(place(state)));
+        Ok(along.collect())
     }
 
     /// Simulates `steps` steps with constant activations, of shape `(robots, edges)`. `first` is the number of steps
@@ -159,78 +107,90 @@ impl Driven {
     fn advance<'py>(
         &self,
         py: Python<'py>,
-        activations: &Bound<'py, PyAny>,
-        x: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
+        activations: PyReadonlyArray2<f64>,
+        x: PyReadonlyArray3<f64>,
+        v: PyReadonlyArray3<f64>,
         first: usize,
         steps: usize,
     ) -> PyResult<(Floats<'py>, Floats<'py>, Vec<bool>)> {
-        let starts = self.states(x, v)?;
-        let robots = starts.len();
-        let held = Given::<f64>::new("activations", activations)?;
-        if held.batch(&[self.sizes.edges])? != Some(robots) {
-            return Err(refused(format!(
-                "activations: expected the shape ({robots}, edges)"
-            )));
-        }
-        let held: Vec<Vec<f64>> = held
-            .finite()?
-            .chunks_exact(self.sizes.edges)
-            .map(<[f64]>::to_vec)
-            .collect();
-        if steps == 0 || first.saturating_add(steps) > self.physics.steps {
-            let last = self.physics.steps;
-            return Err(refused(format!(
-                "cannot do {steps} steps after step {first}: expected 1 or more, up to the scene's last step {last}"
-            )));
-        }
+        let task = &self.simulator.get().task;
+        let (starts, robots) = (states(&x, &v)?, x.shape()[0]);
+        let held = activations.as_slice()?.chunks_exact(activations.shape()[1]);
+        let held: Vec<&[f64]> = held.collect();
         let span = Span {
             first,
             ..Span::from_start(vec![steps])
         };
-        let group = |robots: std::ops::Range<usize>| {
-            let held: Vec<&[f64]> = held[robots.clone()].iter().map(Vec::as_slice).collect();
-            (self.task.simulator).rollouts_held(&self.body, &held, &starts[robots], &span)
+        let work = |stop: &_| {
+            each(robots, group_size(robots, true), stop, |robots| {
+                let (held, starts) = (&held[robots.clone()], &starts[robots]);
+                (task.simulator).rollouts_held(&self.body, held, starts, &span)
+            })
         };
-        let work = |stop: &Stop| in_groups(robots, true, stop, group);
         let seen = caught(|| whole(in_pool(py, robots, work)?))?;
         let seen: Vec<Trajectory<f64>> = seen.into_iter().flatten().collect();
         let diverged = seen.iter().map(|seen| seen.states[0].is_absurd()).collect();
-        let seen = flattened(&seen);
-        let shape = [robots, self.sizes.nodes, 2];
-        Ok((
-            array(py, seen.x, &shape)?,
-            array(py, seen.v, &shape)?,
-            diverged,
-        ))
+        let [x, v] = flattened(&seen);
+        let shape = [robots, task.lattice.nodes(), 2];
+        Ok((array(py, x, &shape)?, array(py, v, &shape)?, diverged))
     }
 
     /// Returns the observation of each robot, as the paper defines it. `done` contains the number of steps that each
-    /// robot has done. `goals` has each robot's goal if goals are inputs of a rollout, shape `(robots, 2)`.
+    /// robot has done. `goals` has each robot's goal if goals are inputs of a rollout.
     fn observe<'py>(
         &self,
         py: Python<'py>,
-        x: &Bound<'py, PyAny>,
-        v: &Bound<'py, PyAny>,
+        x: PyReadonlyArray3<f64>,
+        v: PyReadonlyArray3<f64>,
         done: Vec<usize>,
         goals: Option<Vec<[f64; 2]>>,
     ) -> PyResult<Floats<'py>> {
-        let states = self.states(x, v)?;
-        let goals = goals.unwrap_or_else(|| vec![self.settings.goal; states.len()]);
-        if [done.len(), goals.len()] != [states.len(); 2] {
-            return Err(refused(format!(
-                "done, goals: expected {} numbers of steps and as many goals, one per robot",
-                states.len()
-            )));
-        }
-        let mut settings = self.settings.clone();
+        let Simulator { scene, task, .. } = self.simulator.get();
+        let mut settings = scene.controller.clone();
+        let (states, ground) = (states(&x, &v)?, task.ground());
+        let goals = goals.unwrap_or_else(|| vec![settings.goal; states.len()]);
         let robots = states.iter().zip(done).zip(goals);
         let seen = robots.flat_map(|((state, done), goal)| {
             settings.goal = goal;
             // A robot without a controller has a clock of the scene's frequency.
-            let phase = settings.omega * (done as f64 * self.physics.dt);
-            observation(&settings, phase, state, &self.body.presence, &self.ground)
+            let phase = settings.omega * (done as f64 * scene.physics.dt);
+            observation(&settings, phase, state, &self.body.presence, &ground)
         });
-        array(py, seen.collect(), &[states.len(), self.sizes.inputs])
+        array(py, seen.collect(), &[states.len(), self.inputs()])
+    }
+
+    /// Draws a robot in the last of the states `x`, which it has after these numbers of steps. Returns the picture, an
+    /// array of shape `(rows, columns, 3)`.
+    fn picture<'py>(
+        &self,
+        py: Python<'py>,
+        steps: Vec<usize>,
+        x: PyReadonlyArray3<f64>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<u8>>> {
+        let Simulator { scene, task, .. } = self.simulator.get();
+        let lattice = &task.lattice;
+        let layout = Design::Layout(self.materials.clone());
+        let controller = Controller::xavier(&scene.controller, lattice, 0);
+        let robot = RobotFiles {
+            scene: scene.clone(),
+            foreign: None,
+            lattice: lattice.clone(),
+            design: DesignFile::new(lattice, &layout, &self.materials, &controller),
+            omega: frequency(&scene.controller, &controller),
+        };
+        let trajectory = TrajectoryFile {
+            dt: scene.physics.dt,
+            steps,
+            // A picture shows no velocities.
+            states: states(&x, &x)?,
+            bars: Vec::new(),
+        };
+        let last = trajectory.states.len() - 1;
+        let draw = || cosmic_lab::report::frame(&robot, &trajectory, last);
+        let drawn = caught(|| Ok(py.detach(draw)))?;
+        let short = || OutOfMemoryError::new_err("there is not enough memory for the picture");
+        let drawn = drawn.ok_or_else(short)?;
+        let rows = drawn.len() / 3 / FRAME_WIDTH;
+        array(py, drawn, &[rows, FRAME_WIDTH, 3])
     }
 }

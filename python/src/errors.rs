@@ -57,9 +57,12 @@ pub(crate) fn in_python(says: String) -> String {
     Python::attach(translate).unwrap_or(says)
 }
 
-/// Returns an [`InputError`] with this message.
-pub(crate) fn refused(says: String) -> PyErr {
-    InputError::new_err(says)
+/// Runs work of the library without the interpreter's lock. Errors and panics become exceptions.
+pub(crate) fn unlocked<T: Send>(
+    py: Python,
+    work: impl FnOnce() -> cosmic::error::Result<T> + Send,
+) -> PyResult<T> {
+    caught(|| py.detach(work).map_err(raised))
 }
 
 /// Runs the body of a function that Python calls. A panic of the library becomes an exception.
@@ -73,7 +76,6 @@ pub(crate) fn panicked(panic: &(dyn Any + Send)) -> PyErr {
     let says = says.or(panic.downcast_ref::<&str>().copied());
     let says = says.unwrap_or("no message");
     InternalError::new_err(format!(
-        "bug in the library: {says}; please report it, together with the call that \
-         caused it"
+        "bug in the library: {says}; please report it, together with the call that caused it"
     ))
 }

@@ -1,22 +1,21 @@
 //! The extension module `cosmic._core`: the library behind the package `cosmic`.
 //!
 //! This module computes nothing itself. It passes arrays from Python to the library, which works without the
-//! interpreter's lock, and returns arrays. Code that needs no speed is written in Python, in `cosmic/*.py`.
+//! interpreter's lock, and returns arrays. Code that needs no speed is written in Python, in `cosmic/*.py`, which checks
+//! all arguments before they come here.
 
 mod errors;
+mod work;
 mod arrays;
-mod memory;
-mod pool;
 mod scene;
 mod asked;
 #[cfg_attr(not(feature = "gpu"), path = "no_device.rs")]
 mod device;
+mod rollouts;
 mod simulator;
 mod environment;
 mod loss;
-mod attended;
 mod optimise;
-mod rollouts;
 mod run;
 mod sweep;
 
@@ -28,9 +27,7 @@ mod _core {
     #[pymodule_export]
     use crate::optimise::{deliver_so_far, optimise, resume};
     #[pymodule_export]
-    use crate::pool::usual_threads;
-    #[pymodule_export]
-    use crate::run::{frame, load, player_page, report};
+    use crate::run::{load, player_page, report};
     #[pymodule_export]
     use crate::scene::{Scene, scenes};
     /// Whether this wheel has GPU support.
@@ -40,4 +37,6 @@ mod _core {
     use crate::simulator::Simulator;
     #[pymodule_export]
     use crate::sweep::{sweep_count, sweep_merge, sweep_run};
+    #[pymodule_export]
+    use crate::work::usual_threads;
 }

@@ -1,7 +1,7 @@
 //! In place of `device.rs` in a wheel without GPU support.
 
 use crate::asked::Asked;
-use crate::errors::refused;
+use crate::errors::InputError;
 use cosmic::simulator::Trajectory;
 use cosmic::task::Task;
 use pyo3::prelude::*;
@@ -15,8 +15,8 @@ impl Device {
     pub(crate) const IS_SUPPORTED: bool = false;
 
     pub(crate) fn shared() -> PyResult<Arc<Self>> {
-        Err(refused(
-            "device: \"gpu\": this package has no GPU support; install cosmic-codesign-gpu in its place".to_owned(),
+        Err(InputError::new_err(
+            "device: \"gpu\": this package has no GPU support; install cosmic-codesign-gpu in its place",
         ))
     }
 

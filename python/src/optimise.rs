@@ -1,18 +1,117 @@
 //! Does, resumes and delivers runs in folders.
 
-use crate::attended::{Listener, Watch, attended};
-use crate::errors::{caught, raised, refused};
+use crate::errors::{in_python, raised, unlocked};
 use crate::loss::{Failure, PythonLoss};
-use crate::memory::optimisation_fits;
 use crate::scene::Scene;
+use crate::work::attended;
 use cosmic::Registry;
-use cosmic::codesign::CoDesign;
-use cosmic::error::Result;
-use cosmic::record::{self, DesignFile, RunPlan};
+use cosmic::codesign::{CoDesign, Record};
+use cosmic::error::{Error, Result};
+use cosmic::parallel::pool;
+use cosmic::record::{self, DesignFile, Observer, Run, RunPlan};
+use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use std::num::NonZeroUsize;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::Sender;
+
+/// A message from a run to the calling thread.
+enum Event {
+    Iteration { last: usize, record: Box<Record> },
+    Warning(String),
+}
+
+/// Sends the progress of a run to the calling thread, and tells the run when to stop.
+pub(crate) struct Watch {
+    events: Sender<Event>,
+    stop: Arc<AtomicBool>,
+}
+
+impl Observer for Watch {
+    fn iteration(&mut self, run: &Run, record: &Record) -> ControlFlow<()> {
+        let (last, record) = (run.last_iteration(), Box::new(record.clone()));
+        // Sending fails only if the process is about to end.
+        _ = self.events.send(Event::Iteration { last, record });
+        match self.is_stopped() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    }
+
+    fn stop(&self) -> Option<Arc<AtomicBool>> {
+        Some(Arc::clone(&self.stop))
+    }
+
+    fn warning(&mut self, _: &Run, text: &str) {
+        _ = self.events.send(Event::Warning(text.to_owned()));
+    }
+}
+
+/// The Python functions to call during a run: `progress(iteration, last, numbers)` and `warning(text)`.
+#[derive(Default)]
+pub(crate) struct Listener<'py> {
+    progress: Option<Bound<'py, PyAny>>,
+    warning: Option<Bound<'py, PyAny>>,
+}
+
+impl Listener<'_> {
+    fn hear(&self, py: Python, event: Event) -> PyResult<()> {
+        match (event, &self.progress, &self.warning) {
+            (Event::Warning(text), _, Some(warning)) => warning.call1((in_python(text),)).map(drop),
+            (Event::Iteration { last, record }, Some(progress), _) => {
+                let numbers = PyDict::new(py);
+                numbers.set_item("phase", record.phase.name())?;
+                numbers.set_item("displacement", record.displacement)?;
+                numbers.set_item("V", record.volume)?;
+                numbers.set_item("V_act", record.actuator_volume)?;
+                progress.call1((record.iteration, last, numbers)).map(drop)
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Does a run on `threads` threads, by default one per core. Meanwhile, the current thread reports progress to the listener and handles signals.
+/// Returns `None` if a signal interrupted the run.
+pub(crate) fn attended_run<T: Send>(
+    py: Python,
+    threads: Option<NonZeroUsize>,
+    failure: &Failure,
+    listener: &Listener,
+    work: impl FnOnce(&mut Watch) -> Result<T> + Send,
+) -> PyResult<Option<T>> {
+    let stop = failure.stop();
+    let hear = |event| listener.hear(py, event);
+    let watched = |events| {
+        let stop = Arc::clone(&stop);
+        work(&mut Watch { events, stop })
+    };
+    let pool = pool(threads).map_err(raised)?;
+    let ended = attended(py, &pool, &stop, hear, watched);
+    if let Some(error) = failure.taken() {
+        return Err(error);
+    }
+    match ended? {
+        (Ok(done), None) => Ok(Some(done)),
+        // The run finished before it saw the request to stop.
+        (Ok(done), Some(error)) if is_interrupt(py, &error) => Ok(Some(done)),
+        (Err(Error::Interrupted { .. } | Error::Stopped { .. }), Some(error))
+            if is_interrupt(py, &error) =>
+        {
+            Ok(None)
+        }
+        (_, Some(error)) => Err(error),
+        (Err(error), None) => Err(raised(error)),
+    }
+}
+
+fn is_interrupt(py: Python, error: &PyErr) -> bool {
+    error.is_instance_of::<PyKeyboardInterrupt>(py)
+}
 
 /// Prepares the optimisation of a scene, with a Python loss if there is one.
 fn codesign(
@@ -26,46 +125,49 @@ fn codesign(
     }
 }
 
-/// Converts an error of the library to an exception. If the loss raised an exception, that one is returned, because it
-/// caused the error.
-fn or_failure<T>(failure: &Failure, result: Result<T>) -> PyResult<T> {
-    result.map_err(|error| failure.taken().unwrap_or_else(|| raised(error)))
+/// Prepares the optimisation of a run's scene with a Python loss. Returns `None` if there is no Python loss.
+fn own(folder: &Path, loss: Option<Py<PyAny>>, failure: &Failure) -> Result<Option<CoDesign>> {
+    let Some(loss) = loss else {
+        return Ok(None);
+    };
+    let scene = record::run::read_scene(folder, &Registry::default())?;
+    codesign(&scene, Some(loss), failure).map(Some)
+}
+
+/// Does work of the library that calls a loss. If the loss raised an exception, that one is returned, because it caused
+/// the error.
+fn with_loss<T: Send>(
+    py: Python,
+    failure: &Failure,
+    work: impl FnOnce() -> Result<T> + Send,
+) -> PyResult<T> {
+    unlocked(py, work).map_err(|error| failure.taken().unwrap_or(error))
 }
 
 /// Does a run in a new or empty folder. Returns true if a signal interrupted it.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the signature of Python")]
-pub(crate) fn optimise(
-    py: Python,
+pub(crate) fn optimise<'py>(
+    py: Python<'py>,
     scene: &Scene,
     name: String,
     seed: u64,
-    iterations: Option<usize>,
+    iterations: Option<NonZeroUsize>,
     folder: PathBuf,
     begin_with: Option<PathBuf>,
     loss: Option<Py<PyAny>>,
-    threads: usize,
-    progress: Option<Bound<PyAny>>,
-    warning: Bound<PyAny>,
+    threads: Option<NonZeroUsize>,
+    progress: Option<Bound<'py, PyAny>>,
+    warning: Bound<'py, PyAny>,
 ) -> PyResult<bool> {
-    let stop = Arc::default();
-    let failure = Failure::that_stops(&stop);
-    let iterations = iterations.map(|n| {
-        NonZeroUsize::new(n).ok_or_else(|| refused("iterations: expected 1 or more".to_owned()))
-    });
-    let iterations = iterations.transpose()?;
+    let failure = Failure::default();
     let given = scene.scene.clone();
-    let read = || -> Result<(RunPlan, Option<DesignFile>)> {
+    let prepare = || {
         let read =
             |path: &Path| DesignFile::read(path)?.in_order(&given, &path.display().to_string());
         let design = begin_with.as_deref().map(read).transpose()?;
         let from = design.as_ref().map(DesignFile::design);
         let plan = RunPlan::new(&name, given.clone(), seed).fitted(iterations, from.as_ref())?;
-        Ok((plan, design))
-    };
-    let (plan, design) = caught(|| py.detach(read).map_err(raised))?;
-    optimisation_fits(&plan.scene)?;
-    let begin = || {
         let codesign = codesign(&plan.scene, loss, &failure)?;
         let progress = match (&begin_with, &design) {
             (Some(path), Some(design)) => {
@@ -74,17 +176,15 @@ pub(crate) fn optimise(
             }
             _ => codesign.begin(plan.seed),
         }?;
-        Ok((codesign, progress))
+        Ok((plan, codesign, progress))
     };
-    let (codesign, start) = caught(|| or_failure(&failure, py.detach(begin)))?;
+    let (plan, codesign, start) = with_loss(py, &failure, prepare)?;
     for doubt in plan.scene.doubts() {
         warning.call1((doubt.to_string(),))?;
     }
-    let listener = Listener {
-        progress: progress.as_ref(),
-        warning: Some(&warning),
-    };
-    let ended = attended(py, threads, &failure, &listener, stop, move |watch| {
+    let warning = Some(warning);
+    let listener = Listener { progress, warning };
+    let ended = attended_run(py, threads, &failure, &listener, |watch| {
         record::optimise_with(&folder, &plan, codesign, start, watch)
     })?;
     Ok(ended.is_none())
@@ -93,33 +193,29 @@ pub(crate) fn optimise(
 /// Continues the run in a folder. With `allow_unstable` the run continues even if its time step is unstable. Returns
 /// true if a signal interrupted the run.
 #[pyfunction]
-pub(crate) fn resume(
-    py: Python,
+pub(crate) fn resume<'py>(
+    py: Python<'py>,
     folder: PathBuf,
     loss: Option<Py<PyAny>>,
     allow_unstable: bool,
-    threads: usize,
-    progress: Option<Bound<PyAny>>,
-    warning: Bound<PyAny>,
+    threads: Option<NonZeroUsize>,
+    progress: Option<Bound<'py, PyAny>>,
+    warning: Bound<'py, PyAny>,
 ) -> PyResult<bool> {
-    let stop = Arc::default();
-    let failure = Failure::that_stops(&stop);
-    if allow_unstable {
-        caught(|| {
-            py.detach(|| record::allow_unstable(&folder, &Registry::default()))
-                .map_err(raised)
-        })?;
-    }
-    let own = own(py, &folder, loss, &failure)?;
-    let listener = Listener {
-        progress: progress.as_ref(),
-        warning: Some(&warning),
+    let failure = Failure::default();
+    let prepare = || {
+        if allow_unstable {
+            record::allow_unstable(&folder, &Registry::default())?;
+        }
+        own(&folder, loss, &failure)
     };
-    let go_on = move |watch: &mut Watch| match own {
+    let own = with_loss(py, &failure, prepare)?;
+    let warning = Some(warning);
+    let listener = Listener { progress, warning };
+    let ended = attended_run(py, threads, &failure, &listener, |watch| match own {
         None => record::resume(&folder, &Registry::default(), watch),
         Some(codesign) => record::resume_with(&folder, codesign, watch),
-    };
-    let ended = attended(py, threads, &failure, &listener, stop, go_on)?;
+    })?;
     Ok(ended.is_none())
 }
 
@@ -132,27 +228,8 @@ pub(crate) fn deliver_so_far(
     loss: Option<Py<PyAny>>,
 ) -> PyResult<()> {
     let failure = Failure::default();
-    let own = own(py, &folder, loss, &failure)?;
-    let deliver = || record::deliver_so_far(&folder, &into, own, &Registry::default());
-    caught(|| or_failure(&failure, py.detach(deliver)).map(drop))
-}
-
-/// Prepares the optimisation of a run's scene with a Python loss. Returns `None` if there is no Python loss.
-fn own(
-    py: Python,
-    folder: &Path,
-    loss: Option<Py<PyAny>>,
-    failure: &Failure,
-) -> PyResult<Option<CoDesign>> {
-    if loss.is_none() {
-        return Ok(None);
-    }
-    let make = || {
-        codesign(
-            &record::run::read_scene(folder, &Registry::default())?,
-            loss,
-            failure,
-        )
-    };
-    caught(|| or_failure(failure, py.detach(make)).map(Some))
+    with_loss(py, &failure, || {
+        let own = own(&folder, loss, &failure)?;
+        record::deliver_so_far(&folder, &into, own, &Registry::default()).map(drop)
+    })
 }

@@ -1,11 +1,14 @@
 //! The class `Scene`.
 
-use crate::errors::{caught, raised, refused};
+use crate::arrays::Sizes;
+use crate::errors::{InputError, caught, raised};
 use cosmic::Registry;
+use cosmic::lattice::Lattice;
 use cosmic::record::RunPlan;
 use cosmic::record::snapshot::SavedScene;
 use cosmic::scene;
 use pyo3::prelude::*;
+use std::collections::HashMap;
 use std::path::PathBuf;
 
 /// A complete experiment: lattice, physics, schedule and every other setting.
@@ -58,20 +61,45 @@ impl Scene {
     /// method.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
         let plan = RunPlan::new(&self.name, self.scene.clone(), 0);
-        let text =
-            serde_json::to_string(&plan.saved()).map_err(|error| refused(error.to_string()))?;
+        let text = serde_json::to_string(&plan.saved()).map_err(unreadable)?;
         Ok((py.get_type::<Self>().getattr("restore")?, (text,)))
     }
 
     /// Reads the text that `__reduce__` made.
     #[staticmethod]
     fn restore(text: &str) -> PyResult<Self> {
-        let plan: RunPlan<SavedScene> =
-            serde_json::from_str(text).map_err(|error| refused(error.to_string()))?;
+        let plan: RunPlan<SavedScene> = serde_json::from_str(text).map_err(unreadable)?;
         let plan = plan.read(&Registry::default()).map_err(raised)?;
         Ok(Self {
             scene: plan.scene,
             name: plan.name,
+        })
+    }
+
+    /// The sizes that determine how much memory an optimisation or a rollout needs.
+    #[getter]
+    fn sizes(&self) -> PyResult<HashMap<&'static str, f64>> {
+        caught(|| {
+            let scene = &self.scene;
+            let sizes = Sizes::of(
+                &Lattice::new(&scene.lattice, &scene.physics),
+                &scene.controller,
+            );
+            let shapes = sizes.shapes().into_iter();
+            let numbers = shapes.map(|(_, shape)| shape.iter().map(|&n| n as f64).product::<f64>());
+            let horizon = scene.schedule.horizon.into_iter().max();
+            Ok(HashMap::from([
+                ("nodes", sizes.nodes as f64),
+                ("edges", sizes.edges as f64),
+                ("hidden", scene.controller.hidden as f64),
+                ("numbers", numbers.sum()),
+                ("steps", scene.physics.steps as f64),
+                ("horizon", horizon.unwrap_or(0) as f64),
+                (
+                    "budget",
+                    scene.gradient.memory.unwrap_or(f64::INFINITY) * 1e6,
+                ),
+            ]))
         })
     }
 
@@ -83,6 +111,10 @@ impl Scene {
             self.name, lattice.columns, lattice.rows
         )
     }
+}
+
+fn unreadable(error: serde_json::Error) -> PyErr {
+    InputError::new_err(error.to_string())
 }
 
 /// Returns the names of the built-in scenes, the default first.

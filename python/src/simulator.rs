@@ -1,10 +1,9 @@
-//! Computes rollouts and their derivatives.
+//! The class `Simulator`. Arrays from Python have an axis for robots in front.
 
-use crate::arrays::{NAMES, Seen, Sizes, array};
-use crate::asked::{Asked, Stop, in_pool, whole};
+use crate::arrays::{Sizes, array};
 use crate::device::Device;
-use crate::errors::{caught, raised, refused};
-use crate::memory::{simulator_fits, start_fits};
+use crate::errors::{caught, raised};
+use crate::rollouts::Pair;
 use crate::scene::Scene;
 use autodiff::CotangentBound;
 use cosmic::codesign::CoDesign;
@@ -14,7 +13,6 @@ use cosmic::simulator::Span;
 use cosmic::task::Task;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use std::time::Instant;
 
 /// Simulates robots on the lattice and in the world of a scene.
 #[pyclass(frozen, module = "cosmic._core")]
@@ -26,25 +24,17 @@ pub(crate) struct Simulator {
     pub(crate) on_gpu: bool,
 }
 
-/// The payload at the start, in the frame of goals, m; `None` if goals are not inputs of a rollout.
-pub(crate) fn goal_origin(task: &Task, sizes: &Sizes) -> Option<[f64; 2]> {
-    let (lattice, ground) = (&task.lattice, task.ground());
-    let origin = lattice.payload_point(&lattice.state_at_rest(), &ground);
-    sizes.changes.is_some().then_some(origin.array())
+/// The rollout that starts after `first` steps and is observed after `observed` further steps.
+fn span(observed: Vec<usize>, first: usize) -> Span {
+    Span {
+        first,
+        ..Span::from_start(observed)
+    }
 }
 
-/// True if the arrays are in single precision. The first array decides, because all have the same type. Goals may be
-/// an eighth array.
-fn is_single(arrays: &[Bound<PyAny>]) -> PyResult<bool> {
-    match arrays {
-        [first, ..] if [7, 8].contains(&arrays.len()) => {
-            Ok(first.cast::<PyArrayDyn<f32>>().is_ok())
-        }
-        _ => Err(refused(format!(
-            "expected the {} arrays of Inputs",
-            NAMES.len()
-        ))),
-    }
+/// True if the arrays are in single precision. All of them have the same type.
+fn is_single(arrays: &[Bound<PyAny>]) -> bool {
+    arrays[0].cast::<PyArrayDyn<f32>>().is_ok()
 }
 
 #[pymethods]
@@ -56,24 +46,20 @@ impl Simulator {
             if on_gpu {
                 Device::shared()?;
             }
-            simulator_fits(&scene.scene)?;
-            let mut scene = scene.scene.clone();
-            // The arrays of a controller do not contain a tempo.
-            scene.controller.clock = scene::ClockKind::Fixed;
+            let scene = scene.scene.clone();
             let codesign = CoDesign::new(&scene).map_err(raised)?;
             let task = codesign.task().clone();
-            let sizes = Sizes::of(&task.lattice, &scene.controller);
             Ok(Self {
+                sizes: Sizes::of(&task.lattice, &scene.controller),
                 scene,
                 task,
-                sizes,
                 on_gpu,
             })
         })
     }
 
     /// Returns a simulator for rollouts in which the goal changes after these numbers of steps, which ascend. The goals
-    /// are an eighth array, of shape `(goals, 2)`: along the ground and normal to it, m.
+    /// are one more array, of shape `(robots, goals, 2)`: along the ground and normal to it, m.
     fn with_changes(&self, changes: Vec<usize>) -> PyResult<Self> {
         caught(|| {
             let mut sizes = self.sizes.clone();
@@ -92,7 +78,9 @@ impl Simulator {
     /// metres. `None` if goals are not inputs of a rollout.
     #[getter]
     fn goal_origin(&self) -> Option<[f64; 2]> {
-        goal_origin(&self.task, &self.sizes)
+        let (lattice, ground) = (&self.task.lattice, self.task.ground());
+        let origin = lattice.payload_point(&lattice.state_at_rest(), &ground);
+        self.sizes.changes.is_some().then_some(origin.array())
     }
 
     /// The length of a time step, in seconds.
@@ -107,31 +95,24 @@ impl Simulator {
         self.scene.physics.steps
     }
 
-    /// The names of the arrays of `Inputs`, each with its shape.
+    /// The names of the arrays of a robot, each with its shape.
     #[getter]
     fn shapes(&self) -> Vec<(&'static str, Vec<usize>)> {
-        NAMES.into_iter().zip(self.sizes.shapes()).collect()
+        self.sizes.shapes()
     }
 
     /// The nodes `[i, j]` of every edge, of shape `(edges, 2)`.
     #[getter]
     fn edges<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<i64>>> {
         let ends = self.task.lattice.edges.as_flattened().iter();
-        array(
-            py,
-            ends.map(|&node| node as i64).collect(),
-            &[self.sizes.edges, 2],
-        )
+        let ends = ends.map(|&node| node as i64).collect();
+        array(py, ends, &[self.sizes.edges, 2])
     }
 
     /// The rest length of every edge, in metres.
     #[getter]
-    fn rest_length<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        array(
-            py,
-            self.task.lattice.rest_length.clone(),
-            &[self.sizes.edges],
-        )
+    fn rest_length(&self) -> Vec<f64> {
+        self.task.lattice.rest_length.clone()
     }
 
     /// The unit vector along the ground, in which distances are measured.
@@ -140,28 +121,15 @@ impl Simulator {
         self.task.ground().tangent().array()
     }
 
-    /// Returns the seven arrays with which an optimisation with this seed starts.
-    fn initial<'py>(
-        &self,
-        py: Python<'py>,
-        seed: u64,
-    ) -> PyResult<Vec<Bound<'py, PyArrayDyn<f64>>>> {
+    /// Returns all numbers of the robot with which an optimisation with this seed starts.
+    fn initial<'py>(&self, py: Python<'py>, seed: u64) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         caught(|| {
-            start_fits(&self.scene, &self.sizes, 3.0)?;
             let codesign = CoDesign::new(&self.scene).map_err(raised)?;
             let progress = codesign.begin(seed).map_err(raised)?;
-            let inputs = codesign.evaluator().inputs(&progress).get(ALL);
-            let arrays = self.sizes.split(&inputs).into_iter();
-            let arrays = arrays.zip(self.sizes.shapes());
-            arrays
-                .map(|(numbers, shape)| array(py, numbers, &shape))
-                .collect()
+            let numbers = codesign.evaluator().inputs(&progress).get(ALL);
+            let shape = [1, numbers.len()];
+            array(py, numbers, &shape)
         })
-    }
-
-    /// Raises an exception if the scene has no rollout with these observed steps.
-    fn check_span(&self, observed: Vec<usize>, first: usize) -> PyResult<()> {
-        self.span(observed, first).map(drop)
     }
 
     /// Returns positions and velocities after each of the observed steps. `first` is the number of steps before the
@@ -174,40 +142,15 @@ impl Simulator {
         first: usize,
         projection: &str,
         check: bool,
-    ) -> PyResult<Seen<'py>> {
-        caught(|| {
-            let span = self.span(observed, first)?;
-            if is_single(&arrays)? {
-                self.rollout_in::<f32>(py, &arrays, span, projection, check)
-            } else {
-                self.rollout_in::<f64>(py, &arrays, span, projection, check)
-            }
+    ) -> PyResult<Pair<'py>> {
+        let span = span(observed, first);
+        caught(|| match is_single(&arrays) {
+            true => self.rollout_in::<f32>(py, &arrays, span, projection, check),
+            false => self.rollout_in::<f64>(py, &arrays, span, projection, check),
         })
     }
 
-    /// Returns the time in seconds that the library takes for the rollouts, without the conversion from and to Python:
-    /// the minimum of `rounds` rounds. `benches/overhead.py` compares it with the time of a call.
-    fn library_seconds<'py>(
-        &self,
-        py: Python<'py>,
-        arrays: Vec<Bound<'py, PyAny>>,
-        observed: Vec<usize>,
-        rounds: usize,
-    ) -> PyResult<f64> {
-        let span = self.span(observed, 0)?;
-        let asked = Asked::<f64>::new(&self.sizes, &arrays, span, "auto")?;
-        let work = |_: &Stop| {
-            let seconds = (0..rounds).map(|_| {
-                let began = Instant::now();
-                std::hint::black_box(asked.rollouts(&self.task));
-                began.elapsed().as_secs_f64()
-            });
-            seconds.fold(f64::INFINITY, f64::min)
-        };
-        caught(|| whole(in_pool(py, asked.batch.robots(), work)?))
-    }
-
-    /// Returns the cotangents of the seven arrays, given the cotangents of positions and velocities.
+    /// Returns the cotangents of the arrays, given the cotangents of positions and velocities: a row per robot.
     #[expect(clippy::too_many_arguments, reason = "the signature of Python")]
     fn vjp<'py>(
         &self,
@@ -220,25 +163,21 @@ impl Simulator {
         projection: &str,
         bounded: bool,
         check: bool,
-    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let gradient = &self.scene.gradient;
+    ) -> PyResult<Bound<'py, PyAny>> {
         let every = scene::GradientSettings::COTANGENT_EVERY;
-        let bound = gradient.cotangent_bound.filter(|_| bounded);
+        let bound = self.scene.gradient.cotangent_bound.filter(|_| bounded);
+        let span = Span {
+            cotangent_bound: bound.map(|norm| CotangentBound { norm, every }),
+            ..span(observed, first)
+        };
         let bars = [x_bar, v_bar];
-        caught(|| {
-            let span = Span {
-                cotangent_bound: bound.map(|norm| CotangentBound { norm, every }),
-                ..self.span(observed, first)?
-            };
-            if is_single(&arrays)? {
-                self.vjp_in::<f32>(py, &arrays, bars, span, projection, check)
-            } else {
-                self.vjp_in::<f64>(py, &arrays, bars, span, projection, check)
-            }
+        caught(|| match is_single(&arrays) {
+            true => self.vjp_in::<f32>(py, &arrays, bars, span, projection, check),
+            false => self.vjp_in::<f64>(py, &arrays, bars, span, projection, check),
         })
     }
 
-    /// Returns positions and velocities, and the tangents of both, given the tangents of the seven arrays.
+    /// Returns positions and velocities, and the tangents of both, given the tangents of the arrays: a row per robot.
     #[expect(clippy::too_many_arguments, reason = "the signature of Python")]
     fn jvp<'py>(
         &self,
@@ -249,15 +188,11 @@ impl Simulator {
         first: usize,
         projection: &str,
         check: bool,
-    ) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        caught(|| {
-            let span = self.span(observed, first)?;
-            let is_single = [is_single(&arrays)?, is_single(&tangents)?] == [true, true];
-            if is_single {
-                self.jvp_in::<f32>(py, &arrays, &tangents, span, projection, check)
-            } else {
-                self.jvp_in::<f64>(py, &arrays, &tangents, span, projection, check)
-            }
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let span = span(observed, first);
+        caught(|| match is_single(&arrays) {
+            true => self.jvp_in::<f32>(py, &arrays, &tangents, span, projection, check),
+            false => self.jvp_in::<f64>(py, &arrays, &tangents, span, projection, check),
         })
     }
 }

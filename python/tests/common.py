@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import cosmic
 import numpy as np
+from cosmic._simulator import leaves, tree
 
 #: A robot of 9 nodes that begins to walk: an optimisation takes a fifth of a second.
 SCENE: dict[str, Any] = {
@@ -33,6 +35,8 @@ GOALS: dict[str, Any] = {
     "controller": {"hidden": 6, "clock": "fixed", "goal": [2.0, 0.1], "goal_scale": 3.0},
     "goals": {"along": [-1.5, 1.5], "apart": 0.75},
 }
+#: The names of the arrays of robots whose policy is the network `mlp`.
+NAMES = ("z", "w1", "b1", "w2", "b2", "x0", "v0")
 #: The files of a run that contain no wall time.
 EXACT = ["design.json", "trajectory.json"]
 
@@ -49,22 +53,26 @@ def why_no_gpu() -> str | None:
 def robot(sim: cosmic.Simulator, seed: int, height: float = 0.0) -> cosmic.Inputs:
     """A robot that differs from all others in every number, lifted off the ground."""
     random = np.random.default_rng(seed)
-    first = sim.initial(seed)
+    first = leaves(sim.initial(seed))
     drawn = {name: 0.1 * random.normal(size=shape) for name, shape in sim.shapes.items()}
-    return cosmic.Inputs(
-        z=first.z + drawn["z"],
-        w1=first.w1,
-        b1=drawn["b1"],
-        w2=first.w2,
-        b2=drawn["b2"],
-        x0=first.x0 + [0.0, height] + 0.03 * drawn["x0"],
-        v0=drawn["v0"],
-    )
+    drawn["z"] += first["z"]
+    drawn["x0"] = first["x0"] + [0.0, height] + 0.03 * drawn["x0"]
+    return tree({name: first[name] if name.startswith("w") else drawn[name] for name in first})
 
 
 def airborne(sim: cosmic.Simulator, seed: int = 0) -> cosmic.Inputs:
     """A robot so high that it never touches the ground, so its rollout has no kinks."""
     return robot(sim, seed, height=1.0)
+
+
+def mapped(of: Callable[[Any], Any], inputs: cosmic.Inputs) -> cosmic.Inputs:
+    """Applies a function to every array of a robot."""
+    return tree({name: of(array) for name, array in leaves(inputs).items()})
+
+
+def changed(inputs: cosmic.Inputs, **arrays: Any) -> cosmic.Inputs:
+    """A robot with other arrays of these names."""
+    return tree({**leaves(inputs), **arrays})
 
 
 def like(arrays: Any, seed: int) -> list[np.ndarray]:
@@ -73,27 +81,47 @@ def like(arrays: Any, seed: int) -> list[np.ndarray]:
     return [random.normal(size=np.shape(array)) for array in arrays]
 
 
+def like_robot(inputs: cosmic.Inputs, seed: int) -> cosmic.Inputs:
+    """Random numbers in the shapes of a robot's arrays."""
+    named = leaves(inputs)
+    return tree(dict(zip(named, like(named.values(), seed))))
+
+
+def is_shared(name: str, shared: tuple[str, ...]) -> bool:
+    """True if `shared` names this array, perhaps as a block of the controller."""
+    return name in shared or "controller" in shared and name not in ("z", "x0", "v0")
+
+
 def stacked(robots: list[cosmic.Inputs], shared: tuple[str, ...] = ()) -> cosmic.Inputs:
     """Makes one batch of robots. The arrays named in ``shared`` come from the first robot."""
-    return cosmic.Inputs(
-        *(
-            arrays[0] if name in shared else np.stack(arrays)
-            for name, arrays in zip(cosmic.Inputs._fields, zip(*robots))
-        )
+    named = [leaves(robot) for robot in robots]
+    return tree(
+        {
+            name: array if is_shared(name, shared) else np.stack([robot[name] for robot in named])
+            for name, array in named[0].items()
+        }
     )
 
 
 def one_of(batch: cosmic.Inputs, k: int, shared: tuple[str, ...] = ()) -> cosmic.Inputs:
     """Robot ``k`` of a batch."""
-    pairs = zip(cosmic.Inputs._fields, batch)
-    return cosmic.Inputs(*(array if name in shared else array[k] for name, array in pairs))
+    named = leaves(batch).items()
+    return tree({name: array if is_shared(name, shared) else array[k] for name, array in named})
+
+
+def pairs(a: Any, b: Any) -> list[tuple[Any, Any]]:
+    """The arrays of two robots or of two lists, pair by pair."""
+    if isinstance(a, cosmic.Inputs):
+        first, second = leaves(a), leaves(b)
+        assert first.keys() == second.keys()
+        return [(array, second[name]) for name, array in first.items()]
+    return list(zip(a, b, strict=True))
 
 
 def same(a: Any, b: Any) -> bool:
     """True if the arrays are bit-identical, pair by pair."""
-    pairs = list(zip(a, b, strict=True))
     return all(
-        np.asarray(x).dtype == np.asarray(y).dtype and np.array_equal(x, y) for x, y in pairs
+        np.asarray(x).dtype == np.asarray(y).dtype and np.array_equal(x, y) for x, y in pairs(a, b)
     )
 
 

@@ -5,28 +5,27 @@ from __future__ import annotations
 import cosmic
 import numpy as np
 import pytest
-from common import airborne, like, one_of, robot, same, stacked
+from common import NAMES, airborne, changed, like, like_robot, mapped, one_of, pairs, robot, same, stacked
+from cosmic._simulator import leaves
 
 SPAN = (48, 16)
-NAMES = cosmic.Inputs._fields
 
 
 def pairing(a: cosmic.Inputs | cosmic.Trajectory, b: cosmic.Inputs | cosmic.Trajectory) -> float:
     """The inner product of two trees of arrays."""
-    return float(sum(np.sum(x * y) for x, y in zip(a, b, strict=True)))
+    return float(sum(np.sum(x * y) for x, y in pairs(a, b)))
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_gradient_agrees_with_differences(sim: cosmic.Simulator, name: str) -> None:
     inputs = airborne(sim)
     bars = cosmic.Trajectory(*like(sim.rollout(inputs, *SPAN), 1))
-    gradient = getattr(sim.vjp(inputs, bars, *SPAN), name)
-    array = getattr(inputs, name)
+    gradient, array = leaves(sim.vjp(inputs, bars, *SPAN))[name], leaves(inputs)[name]
     (direction,) = like([array], 2)
     h = 1e-6
 
     def shifted(step: float) -> float:
-        moved = inputs._replace(**{name: array + step * direction})
+        moved = changed(inputs, **{name: array + step * direction})
         return pairing(sim.rollout(moved, *SPAN), bars)
 
     difference = (shifted(h) - shifted(-h)) / (2.0 * h)
@@ -40,7 +39,7 @@ def test_the_gradient_agrees_with_differences(sim: cosmic.Simulator, name: str) 
 @pytest.mark.parametrize("height", [0.0, 1.0], ids=["on the ground", "above it"])
 def test_vjp_and_jvp_agree(sim: cosmic.Simulator, height: float) -> None:
     inputs = robot(sim, 0, height)
-    tangents = cosmic.Inputs(*like(inputs, 1))
+    tangents = like_robot(inputs, 1)
     seen, along = sim.jvp(inputs, tangents, *SPAN)
     bars = cosmic.Trajectory(*like(seen, 2))
     gradient = sim.vjp(inputs, bars, *SPAN)
@@ -50,27 +49,27 @@ def test_vjp_and_jvp_agree(sim: cosmic.Simulator, height: float) -> None:
     np.testing.assert_allclose(seen.x, sim.rollout(inputs, *SPAN).x, atol=1e-12)
 
 
-@pytest.mark.parametrize("shared", [(), ("w1", "b1", "w2", "b2", "x0", "v0"), ("z",)])
+@pytest.mark.parametrize("shared", [(), ("controller", "x0", "v0"), ("z",)])
 def test_products_of_a_batch_equal_those_of_its_robots(
     sim: cosmic.Simulator, shared: tuple[str, ...]
 ) -> None:
     batch = stacked([robot(sim, seed) for seed in range(5)], shared)
     bars = cosmic.Trajectory(*like(sim.rollout(batch, *SPAN), 1))
     gradient = sim.vjp(batch, bars, *SPAN)
-    assert {name: array.shape[1:] for name, array in gradient._asdict().items()} == sim.shapes
-    tangents = cosmic.Inputs(*like(batch, 2))
+    assert {name: array.shape[1:] for name, array in leaves(gradient).items()} == sim.shapes
+    tangents = like_robot(batch, 2)
     _, along = sim.jvp(batch, tangents, *SPAN)
     for k in range(5):
         alone = one_of(batch, k, shared)
         bar = cosmic.Trajectory(bars.x[k], bars.v[k])
-        assert same(sim.vjp(alone, bar, *SPAN), [array[k] for array in gradient])
+        assert same(sim.vjp(alone, bar, *SPAN), one_of(gradient, k))
         _, slope = sim.jvp(alone, one_of(tangents, k, shared), *SPAN)
         assert same(slope, (along.x[k], along.v[k]))
 
 
 def test_tangents_may_be_shared(sim: cosmic.Simulator) -> None:
     robots = [robot(sim, seed) for seed in range(3)]
-    tangents = cosmic.Inputs(*like(robots[0], 1))
+    tangents = like_robot(robots[0], 1)
     _, along = sim.jvp(stacked(robots), tangents, *SPAN)
     for k, alone in enumerate(robots):
         assert same(sim.jvp(alone, tangents, *SPAN)[1], (along.x[k], along.v[k]))
@@ -78,7 +77,7 @@ def test_tangents_may_be_shared(sim: cosmic.Simulator) -> None:
 
 def test_derivatives_can_begin_at_a_later_step(sim: cosmic.Simulator) -> None:
     inputs = airborne(sim)
-    tangents = cosmic.Inputs(*like(inputs, 1))
+    tangents = like_robot(inputs, 1)
     _, along = sim.jvp(inputs, tangents, *SPAN, first=50)
     bars = cosmic.Trajectory(*like(along, 2))
     gradient = sim.vjp(inputs, bars, *SPAN, first=50)
@@ -117,18 +116,19 @@ def test_nodes_without_a_bar_have_the_same_derivatives_in_every_mode(
     bars = cosmic.Trajectory(*like(seen, 1))
     gradient = sim.vjp(inputs, bars, *SPAN)
     for name in NAMES:
-        zero = cosmic.Inputs(*(np.zeros_like(array) for array in inputs))
-        (direction,) = like([getattr(inputs, name)], 2)
-        states, along = sim.jvp(inputs, zero._replace(**{name: direction}), *SPAN)
+        array = leaves(inputs)[name]
+        (direction,) = like([array], 2)
+        zero = mapped(np.zeros_like, inputs)
+        states, along = sim.jvp(inputs, changed(zero, **{name: direction}), *SPAN)
         # `jvp` sums in another order than `rollout`.
         np.testing.assert_allclose(states.x, seen.x, atol=1e-12)
-        slope = float(np.sum(getattr(gradient, name) * direction))
+        slope = float(np.sum(leaves(gradient)[name] * direction))
         # Both are exact up to rounding, which grows over the 48 steps.
         assert pairing(along, bars) == pytest.approx(slope, rel=1e-9, abs=1e-12), name
 
         def shifted(step: float) -> float:
-            moved = getattr(inputs, name) + step * direction
-            return pairing(sim.rollout(inputs._replace(**{name: moved}), *SPAN), bars)
+            moved = changed(inputs, **{name: array + step * direction})
+            return pairing(sim.rollout(moved, *SPAN), bars)
 
         if (name, integrator) == ("z", "implicit"):
             # Implicit steps count negative slopes as 0, so a void bar's stiffness of 0 is a kink.

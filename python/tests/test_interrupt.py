@@ -35,7 +35,7 @@ print(json.dumps([run.summary["iterations"], text, files, moved]))
 """
 
 #: Enough iterations that the signal arrives before the run ends.
-LONG = {**SCENE, "schedule": {**SCENE["schedule"], "iterations": 800}}
+LONG = {**SCENE, "schedule": {**SCENE["schedule"], "iterations": 400}}
 #: The same as the text of a scene file.
 LONG_TEXT = cosmic.as_scene(LONG).to_toml()
 
@@ -59,7 +59,7 @@ def interrupted(out: Path | str) -> tuple[int, str]:
 def test_an_interrupted_run_is_returned_and_can_be_resumed(tmp_path: Path) -> None:
     out = tmp_path / "run"
     iterations, warning = interrupted(out)
-    assert 3 <= iterations < 800
+    assert 3 <= iterations < 400
     assert f"after iteration {iterations}:" in warning and f"cosmic.resume('{out}')" in warning
     with pytest.raises(cosmic.FileError):
         cosmic.load(out)
@@ -69,7 +69,7 @@ def test_an_interrupted_run_is_returned_and_can_be_resumed(tmp_path: Path) -> No
 
 def test_a_run_without_a_folder_is_returned_as_well() -> None:
     iterations, warning = interrupted("")
-    assert 3 <= iterations < 800
+    assert 3 <= iterations < 400
     assert warning.endswith("the robot of that iteration")
 
 

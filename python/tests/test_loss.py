@@ -101,6 +101,10 @@ UNEVEN = {**SCENE, "schedule": {**SCENE["schedule"], "horizon": [130, 251]}}
 def test_the_last_step_is_always_observed(observed: Any, of_100: list[int]) -> None:
     loss = cosmic.Loss(final, observed, is_far=True)
     assert loss.observed(100) == of_100
+
+
+def test_horizons_need_not_be_multiples_of_an_interval() -> None:
+    loss = cosmic.Loss(final, 32, is_far=True)
     made = cosmic.optimize(UNEVEN, SEED, loss=loss, iterations=20, progress=False)
     assert made.summary["iterations"] == 20
 

@@ -91,7 +91,8 @@ fn a_crate_outside_of_the_workspace_has_a_law_of_its_own() {
     }
 }
 
-/// The dependencies of both READMEs work as they are pasted: the packages are at their paths, and the features exist.
+/// The dependencies of both READMEs work as they are pasted: the packages are at their paths, and the features exist. The
+/// settings for building them are those of the workspace.
 #[test]
 fn the_dependencies_of_the_readmes_resolve() {
     let repository = cosmic_tests::workspace().canonicalize().unwrap();
@@ -99,6 +100,12 @@ fn the_dependencies_of_the_readmes_resolve() {
         let text = fs::read_to_string(repository.join(readme)).unwrap();
         let block = text.split("```toml\n").nth(1).expect("a block of TOML");
         let block = block.split("```").next().expect("its end");
+        if let Some((_, profile)) = block.split_once("[profile.release]") {
+            let of_workspace = fs::read_to_string(repository.join("Cargo.toml")).unwrap();
+            for line in profile.lines() {
+                assert!(of_workspace.contains(line), "{readme}: {line}");
+            }
+        }
         // The reader's clone is beside the reader's crate.
         let block = block.replace("../cosmic/", &format!("{}/", repository.display()));
         let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(readme.replace('/', "_"));

@@ -2,13 +2,13 @@
 
 use crate::arguments::{Work, seed};
 use crate::output::{answer, in_colour, note};
-use crate::runs;
 use crate::source::{Source, SourceArguments};
 use clap::Args;
 use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::error::{Error, Result};
 use cosmic::numbers::rounded;
+use cosmic::parallel::pool;
 use cosmic::record::files::make_folder;
 use cosmic_lab::check::accuracy::Method;
 use cosmic_lab::check::{accuracy, distance, gradient, plan, stability};
@@ -57,7 +57,7 @@ impl Arguments {
         if let Some(folder) = &self.out {
             make_folder(folder)?;
         }
-        let pool = runs::pool(self.work.threads)?;
+        let pool = pool(self.work.threads)?;
         let sheet = pool.install(|| self.sheet(&source))?;
         let text = sheet.to_text(in_colour);
         answer(&self.work.output, &sheet.to_json(), &text)?;

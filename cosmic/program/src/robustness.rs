@@ -2,10 +2,10 @@
 
 use crate::arguments::{Settings, Work, number, seed, whole};
 use crate::output::answer;
-use crate::runs;
 use clap::Args;
 use cosmic::Registry;
 use cosmic::error::{Error, Result};
+use cosmic::parallel::pool;
 use cosmic::scene::{RobustSettings, Scatter};
 use cosmic::simulator::Divergence;
 use cosmic_lab::robustness::{DrawnDomains, measure};
@@ -79,7 +79,7 @@ impl Arguments {
             settings: self.settings.set.clone(),
             registry: registry.clone(),
         };
-        let pool = runs::pool(self.work.threads)?;
+        let pool = pool(self.work.threads)?;
         let found = pool.install(|| measure(&self.runs, &domains))?;
         if let Some(path) = &self.out {
             found.write(path)?;

@@ -9,6 +9,7 @@ use cosmic::design::MOST_RANKED;
 use cosmic::error::{Error, Result, in_shell};
 use cosmic::keys::Keyed;
 use cosmic::numbers::{counted, fixed, short};
+use cosmic::parallel::pool;
 use cosmic::record::run::read_scene;
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::summary::SUMMARY;
@@ -17,10 +18,8 @@ use cosmic::scene::{Scene, SkeletonPart};
 use cosmic::simulator::Energy;
 use cosmic::verdict::Verdict;
 use cosmic_lab::report::verdict_of;
-use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::fs;
 use std::io::ErrorKind;
-use std::num::NonZeroUsize;
 use std::path::Path;
 
 /// The built-in scene of robots that consist of parts.
@@ -68,18 +67,6 @@ pub(super) fn carry_out(
 fn is_full(error: &Error) -> bool {
     use ErrorKind::{QuotaExceeded, StorageFull};
     matches!(error, Error::Write { source, .. } if matches!(source.kind(), StorageFull | QuotaExceeded))
-}
-
-/// Makes a pool of threads; by default one thread per core.
-pub(super) fn pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool> {
-    // For rayon, 0 means one thread per core.
-    let threads = threads.map_or(0, NonZeroUsize::get);
-    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|error| {
-        Error::Usage(format!(
-            "cannot start {threads} threads: {error}; choose fewer with --threads"
-        ))
-    })
 }
 
 fn show(folder: &Path, summary: &Summary, registry: &Registry, output: &Output) -> Result<()> {

@@ -7,6 +7,7 @@ use crate::progress::{Many, Progress, title, told};
 use clap::{Args, Subcommand};
 use cosmic::Registry;
 use cosmic::error::Result;
+use cosmic::parallel::pool;
 use cosmic::scene::BUILTIN;
 use cosmic_lab::sweep::{self, Overrides, Sweep};
 use serde_json::json;
@@ -113,7 +114,7 @@ impl Run {
 }
 
 fn one(sweep: &Sweep, index: usize, interrupt: Interrupt, work: &Work) -> Result<()> {
-    let pool = crate::runs::pool(work.threads)?;
+    let pool = pool(work.threads)?;
     let mut progress = Progress::new(&work.output, interrupt, Vec::new());
     let outcome = pool.install(|| sweep.run_one(index, &mut progress));
     drop(progress);

@@ -1,0 +1,74 @@
+"""Rollouts for other packages, as functions of a list of arrays: those of the robot, and the goals if they are given."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Optional
+
+from ._goal import Goal, Goals, as_goals
+from ._simulator import Array, Inputs, Observed, Simulator, Trajectory, leaves, tree
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A simulator, the steps that are observed, and how. Equal rollouts have equal plans, so that JAX reuses compiled
+    functions."""
+
+    simulator: Simulator
+    observed: tuple[int, ...]
+    first: int
+    bounded: bool
+    changes: Optional[tuple[int, ...]]
+    """The numbers of steps at which goals change, or None if there are no goals."""
+
+    @property
+    def states(self) -> tuple[int, ...]:
+        """The shape of the positions of one robot."""
+        return (len(self.observed), *self.simulator.shapes["x0"])
+
+    @property
+    def shapes(self) -> list[tuple[int, ...]]:
+        """The shapes of the arrays of one robot."""
+        goals = [] if self.changes is None else [(1 + len(self.changes), 2)]
+        return [*self.simulator.shapes.values(), *goals]
+
+    def run(self, arrays: Sequence[Array]) -> Trajectory:
+        """The rollout. A robot that diverges gets NaN."""
+        inputs, goal = self._given(arrays)
+        return self.simulator.rollout(
+            inputs, observed=self.observed, first=self.first, check=False, goal=goal
+        )
+
+    def pull(self, arrays: Sequence[Array], bars: Trajectory) -> list[Array]:
+        """The gradients with respect to the arrays."""
+        inputs, goal = self._given(arrays)
+        options: Any = {"first": self.first, "bounded": self.bounded, "check": False, "goal": goal}
+        pulled: Any = self.simulator.vjp(inputs, bars, observed=self.observed, **options)
+        of_inputs, *by_goal = (pulled,) if goal is None else pulled
+        return [*leaves(of_inputs).values(), *by_goal]
+
+    def _given(self, arrays: Sequence[Array]) -> tuple[Inputs, Optional[Goals]]:
+        inputs = tree(dict(zip(self.simulator.shapes, arrays)))
+        return inputs, None if self.changes is None else Goals(list(self.changes), arrays[-1])
+
+
+def planned(
+    simulator: Simulator,
+    inputs: Inputs,
+    steps: Optional[int],
+    observed: Observed,
+    first: int,
+    bounded: bool,
+    goal: Optional[Goal],
+    numbers: Callable[[Any], Any],
+    of: Any,
+) -> tuple[Plan, list[Any]]:
+    """The plan of a rollout, and its arrays. ``numbers`` makes arrays of the module ``of`` from the parts of a goal."""
+    seen, first = simulator.span(steps, observed, first)
+    arrays, changes = simulator.arrays(inputs), None
+    if goal is not None:
+        origin = simulator._core.goal_origin
+        later, points = as_goals(goal, origin, simulator.dt, numbers, of)
+        arrays, changes = [*arrays, points], tuple(later)
+    return Plan(simulator, tuple(seen), first, bounded, changes), arrays
