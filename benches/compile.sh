@@ -91,7 +91,7 @@ impl Kernel<3, 2> for Spring {
     }
 }
 impl Model for Spring {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let stiffness = program.parameter(1);
         let (x, v) = (program.state(1), program.state(1));
         let [x_next, v_next] = program.map(Spring, [x, v, stiffness]);

@@ -11,7 +11,7 @@ impl Kernel<4, 1> for Logarithms {
     }
 }
 impl Model for Logarithms {
-    fn record<R: Real>(&self, step: &mut Program<R>) {
+    fn record(&self, step: &mut Program) {
         let (u, growth, effect) = (step.state(2), step.parameter(2), step.parameter(2));
         let other = step.gather(u, &[Some(1), Some(0)]);
         let [next] = step.map(Logarithms, [u, other, growth, effect]);

@@ -15,7 +15,7 @@ impl Kernel<2, 1> for Minute {
     }
 }
 impl Model for Minute {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let (w1, b1) = (program.matrix(8, 1), program.parameter(8));
         let (w2, b2) = (program.matrix(1, 8), program.parameter(1));
         let x = program.state(1);

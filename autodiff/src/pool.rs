@@ -145,7 +145,7 @@ mod tests {
     }
 
     impl Model for Half {
-        fn record<R: Real>(&self, program: &mut Program<R>) {
+        fn record(&self, program: &mut Program) {
             let x = program.state(1);
             let [half] = program.map(Half, [x]);
             program.advance(x, half);

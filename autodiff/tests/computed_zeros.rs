@@ -156,7 +156,7 @@ impl Kernel<1, 1> for Reciprocal {
 struct Twice;
 
 impl Model for Twice {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let x = program.state(1);
         let [once] = program.map(Reciprocal, [x]);
         let [twice] = program.map(Reciprocal, [once]);
@@ -218,7 +218,7 @@ impl Function for Stopped {
 }
 
 impl Model for Stopped {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let x = program.state(1);
         let [y] = program.map(*self, [x]);
         program.advance(x, y);

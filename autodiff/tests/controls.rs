@@ -25,7 +25,7 @@ impl Kernel<5, 2> for Pushed {
 struct Masses;
 
 impl Model for Masses {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let stiffness = program.parameter(MASSES);
         let [x, v] = [(); 2].map(|()| program.state(MASSES));
         let [force, wind] = [MASSES, 1].map(|len| program.control(len));

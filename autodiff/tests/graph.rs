@@ -43,7 +43,7 @@ impl Kernel<3, 2> for Move {
 }
 
 impl Model for Chain {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let k = p.parameter(self.0.slots());
         let (x, v) = (p.state(NODES), p.state(NODES));
         let [f] = p.map_edges(&self.0, Spring, [x], &[k]);
@@ -181,7 +181,7 @@ impl Kernel<3, 3> for Strut {
 }
 
 impl Model for Plane {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let k = p.parameter(self.graph.slots());
         let (x, y) = (p.state(self.graph.nodes()), p.state(self.graph.nodes()));
         let [pull_x, pull_y, lengths] = p.map_edges(&self.graph, Strut, [x, y], &[k]);

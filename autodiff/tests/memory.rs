@@ -42,7 +42,7 @@ impl Kernel<3, 1> for Join {
 struct Step(usize);
 
 impl Model for Step {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let x = program.state(self.0);
         let wide = program.map(Widen, [x]);
         let [next] = program.map(Join, wide);

@@ -228,7 +228,7 @@ impl Kernel<1, 1> for Twice {
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn arrays_of_another_program_are_refused() {
-    type Use = fn(&mut Program<f64>, Array);
+    type Use = fn(&mut Program, Array);
     let uses: [Use; 5] = [
         |program, array| _ = program.map(Twice, [array]),
         |program, array| _ = program.gather(array, &[Some(0)]),
@@ -258,10 +258,10 @@ fn arrays_of_another_program_are_refused() {
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn a_matrix_of_another_program_is_refused() {
-    let mut other = Program::<f64>::default();
+    let mut other = Program::default();
     let matrices = [(1, 2), (2, 2), (1, 2)].map(|(rows, columns)| other.matrix(rows, columns));
     for matrix in matrices {
-        let mut program = Program::<f64>::default();
+        let mut program = Program::default();
         let bias = program.parameter(1);
         program.matrix(1, 1);
         let x = program.state(2);
@@ -274,7 +274,7 @@ fn a_matrix_of_another_program_is_refused() {
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn a_state_is_advanced_once() {
-    let mut program = Program::<f64>::default();
+    let mut program = Program::default();
     let (x, y) = (program.state(2), program.state(2));
     let [next] = program.map(Twice, [x]);
     program.advance(x, next);

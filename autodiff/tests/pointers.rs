@@ -70,7 +70,7 @@ impl Chain {
 }
 
 impl Model for Chain {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let (graph, x) = (&self.graph, p.state(NODES));
         let stiffness = p.parameter(graph.slots());
         let [force] = p.map_edges(graph, Spring, [x], &[stiffness]);

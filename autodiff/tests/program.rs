@@ -53,7 +53,7 @@ impl Directions {
 }
 
 impl Model for Directions {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let k = p.parameter(self.graph.slots());
         let x = p.state(NODES);
         let [f] = p.map_edges(&self.graph, Pull, [x], &[k]);
@@ -101,7 +101,7 @@ impl Between {
 }
 
 impl Model for Between {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let x = p.state(Self::LEN);
         let input = p.input(Self::LEN);
         let y = p.state(Self::LEN);
@@ -155,7 +155,7 @@ fn an_array_may_lie_between_the_parts_of_the_new_state() {
 struct AsNeeded;
 
 impl Model for AsNeeded {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let (x, k) = (p.state(NODES), p.parameter(NODES));
         let [turned] = p.map(Turn, [x, k]);
         let (y, push, to) = (p.state(NODES), p.input(NODES), p.parameter(NODES));
@@ -201,7 +201,7 @@ impl Kernel<1, 0> for Nothing {
 }
 
 impl Model for Nothing {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let x = p.state(NODES);
         let [] = p.map(Nothing, [x]);
         p.advance(x, x);
@@ -219,7 +219,7 @@ fn a_kernel_has_results() {
 struct Hollow;
 
 impl Model for Hollow {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let (flat, bias) = (p.matrix(NODES, 0), p.parameter(NODES));
         let (narrow, none) = (p.matrix(0, NODES), p.parameter(0));
         let (nothing, x, nor) = (p.state(0), p.state(NODES), p.state(0));
@@ -289,7 +289,7 @@ fn a_program_may_have_no_state() {
     #[derive(Clone)]
     struct Stateless;
     impl Model for Stateless {
-        fn record<R: Real>(&self, _: &mut Program<R>) {}
+        fn record(&self, _: &mut Program) {}
     }
     for memory in [Memory::All, Memory::States(3)] {
         let rollout = Rollout {
@@ -312,7 +312,7 @@ fn a_program_may_have_no_state() {
 struct Saturated;
 
 impl Model for Saturated {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let (weight, bias) = (p.matrix(1, 1), p.parameter(1));
         let x = p.state(1);
         let next = p.dense_tanh(weight, &[x], bias);

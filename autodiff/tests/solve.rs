@@ -11,8 +11,6 @@ struct Solving<const N: usize> {
     edges: Vec<[usize; 2]>,
     /// Nodes, and unit vectors along which the solution is 0. The vectors of a node are perpendicular.
     held: Vec<(usize, [f64; N])>,
-    /// Whether the program is recorded without its number type.
-    any: bool,
 }
 
 /// How many numbers the lower triangle of a block has.
@@ -60,7 +58,7 @@ impl<const N: usize> Solving<N> {
 }
 
 impl<const N: usize> Model for Solving<N> {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let graph = self.graph();
         let nodes: Vec<_> = (0..entries(N)).map(|_| p.parameter(self.nodes)).collect();
         let edges: Vec<_> = (0..entries(N))
@@ -70,10 +68,9 @@ impl<const N: usize> Model for Solving<N> {
         let held: Vec<_> = (0..self.projections().len())
             .map(|_| p.parameter(self.nodes))
             .collect();
-        let next = match (self.any, held.is_empty()) {
-            (true, _) => p.any().solve_held(&graph, &nodes, &edges, &held, x),
-            (false, true) => p.solve(&graph, &nodes, &edges, x),
-            (false, false) => p.solve_held(&graph, &nodes, &edges, &held, x),
+        let next = match held.is_empty() {
+            true => p.solve(&graph, &nodes, &edges, x),
+            false => p.solve_held(&graph, &nodes, &edges, &held, x),
         };
         for (x, next) in x.into_iter().zip(next) {
             let [next] = p.map(Turn, [next, x]);
@@ -168,7 +165,6 @@ fn ladder<const N: usize>(rungs: usize) -> Solving<N> {
         nodes: 2 * rungs + 1,
         edges,
         held: Vec::new(),
-        any: rungs % 2 == 1,
     }
 }
 
@@ -185,7 +181,6 @@ fn the_solution_is_that_of_gaussian_elimination() {
             nodes: 6,
             edges,
             held: Vec::new(),
-            any: true,
         });
     }
 }
@@ -195,7 +190,7 @@ fn the_solution_is_that_of_gaussian_elimination() {
 struct Bars(Graph);
 
 impl Model for Bars {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let nodes = [(); 3].map(|()| p.parameter(self.0.nodes()));
         let edges = [(); 3].map(|()| p.parameter(self.0.slots()));
         let x = [(); 2].map(|()| p.state(self.0.nodes()));
@@ -340,14 +335,11 @@ fn numbers_of_edges_are_summed_at_both_ends() {
     #[derive(Clone)]
     struct Degrees(Solving<1>);
     impl Model for Degrees {
-        fn record<R: Real>(&self, p: &mut Program<R>) {
+        fn record(&self, p: &mut Program) {
             let graph = self.0.graph();
             let edge = p.parameter(graph.slots());
             let x = p.state(self.0.nodes);
-            let sum = match self.0.any {
-                true => p.any().sum_at_nodes(&graph, edge),
-                false => p.sum_at_nodes(&graph, edge),
-            };
+            let sum = p.sum_at_nodes(&graph, edge);
             let [next] = p.map(Turn, [sum, x]);
             p.advance(x, next);
         }
@@ -386,15 +378,11 @@ fn results_stay_at_their_edges() {
     #[derive(Clone)]
     struct Springs(Solving<1>);
     impl Model for Springs {
-        fn record<R: Real>(&self, p: &mut Program<R>) {
+        fn record(&self, p: &mut Program) {
             let graph = self.0.graph();
             let (rest, k) = (p.parameter(graph.slots()), p.parameter(1));
             let [x, y] = [(); 2].map(|()| p.state(self.0.nodes));
-            let (ends, per_edge) = ([x, y], [rest]);
-            let at_edges = match self.0.any {
-                true => p.any().map_each_edge(&graph, Spring, ends, &per_edge, &[k]),
-                false => p.map_each_edge(&graph, Spring, ends, &per_edge, &[k]),
-            };
+            let at_edges = p.map_each_edge(&graph, Spring, [x, y], &[rest], &[k]);
             let [dx, dy] = at_edges.map(|of_edge| p.sum_at_nodes(&graph, of_edge));
             for (state, sum) in [(x, dx), (y, dy)] {
                 let [next] = p.map(Turn, [sum, state]);
@@ -434,7 +422,7 @@ fn a_removed_edge_does_not_act() {
     #[derive(Clone)]
     struct Removed(Graph);
     impl Model for Removed {
-        fn record<R: Real>(&self, p: &mut Program<R>) {
+        fn record(&self, p: &mut Program) {
             let (node, edge) = (p.parameter(3), p.parameter(self.0.slots()));
             let x = p.state(3);
             let [next] = p.solve(&self.0, &[node], &[edge], [x]);

@@ -10,7 +10,7 @@ struct Weighing {
 }
 
 impl Model for Weighing {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let n = self.len;
         let weights = p.parameter(n);
         let [x, y, v] = [(); 3].map(|()| p.state(n));

@@ -54,7 +54,7 @@ impl Kernel<1, 1> for Applied {
 }
 
 impl Model for Applied {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let x = p.state(3);
         let [next] = p.map(self.clone(), [x]);
         p.advance(x, next);

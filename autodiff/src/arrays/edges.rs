@@ -190,15 +190,11 @@ where
     pub(crate) fn new(
         kernel: K,
         graph: &Graph,
-        ends: [Array; C],
-        per_edge: &[Array],
+        inputs: [Array; I],
         uniforms: &[Array],
         outputs: [Array; O],
     ) -> Self {
         let plan = EdgePlan::new(graph, lanes::<R>());
-        let mut inputs = [outputs[0]; I];
-        inputs[..C].copy_from_slice(&ends);
-        inputs[C..].copy_from_slice(per_edge);
         let len = |k| if k < C { plan.nodes } else { plan.slots };
         let lens = inputs.iter().enumerate().map(|(k, &array)| (array, len(k)));
         let reached = if SUMS {
@@ -424,6 +420,7 @@ mod tests {
 
     use crate::real::Real;
     use crate::simd::{Level, at_most, lanes};
+    use crate::steps::instance::Instance;
     use crate::{Graph, Kernel, Program, kernel};
 
     /// A kernel that returns its input: the difference between the values at an edge's head and tail.
@@ -440,11 +437,11 @@ mod tests {
     #[test]
     #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
     fn lanes_that_differ_from_the_plan_panic() {
-        let mut program = Program::<f64>::default();
+        let mut program = Program::side_by_side(1, lanes::<f64>());
         let x = program.state(3);
         let [next] = program.map_edges(&Graph::new(3, &[[0, 1]]), Stretch, [x], &[]);
         program.advance(x, next);
-        let mut program = program.finish();
+        let mut program = Instance::new(program);
         let (mut row, planned) = (vec![0.0; program.row_len()], lanes::<f64>());
         let mut step = || program.step(&[], &mut row, None);
         step();

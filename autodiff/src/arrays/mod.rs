@@ -32,7 +32,7 @@ pub(crate) use map::Map;
 pub(crate) use node_sum::NodeSum;
 pub(crate) use operation::{InLanes, Operation};
 pub(crate) use row::{Bars, RowLayout, StepValues};
-pub(crate) use solve::{MOST_UNKNOWNS, Solve, triangle};
+pub(crate) use solve::{Equations, MOST_UNKNOWNS, Solve, triangle};
 pub(crate) use uniform::checked;
 pub use uniform::{Fixed, MOST_UNIFORMS, UniformKernel, Uniforms, vjp_by_duals_with};
 pub(crate) use weighted::Weighted;

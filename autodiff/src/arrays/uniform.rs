@@ -37,7 +37,7 @@ pub type Uniforms<R> = [R; MOST_UNIFORMS];
 /// struct Cooling;
 ///
 /// impl Model for Cooling {
-///     fn record<R: Real>(&self, program: &mut Program<R>) {
+///     fn record(&self, program: &mut Program) {
 ///         let (rate, x) = (program.parameter(1), program.state(3));
 ///         let [next] = program.map_with(Decay, [x], &[rate]);
 ///         program.advance(x, next);
@@ -298,14 +298,12 @@ mod tests {
     struct Chain(Graph);
 
     impl Model for Chain {
-        fn record<R: Real>(&self, program: &mut Program<R>) {
-            let [stiffness, cubic, wind] = [(); 3].map(|()| program.parameter(1));
-            let x = program.state(NODES);
-            // Through `any`, number types other than floats replay the kernels.
-            let p = &mut program.any();
+        fn record(&self, p: &mut Program) {
+            let [stiffness, cubic, wind] = [(); 3].map(|()| p.parameter(1));
+            let x = p.state(NODES);
             let [force] = p.map_edges_with(&self.0, Spring, [x], &[], &[stiffness, cubic]);
             let [next] = p.map_with(Move, [x, force], &[wind]);
-            program.advance(x, next);
+            p.advance(x, next);
         }
     }
 

@@ -24,7 +24,7 @@ use std::ops::Range;
 /// }
 ///
 /// impl Model for Cooling {
-///     fn record<R: Real>(&self, program: &mut Program<R>) {
+///     fn record(&self, program: &mut Program) {
 ///         let heat = program.state(16);
 ///         let [next] = program.map(Cooling, [heat]);
 ///         program.advance(heat, next);

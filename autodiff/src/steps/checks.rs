@@ -1,6 +1,4 @@
-//! Checks of the arrays that a model passes to a [`Program`](super::Program). They do not depend on the number type, so an
-//! [`AnyProgram`](super::AnyProgram) calls them before it passes the arrays through a trait object, which would hide the
-//! line of the caller from panics.
+//! Checks of the arrays that a model passes to a [`Program`](super::Program).
 
 use crate::arrays::{Array, Graph, MOST_UNKNOWNS, UniformKernel, checked, triangle};
 

@@ -22,7 +22,7 @@ use crate::real::{Mask, Real};
 /// }
 ///
 /// impl Model for Doubling {
-///     fn record<R: Real>(&self, program: &mut Program<R>) {
+///     fn record(&self, program: &mut Program) {
 ///         let x = program.state(1);
 ///         let [next] = program.map(Doubling, [x]);
 ///         program.advance(x, next);

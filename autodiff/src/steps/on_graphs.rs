@@ -1,16 +1,13 @@
 //! The methods of [`Program`] that record operations on graphs.
 
-use super::any_program::Replaying;
 use super::checks::Shape;
+use super::mapped::{Edges, OfEdges, handles};
 use super::operation::StepOperation;
 use super::program::Program;
-use super::recording::{arrays, records_kernels};
-use crate::arrays::{Array, EdgeMap, Graph, InLanes, Kernel, NodeSum, Solve, UniformKernel};
-use crate::real::Real;
-use crate::record::recorded;
+use crate::arrays::{Array, Equations, Graph, Kernel, NodeSum, UniformKernel};
 
 /// The operations on graphs. They panic like the others if an array belongs to another program.
-impl<R: Real> Program<R> {
+impl Program {
     /// Maps a kernel over the edges of a graph and sums its results at the nodes, like springs that pull on masses.
     ///
     /// The first inputs of the kernel are differences. For each array of `ends`, which has one number per node, the
@@ -47,7 +44,7 @@ impl<R: Real> Program<R> {
     /// struct Bar(Graph);
     ///
     /// impl Model for Bar {
-    ///     fn record<R: Real>(&self, program: &mut Program<R>) {
+    ///     fn record(&self, program: &mut Program) {
     ///         let conductivity = program.parameter(self.0.slots());
     ///         let t = program.state(self.0.nodes());
     ///         let [gain] = program.map_edges(&self.0, Conduction, [t], &[conductivity]);
@@ -143,31 +140,17 @@ impl<R: Real> Program<R> {
     {
         let shape = Shape::of::<K, I, O>();
         (self.known()).check_edges(graph, [&ends, per_edge], uniforms, shape);
-        if const { records_kernels::<R>() } && self.records_kernels {
-            let (kernel, inputs) = (recorded(&kernel), [&ends[..], per_edge]);
-            return arrays(&self.map_edges_recorded(graph, kernel, inputs, uniforms, SUMS));
-        }
-        let (graph, outputs) = self.edge_outputs(graph, O, SUMS);
-        let outputs = arrays(&outputs);
-        let map =
-            EdgeMap::<R, K, C, I, O, SUMS>::new(kernel, &graph, ends, per_edge, uniforms, outputs);
-        self.push_kernel(Box::new(InLanes(map)));
-        outputs
-    }
-
-    /// Returns the graph of all starts, and an array for each of the `results`
-    /// results: over the nodes if `sums` is true and the results are summed there, else over the slots.
-    pub(super) fn edge_outputs(
-        &mut self,
-        graph: &Graph,
-        results: usize,
-        sums: bool,
-    ) -> (Graph, Vec<Array>) {
-        let interleaved = graph.side_by_side(self.starts);
-        self.margin = self.margin.max(interleaved.lead());
-        let len = if sums { graph.nodes() } else { graph.slots() };
-        let outputs = self.outputs(len, results);
-        (interleaved, outputs)
+        let len = if SUMS { graph.nodes() } else { graph.slots() };
+        let outputs = self.outputs(len, O);
+        let edges = Edges {
+            graph: graph.side_by_side(self.starts),
+            differences: C,
+            sums: SUMS,
+        };
+        self.margin = self.margin.max(edges.graph.lead());
+        let kernel = OfEdges::<K, C, I, O, SUMS>(kernel);
+        let inputs = [&ends[..], per_edge].concat();
+        self.push_kernel(kernel, [&inputs, uniforms], outputs, Some(edges))
     }
 
     /// Solves linear equations `A x = b` with `N` unknowns per node of a graph, and returns `x`: an array over the nodes for
@@ -194,7 +177,7 @@ impl<R: Real> Program<R> {
     /// struct Rod;
     ///
     /// impl Model for Rod {
-    ///     fn record<R: Real>(&self, p: &mut Program<R>) {
+    ///     fn record(&self, p: &mut Program) {
     ///         let graph = Graph::new(4, &[[0, 1], [1, 2], [2, 3]]);
     ///         // How much heat each cell holds per kelvin, and how much flows along an edge per kelvin and step.
     ///         let (capacity, conductance) = (p.parameter(4), p.parameter(graph.slots()));
@@ -233,7 +216,7 @@ impl<R: Real> Program<R> {
         edges: &[Array],
         b: [Array; N],
     ) -> [Array; N] {
-        arrays(&self.solve_all(graph, [nodes, edges, &b, &[]]))
+        self.solve_held(graph, nodes, edges, &[], b)
     }
 
     /// Like [`solve`](Program::solve), but some directions are held: the solution is 0 in these directions, and the
@@ -253,7 +236,19 @@ impl<R: Real> Program<R> {
         held: &[Array],
         b: [Array; N],
     ) -> [Array; N] {
-        arrays(&self.solve_all(graph, [nodes, edges, &b, held]))
+        self.known().check_solve(graph, [nodes, edges, &b, held]);
+        let x = self.outputs(graph.nodes(), N);
+        let solution = handles(&x);
+        let equations = Equations {
+            graph: graph.clone(),
+            nodes: nodes.to_vec(),
+            edges: edges.to_vec(),
+            held: held.to_vec(),
+            b: b.to_vec(),
+            x,
+        };
+        self.operations.push(StepOperation::Solve(equations));
+        solution
     }
 
     /// Sums numbers of edges at their ends: returns an array over the nodes, with the sum of `x` over all edges that begin
@@ -266,22 +261,7 @@ impl<R: Real> Program<R> {
         self.known().check_node_sum(graph, x);
         let output = self.output(graph.nodes());
         let sum = NodeSum::new(graph, x, output);
-        self.operations.push(StepOperation::NodeSum(InLanes(sum)));
+        self.operations.push(StepOperation::NodeSum(sum));
         output
-    }
-
-    /// Implements [`solve`](Program::solve) and [`solve_held`](Program::solve_held).
-    #[track_caller]
-    pub(super) fn solve_all(
-        &mut self,
-        graph: &Graph,
-        [nodes, edges, b, held]: [&[Array]; 4],
-    ) -> Vec<Array> {
-        self.known().check_solve(graph, [nodes, edges, b, held]);
-        let x = self.outputs(graph.nodes(), b.len());
-        let solve = Solve::new(graph, [nodes, edges, b, held], &x, self.starts);
-        self.operations
-            .push(StepOperation::Solve(Box::new(InLanes(solve))));
-        x
     }
 }

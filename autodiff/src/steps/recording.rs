@@ -1,19 +1,16 @@
 //! The methods of [`Program`] that record operations.
 
-use super::any_program::Replaying;
 use super::checks::Shape;
+use super::mapped::{AnyKernel, Arrays, Edges, Mapped, OfElements, handles};
 use super::operation::StepOperation;
 use super::program::Program;
 use crate::arrays::{
-    Array, DenseLayer, Gather, InLanes, Kernel, Layer, Map, Matrix, Operation, Parameter,
-    UniformKernel, Weighted, repeated,
+    Array, Gather, Kernel, Layer, Matrix, Parameter, UniformKernel, Weighted, repeated,
 };
-use crate::real::{Mask, Real};
-use crate::record::recorded;
 
 /// The operations. Each method panics if an array or a matrix belongs to another program. It cannot detect this if this
 /// program has an array or a matrix of the same shape at the same position in memory.
-impl<R: Real> Program<R> {
+impl Program {
     #[track_caller]
     fn assert_known_matrix(&self, matrix: Matrix) {
         let known = self.parameters.get(matrix.parameter);
@@ -59,17 +56,29 @@ impl<R: Real> Program<R> {
     {
         let shape = Shape::of::<K, I, O>();
         let len = self.known().check_map(&x, uniforms, shape);
-        if const { records_kernels::<R>() } && self.records_kernels {
-            return arrays(&self.map_recorded(recorded(&kernel), &x, uniforms));
-        }
-        let outputs = arrays(&self.outputs(len, O));
-        let map = Map::new(kernel, x, uniforms, outputs);
-        self.push_kernel(Box::new(InLanes(map)));
-        outputs
+        let outputs = self.outputs(len, O);
+        self.push_kernel(OfElements::<K, I, O>(kernel), [&x, uniforms], outputs, None)
     }
 
-    pub(super) fn push_kernel(&mut self, kernel: Box<dyn Operation<R>>) {
+    /// Records a kernel. `read` are its inputs and its uniform inputs.
+    #[track_caller]
+    pub(super) fn push_kernel<const O: usize>(
+        &mut self,
+        kernel: impl AnyKernel,
+        [inputs, uniforms]: [&[Array]; 2],
+        outputs: Vec<Array>,
+        edges: Option<Edges>,
+    ) -> [Array; O] {
+        let results = handles(&outputs);
+        let arrays = Arrays {
+            inputs: inputs.to_vec(),
+            uniforms: uniforms.to_vec(),
+            outputs,
+            edges,
+        };
+        let kernel = Mapped::new(kernel, arrays);
         self.operations.push(StepOperation::Kernel(kernel));
+        results
     }
 
     /// Records a dense layer, `matrix * (x_0, x_1, ...) + bias`. The arrays of `x` are joined into one vector.
@@ -140,17 +149,15 @@ impl<R: Real> Program<R> {
         let output = self.output(places.len());
         // The last register of a spread output is written whole, so no other array may begin in it.
         self.align(false);
-        let places = repeated(places, self.starts);
         let layer = Layer {
             matrix,
-            x,
+            x: x.to_vec(),
             bias,
             output,
-            places: &places,
+            places: repeated(places, self.starts),
             tanh,
         };
-        let layer = DenseLayer::new(layer);
-        self.operations.push(StepOperation::Dense(Box::new(layer)));
+        self.operations.push(StepOperation::Dense(layer));
         output
     }
 
@@ -163,10 +170,8 @@ impl<R: Real> Program<R> {
     pub fn gather(&mut self, x: Array, indices: &[Option<usize>]) -> Array {
         self.known().check_gather(x, indices);
         let output = self.output(indices.len());
-        self.operations
-            .push(StepOperation::Gather(InLanes(Gather::new(
-                x, indices, output,
-            ))));
+        let gather = Gather::new(x, indices, output);
+        self.operations.push(StepOperation::Gather(gather));
         output
     }
 
@@ -185,7 +190,7 @@ impl<R: Real> Program<R> {
     /// struct Spread;
     ///
     /// impl Model for Spread {
-    ///     fn record<R: Real>(&self, program: &mut Program<R>) {
+    ///     fn record(&self, program: &mut Program) {
     ///         let (weights, x) = (program.parameter(3), program.state(3));
     ///         let [offsets, _mean] = program.weighted(weights, &[x], &[], &[]);
     ///         program.advance(x, offsets);
@@ -216,21 +221,8 @@ impl<R: Real> Program<R> {
             self.unaligned_output(offsets.len()),
             self.unaligned_output(1),
         ];
-        let operation = Weighted::new(weights, [offsets, values], others, outputs);
-        self.operations
-            .push(StepOperation::Weighted(InLanes(operation)));
+        let weighted = Weighted::new(weights, [offsets, values], others, outputs);
+        self.operations.push(StepOperation::Weighted(weighted));
         [outputs[0], outputs[1]]
     }
-}
-
-/// Whether a program with this number type can have recordings in place of all kernels. Symbols can: their comparisons
-/// have no single answer. So can floats whose kernels are only compiled in lanes. For other types, the kernels are not
-/// recorded and no code is compiled for it.
-pub(super) const fn records_kernels<R: Real>() -> bool {
-    !R::Mask::IS_SINGLE || R::KERNELS_NEED_LANES
-}
-
-/// Converts the handles to an array. There is one handle for each result of the kernel.
-pub(super) fn arrays<const O: usize>(handles: &[Array]) -> [Array; O] {
-    std::array::from_fn(|k| handles[k])
 }

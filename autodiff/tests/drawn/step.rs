@@ -128,7 +128,7 @@ impl Drawn {
 }
 
 impl Model for Drawn {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let parameters = self.parameters.iter();
         let mut arrays: Vec<Array> = parameters.map(|&len| p.parameter(len)).collect();
         let shapes = self.matrices.iter();
@@ -165,7 +165,7 @@ impl Model for Drawn {
 }
 
 impl Layer {
-    fn record<R: Real>(&self, p: &mut Program<R>, matrix: Matrix, arrays: &[Array]) -> Array {
+    fn record(&self, p: &mut Program, matrix: Matrix, arrays: &[Array]) -> Array {
         let seen: Vec<Array> = self.seen.iter().map(|&k| arrays[k]).collect();
         let bias = arrays[self.bias];
         match (self.tanh, self.places.contains(&false)) {

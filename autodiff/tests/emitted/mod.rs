@@ -257,7 +257,7 @@ const STATE: usize = 11;
 struct Steps<K>(K);
 
 impl<K: Kernel<2, 3> + Clone + Sync> Model for Steps<K> {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let pull = program.parameter(STATE);
         let x = program.state(STATE);
         let [_, _, root] = program.map(self.0.clone(), [x, pull]);

@@ -78,7 +78,7 @@ impl Kernel<4, 2> for Move {
 }
 
 impl Model for Net {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let k = p.parameter(self.graph.slots());
         let w = p.parameter(NODES);
         let w1 = p.matrix(self.hidden, NODES + 1);

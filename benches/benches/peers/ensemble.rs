@@ -83,7 +83,7 @@ mod ours {
     }
 
     impl Model for Pendulum {
-        fn record<R: Real>(&self, program: &mut Program<R>) {
+        fn record(&self, program: &mut Program) {
             let (w1, b1) = (program.matrix(HIDDEN, 2), program.parameter(HIDDEN));
             let (w2, b2) = (program.matrix(1, HIDDEN), program.parameter(1));
             let (angle, speed) = (program.state(1), program.state(1));

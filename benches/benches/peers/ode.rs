@@ -187,7 +187,7 @@ mod ours_rollout {
     }
 
     impl Model for Populations {
-        fn record<R: Real>(&self, program: &mut Program<R>) {
+        fn record(&self, program: &mut Program) {
             let [a, b, c, d] = [(); 4].map(|()| program.parameter(1));
             let [x, y] = [(); 2].map(|()| program.state(1));
             let next = program.map(Populations, [x, y, a, b, c, d]);

@@ -108,7 +108,7 @@ impl Model for Cells {
     /// The parameters are the vectors of the file in order, and then three constants that the sums need: a row of ones,
     /// a two and a zero. The state has the hidden and cell values of each layer, then the loss. The inputs are the
     /// character, the next character, and the number of ones in the next character.
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let weights: Vec<Array> = (0..PER_LAYER * self.layers + 3)
             .map(|_| program.parameter(self.bits))
             .collect();
@@ -136,7 +136,7 @@ impl Model for Cells {
 }
 
 /// Records the step of one layer and returns its new hidden values.
-fn layer<R: Real>(program: &mut Program<R>, x: Array, [weights, state]: [&[Array]; 2]) -> Array {
+fn layer(program: &mut Program, x: Array, [weights, state]: [&[Array]; 2]) -> Array {
     let (hidden, cell) = (state[0], state[1]);
     let mut gate = |scale, from, k: usize| {
         let [gate] = program.map(Gate(scale), [from, weights[k], weights[k + 4]]);

@@ -49,11 +49,11 @@ struct Chain {
 }
 
 impl Model for Chain {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let x = program.parameter(self.len);
         let y = program.state(self.len);
         let before: Vec<_> = (0..self.len).map(|i| i.checked_sub(1)).collect();
-        let stage = |program: &mut Program<R>, at: Array, time: f64| {
+        let stage = |program: &mut Program, at: Array, time: f64| {
             let before = program.gather(at, &before);
             program.map(Stage(time), [x, before, y])
         };

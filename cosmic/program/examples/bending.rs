@@ -14,7 +14,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use autodiff::arrays::{UniformKernel, Uniforms};
-use autodiff::{AnyProgram, Array, Kernel, Real};
+use autodiff::{Array, Kernel, Real};
 use cosmic::geometry::{Matrix, Vector};
 use cosmic::kernel;
 use cosmic::lattice::Lattice;
@@ -148,7 +148,12 @@ impl Force for BentBars {
         vec![StepInput { name, value }]
     }
 
-    fn record(&self, p: &mut AnyProgram, step: &Step, given: &Given<Array>) -> Vector<Array> {
+    fn record(
+        &self,
+        p: &mut autodiff::Program,
+        step: &Step,
+        given: &Given<Array>,
+    ) -> Vector<Array> {
         let slots = step.graph.slot_of_edge();
         let of_pairs = |of: &dyn Fn(&Pair) -> usize| -> Vec<Option<usize>> {
             self.pairs.iter().map(|pair| Some(of(pair))).collect()

@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use autodiff::arrays::{UniformKernel, Uniforms};
-use autodiff::{AnyProgram, Array, Graph, Kernel, Pullback, Real};
+use autodiff::{Array, Graph, Kernel, Program, Pullback, Real};
 
 use super::force::{Force, Given, LatticeForce, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};
@@ -184,7 +184,7 @@ impl Kernel<5, 1> for Total {
 }
 
 /// Adds numbers to `sum`: for each list of `places`, its places in `x` say which number is added to each entry.
-fn add_gathered(p: &mut AnyProgram, sum: Array, x: Array, places: &[Vec<Option<usize>>]) -> Array {
+fn add_gathered(p: &mut Program, sum: Array, x: Array, places: &[Vec<Option<usize>>]) -> Array {
     let none = vec![None; sum.len()];
     places.chunks(AT_ONCE).fold(sum, |sum, chunk| {
         let [a, b, c, d] = [0, 1, 2, 3].map(|k| p.gather(x, chunk.get(k).unwrap_or(&none)));
@@ -290,7 +290,7 @@ impl KeptApart {
 /// The sum of impulses at the nodes. `pairs` has the pairs and, for each of their two ends, the two components of its
 /// impulses: those on the end if it comes before the node of the pair, and the opposite ones otherwise.
 fn at_nodes(
-    p: &mut AnyProgram,
+    p: &mut Program,
     nodes: usize,
     pairs: &[&Apart],
     impulses: [[Array; 2]; 2],
@@ -345,7 +345,7 @@ impl Force for KeptApart {
         step_inputs(&self.law)
     }
 
-    fn record(&self, p: &mut AnyProgram, step: &Step, given: &Given<Array>) -> Vector<Array> {
+    fn record(&self, p: &mut Program, step: &Step, given: &Given<Array>) -> Vector<Array> {
         let (graph, nodes) = (step.graph, step.graph.nodes());
         let in_use = graph.edge_of_slot();
         let has_bar = |edge: usize| in_use[graph.slot_of_edge()[edge]].is_some();

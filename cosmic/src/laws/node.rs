@@ -4,7 +4,7 @@ use std::any::Any;
 use std::sync::Arc;
 
 use autodiff::arrays::{UniformKernel, Uniforms};
-use autodiff::{AnyProgram, Array, Dual, Real};
+use autodiff::{Array, Dual, Program, Real};
 
 use super::force::{AnyForce, Force, Given, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};
@@ -191,7 +191,7 @@ impl<L: NodeForce> Force for OnNodes<L> {
         L::NEEDS_TIME
     }
 
-    fn record(&self, p: &mut AnyProgram, step: &Step, given: &Given<Array>) -> Vector<Array> {
+    fn record(&self, p: &mut Program, step: &Step, given: &Given<Array>) -> Vector<Array> {
         let kernel = NodeKernel {
             law: self.law.clone(),
             dt: step.dt,

@@ -3,7 +3,7 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use autodiff::{AnyProgram, Array, Dual};
+use autodiff::{Array, Dual, Program};
 
 use super::bar::{Bar, BarForce, MovingTension, Tension};
 use super::force::{AnyForce, Force, Given, Pose, Pull, Step, Sum};
@@ -98,7 +98,7 @@ impl<L: BarForce> Force for OnBars<L> {
         step_inputs(&self.0)
     }
 
-    fn record(&self, p: &mut AnyProgram, step: &Step, given: &Given<Array>) -> Vector<Array> {
+    fn record(&self, p: &mut Program, step: &Step, given: &Given<Array>) -> Vector<Array> {
         let tension = Tension {
             law: self.0.clone(),
             dt: step.dt,
@@ -117,7 +117,7 @@ impl<L: BarForce> Force for OnBars<L> {
 
     fn record_slopes(
         &self,
-        p: &mut AnyProgram,
+        p: &mut Program,
         step: &Step,
         given: &Given<Array>,
         before: Option<Tensions>,

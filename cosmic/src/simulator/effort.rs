@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use autodiff::arrays::{UniformKernel, Uniforms};
-use autodiff::{AnyProgram, Array, Graph, Kernel, Real};
+use autodiff::{Array, Graph, Kernel, Program, Real};
 
 use super::parameters::Parameters;
 use crate::geometry::Vector;
@@ -100,7 +100,7 @@ impl Meter {
     /// add up to the change of the kinetic energy, except for rounding.
     pub(super) fn after(
         self,
-        p: &mut AnyProgram,
+        p: &mut Program,
         graph: &Graph,
         moving: Vector<Array>,
         [jx, jy]: [Array; 2],
@@ -114,7 +114,7 @@ impl Meter {
 
 /// Records the tension of every bar in a pose: the sum over all forces along bars.
 pub(super) fn tension(
-    p: &mut AnyProgram,
+    p: &mut Program,
     step: &Step,
     forces: &[Arc<dyn Force>],
     given: &Parameters<Array>,

@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use autodiff::arrays::{UniformKernel, Uniforms};
-use autodiff::{AnyProgram, Array, Kernel, Real};
+use autodiff::{Array, Kernel, Program, Real};
 
 use super::effort::{Meter, Pulled};
 use super::parameters::Parameters;
@@ -73,7 +73,7 @@ struct Bars {
 
 impl Implicit<'_> {
     /// Records the step, and returns the nodes after it. If a meter is given, it is advanced.
-    pub(super) fn record(&self, p: &mut AnyProgram, meter: Option<&mut Meter>) -> Particle<Array> {
+    pub(super) fn record(&self, p: &mut Program, meter: Option<&mut Meter>) -> Particle<Array> {
         let (nodes, falling) = (self.step.nodes, Falling(self.decay));
         let free = Vector::new(p.map_with(falling, nodes.v.array(), &self.given.contact[..2]));
         // The kernel of the grip does not read its input; a rest length has no derivative.
@@ -101,7 +101,7 @@ impl Implicit<'_> {
 
     /// The velocities with which nodes move. If no node is held, they are shifted so that the momentum of the robot is
     /// exact: with stiff bars, the rounding of the solution is large compared with the momentum of light nodes.
-    fn balanced(&self, p: &mut AnyProgram, start: &Start, pass: &Pass) -> Vector<Array> {
+    fn balanced(&self, p: &mut Program, start: &Start, pass: &Pass) -> Vector<Array> {
         let nodes = self.step.graph.nodes();
         let ([rx, ry], [wx, wy]) = (pass.reaction.array(), pass.moving.array());
         let [mass, ax, ay] = p.map(PerMass, [rx, ry, self.step.inverse_mass]);
@@ -114,7 +114,7 @@ impl Implicit<'_> {
     /// Records a pass about the positions and velocities of `base`. `before` is the pass before.
     fn pass(
         &self,
-        p: &mut AnyProgram,
+        p: &mut Program,
         base: Particle<Array>,
         start: &Start,
         before: Option<&Pass>,
@@ -152,7 +152,7 @@ impl Implicit<'_> {
 
     /// Records the meter after a step whose last pass is `pass`. The impulses are those with which bars act on the nodes in
     /// this pass.
-    fn metered(&self, p: &mut AnyProgram, pass: &Pass, before: Meter) -> Meter {
+    fn metered(&self, p: &mut Program, pass: &Pass, before: Meter) -> Meter {
         let ([jx, jy], [xx, xy, yy]) = (pass.bars.impulse.array(), pass.bars.slopes);
         let (graph, per_edge) = (self.step.graph, [jx, jy, xx, xy, yy]);
         let impulse: [Array; 2] =
@@ -186,7 +186,7 @@ impl Implicit<'_> {
     }
 
     /// Linearises the bars at a base, which is the start of the step if `from_start` is true.
-    fn bars(&self, p: &mut AnyProgram, base: Particle<Array>, from_start: bool) -> Bars {
+    fn bars(&self, p: &mut Program, base: Particle<Array>, from_start: bool) -> Bars {
         let (at, mut sum, mut others) = (self.at(base), None, Vec::new());
         for (k, force) in self.forces.iter().enumerate() {
             match force.record_slopes(p, &at, &self.given.forces[k], sum) {
@@ -213,7 +213,7 @@ impl Implicit<'_> {
     /// of forces that do not act along bars.
     fn impulses(
         &self,
-        p: &mut AnyProgram,
+        p: &mut Program,
         base: Particle<Array>,
         bars: &Bars,
         change: Vector<Array>,
@@ -232,7 +232,7 @@ impl Implicit<'_> {
     /// of velocity that brings held nodes to the ground. `none` is a zero for every node.
     fn hold(
         &self,
-        p: &mut AnyProgram,
+        p: &mut Program,
         [grip, none]: [Array; 2],
         moving: Vector<Array>,
         before: Option<&Pass>,
@@ -295,7 +295,7 @@ impl Implicit<'_> {
     }
 
     /// Finds the ground under every node. `last` has the segment and `is_held` of the pass before.
-    fn under(&self, p: &mut AnyProgram, moving: Vector<Array>, last: [Array; 2]) -> Under<Array> {
+    fn under(&self, p: &mut Program, moving: Vector<Array>, last: [Array; 2]) -> Under<Array> {
         let ([x, y, wx, wy], [segment, is_held]) = (both(self.step.nodes.x, moving), last);
         let (node, dt) = ([x, y, wx, wy, segment, is_held], self.step.dt);
         let [segment, is_new, tx, ty, height] = match self.terrain.cloned() {
@@ -314,7 +314,7 @@ impl Implicit<'_> {
     /// nodes. Returns the change of velocity that is left.
     fn solve(
         &self,
-        p: &mut AnyProgram,
+        p: &mut Program,
         [base, free, impulses, change]: [Vector<Array>; 4],
         hold: Option<&Hold<Array>>,
         bars: &Bars,
@@ -349,7 +349,7 @@ impl Implicit<'_> {
     }
 
     /// Records the end of the step: nodes move with the velocity of the last pass.
-    fn land(&self, p: &mut AnyProgram, last: &Pass) -> Particle<Array> {
+    fn land(&self, p: &mut Program, last: &Pass) -> Particle<Array> {
         let (x, moving, dt) = (self.step.nodes.x, last.moving, self.step.dt);
         let Some(hold) = last.hold else {
             return Particle {

@@ -51,7 +51,7 @@ impl Every {
 }
 
 impl Model for Every {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let (nodes, slots) = (self.0.nodes(), self.0.slots());
         let [stiffness, rest] = [(); 2].map(|()| p.parameter(slots));
         let (damping, weights) = (p.parameter(1), p.parameter(nodes));
