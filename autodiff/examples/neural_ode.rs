@@ -10,7 +10,7 @@ use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient, kernel};
 struct Minute;
 #[kernel]
 impl Kernel<2, 1> for Minute {
-    fn eval<R: Real>(&self, [x, rate]: [R; 2]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x, rate]: [R; 2], _: &[R]) -> [R; 1] {
         [x + R::lit(1.0 / 60.0) * rate]
     }
 }
@@ -21,7 +21,7 @@ impl Model for Minute {
         let x = program.state(1);
         let hidden = program.dense_tanh(w1, &[x], b1);
         let rate = program.dense(w2, &[hidden], b2);
-        let [next] = program.map(Minute, [x, rate]);
+        let [next] = program.map(Minute, [x, rate], &[]);
         program.advance(x, next);
     }
 }

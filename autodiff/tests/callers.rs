@@ -56,7 +56,7 @@ struct Scaled;
 
 #[kernel]
 impl Kernel<2, 1> for Scaled {
-    fn eval<R: Real>(&self, [x, factor]: [R; 2]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x, factor]: [R; 2], _: &[R]) -> [R; 1] {
         [x * factor]
     }
 }
@@ -64,7 +64,7 @@ impl Kernel<2, 1> for Scaled {
 impl Model for Scaled {
     fn record(&self, program: &mut Program) {
         let (x, factor) = (program.state(1), program.parameter(1));
-        let [next] = program.map(Scaled, [x, factor]);
+        let [next] = program.map(Scaled, [x, factor], &[]);
         program.advance(x, next);
     }
 }
@@ -127,19 +127,19 @@ fn programs_name_the_line_of_their_caller() {
     let [one, two, three] = [1, 2, 3].map(|len| p.state(len));
     let slots = p.parameter(graph.slots());
     let (matrix, none): (_, [Array; 0]) = (p.matrix(2, 2), []);
-    assert_named(|| p.map(Scaled, [one, two]));
+    assert_named(|| p.map(Scaled, [one, two], &[]));
     assert_named(|| p.dense(matrix, &[three], two));
     assert_named(|| p.dense_tanh(matrix, &[two], three));
     assert_named(|| p.gather(two, &[Some(2)]));
-    assert_named(|| p.map_edges(&graph, Scaled, [three], &none));
+    assert_named(|| p.map_edges(&graph, Scaled, [three], &none, &[]));
     assert_named(|| p.weighted(two, &[three], &[], &[]));
     assert_named(|| p.solve(&graph, &[two], &none, [two]));
     assert_named(|| p.solve(&graph, &[three], &[slots], [two]));
     assert_named(|| p.advance(two, three));
     assert_named(|| p.advance(slots, three));
-    assert_named(|| p.map_with(Scaled, [two, two], &[one]));
-    assert_named(|| p.map_with(Scaled, [two, two], &[two]));
-    assert_named(|| p.map_edges_with(&graph, Scaled, [two], &none, &[]));
+    assert_named(|| p.map(Scaled, [two, two], &[one]));
+    assert_named(|| p.map(Scaled, [two, two], &[two]));
+    assert_named(|| p.map_edges(&graph, Scaled, [two], &none, &[]));
     assert_named(|| p.map_each_edge(&graph, Scaled, [two], &[two], &[]));
     assert_named(|| p.sum_at_nodes(&graph, two));
     assert_named(|| p.solve_held(&graph, &[two], &[slots], &[three], [two]));
@@ -162,7 +162,7 @@ struct Power(f64);
 
 #[kernel]
 impl Kernel<1, 1> for Power {
-    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
         [x.powi(self.0.abs().min(9.0) as i32)]
     }
 }

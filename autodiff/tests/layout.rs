@@ -13,7 +13,7 @@ impl Model for SetOutBefore {
         let (matrix, bias) = (p.matrix(1, 0), p.parameter(1));
         p.dense_tanh_spread(matrix, &[], bias, &[true, false]);
         let x = p.state(1);
-        let [next] = p.map(Halve, [x]);
+        let [next] = p.map(Halve, [x], &[]);
         p.advance(x, next);
     }
 }
@@ -23,7 +23,7 @@ struct Halve;
 
 #[kernel]
 impl Kernel<1, 1> for Halve {
-    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
         [R::lit(0.5) * x]
     }
 }
@@ -60,7 +60,7 @@ struct Many;
 impl Model for Many {
     fn record(&self, p: &mut Program) {
         let x = p.state(1 << 12);
-        let [next] = p.map(Halve, [x]);
+        let [next] = p.map(Halve, [x], &[]);
         p.advance(x, next);
     }
 }
@@ -105,7 +105,7 @@ impl Model for Chain {
     fn record(&self, p: &mut Program) {
         let graph = Graph::new(5, &[[0, 1], [1, 2], [2, 3], [3, 4]]);
         let x = p.state(5);
-        let [next] = p.map_edges(&graph, Halve, [x], &[]);
+        let [next] = p.map_edges(&graph, Halve, [x], &[], &[]);
         p.advance(x, next);
     }
 }
@@ -138,7 +138,7 @@ struct Huge(usize);
 impl Model for Huge {
     fn record(&self, p: &mut Program) {
         let [long, short] = [self.0.wrapping_sub(1032), 1032].map(|len| p.state(len));
-        let [next] = p.map(Halve, [short]);
+        let [next] = p.map(Halve, [short], &[]);
         p.advance(long, long);
         p.advance(short, next);
     }

@@ -14,7 +14,7 @@ struct Spring;
 
 #[kernel]
 impl Kernel<3, 2> for Spring {
-    fn eval<R: Real>(&self, [dx, dy, stiffness]: [R; 3]) -> [R; 2] {
+    fn eval<R: Real>(&self, [dx, dy, stiffness]: [R; 3], _: &[R]) -> [R; 2] {
         let length = dx.fma(dx, dy * dy + R::lit(1e-3)).sqrt();
         let pull = R::select(length.less(R::lit(0.5)), stiffness, stiffness * length) / length;
         [pull * dx, pull * dy]
@@ -27,7 +27,7 @@ struct Move;
 
 #[kernel]
 impl Kernel<3, 1> for Move {
-    fn eval<R: Real>(&self, [x, force, neighbour]: [R; 3]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x, force, neighbour]: [R; 3], _: &[R]) -> [R; 1] {
         let sum = R::sum_of(&[x, R::lit(0.1) * force, R::lit(0.05) * neighbour.sin()]);
         [sum + R::dot(&[x, force], &[force, neighbour]) * R::lit(0.01)]
     }
@@ -45,10 +45,10 @@ impl Model for Truss {
     fn record(&self, program: &mut Program) {
         let stiffness = program.parameter(self.0.slots());
         let state = [(); 2].map(|()| program.state(self.0.nodes()));
-        let forces = program.map_edges(&self.0, Spring, state, &[stiffness]);
+        let forces = program.map_edges(&self.0, Spring, state, &[stiffness], &[]);
         let next = [0, 1].map(|k| {
             let neighbour = program.gather(state[k], &BEFORE);
-            program.map(Move, [state[k], forces[k], neighbour])[0]
+            program.map(Move, [state[k], forces[k], neighbour], &[])[0]
         });
         for (state, next) in state.into_iter().zip(next) {
             program.advance(state, next);
@@ -69,14 +69,17 @@ impl Step for Truss {
         let mut forces = [R::zero(); 8];
         for (&[i, j], &stiffness) in EDGES.iter().zip(parameters[0]) {
             let d = [0, 4].map(|k| state[k + j] - state[k + i]);
-            for (k, pull) in [0, 4].into_iter().zip(Spring.eval([d[0], d[1], stiffness])) {
+            for (k, pull) in [0, 4]
+                .into_iter()
+                .zip(Spring.eval([d[0], d[1], stiffness], &[]))
+            {
                 forces[k + i] += pull;
                 forces[k + j] -= pull;
             }
         }
         let moved = |k: usize| {
             let before = BEFORE[k % 4].map_or(R::zero(), |i| state[k / 4 * 4 + i]);
-            Move.eval([state[k], forces[k], before])[0]
+            Move.eval([state[k], forces[k], before], &[])[0]
         };
         (0..8).map(moved).collect()
     }
@@ -96,7 +99,7 @@ struct Moving;
 impl Model for Moving {
     fn record(&self, program: &mut Program) {
         let [x, force, neighbour] = [(); 3].map(|()| program.state(5));
-        let [next] = program.map(Move, [x, force, neighbour]);
+        let [next] = program.map(Move, [x, force, neighbour], &[]);
         for (state, next) in [(x, next), (force, force), (neighbour, neighbour)] {
             program.advance(state, next);
         }
@@ -137,7 +140,7 @@ struct ByRule;
 
 #[kernel]
 impl Kernel<1, 1> for ByRule {
-    fn eval<R: Real>(&self, x: [R; 1]) -> [R; 1] {
+    fn eval<R: Real>(&self, x: [R; 1], _: &[R]) -> [R; 1] {
         [custom::apply(Root, &x)]
     }
 }
@@ -148,7 +151,7 @@ struct Rooted;
 impl Model for Rooted {
     fn record(&self, program: &mut Program) {
         let x = program.state(1);
-        let [next] = program.map(ByRule, [x]);
+        let [next] = program.map(ByRule, [x], &[]);
         program.advance(x, next);
     }
 }

@@ -151,7 +151,7 @@ struct Times(f64);
 
 #[kernel]
 impl Kernel<1, 1> for Times {
-    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
         [x * R::lit(self.0)]
     }
 }
@@ -159,7 +159,7 @@ impl Kernel<1, 1> for Times {
 impl Model for Times {
     fn record(&self, program: &mut Program) {
         let x = program.state(3);
-        let [next] = program.map(*self, [x]);
+        let [next] = program.map(*self, [x], &[]);
         program.advance(x, next);
     }
 }
@@ -382,7 +382,7 @@ struct Stopping;
 
 #[kernel]
 impl Kernel<1, 1> for Stopping {
-    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
         if COUNTED.fetch_add(1, Ordering::Relaxed) >= 10 {
             STOP.store(true, Ordering::Relaxed);
         }
@@ -393,7 +393,7 @@ impl Kernel<1, 1> for Stopping {
 impl Model for Stopping {
     fn record(&self, program: &mut Program) {
         let x = program.state(1);
-        let [next] = program.map(*self, [x]);
+        let [next] = program.map(*self, [x], &[]);
         program.advance(x, next);
     }
 }

@@ -1,7 +1,6 @@
 //! Linear equations on a graph, solved in every step, must agree with Gaussian elimination in plain code.
 
 use crate::steps::{Step, Turn, assert_as_alone, assert_same};
-use autodiff::arrays::{UniformKernel, Uniforms};
 use autodiff::{DoubleDouble, Given, Graph, Kernel, Model, Program, Real, Rollout, Var, kernel};
 
 /// A model with `N` unknowns per node. In every step, the solution of the equations becomes the new state.
@@ -73,7 +72,7 @@ impl<const N: usize> Model for Solving<N> {
             false => p.solve_held(&graph, &nodes, &edges, &held, x),
         };
         for (x, next) in x.into_iter().zip(next) {
-            let [next] = p.map(Turn, [next, x]);
+            let [next] = p.map(Turn, [next, x], &[]);
             p.advance(x, next);
         }
     }
@@ -123,7 +122,7 @@ impl<const N: usize> Step for Solving<N> {
         let x = eliminated(a, b);
         let pairs = x.iter().zip(state);
         pairs
-            .map(|(&x, &old)| Kernel::eval(&Turn, [x, old])[0])
+            .map(|(&x, &old)| Kernel::eval(&Turn, [x, old], &[])[0])
             .collect()
     }
 }
@@ -340,7 +339,7 @@ fn numbers_of_edges_are_summed_at_both_ends() {
             let edge = p.parameter(graph.slots());
             let x = p.state(self.0.nodes);
             let sum = p.sum_at_nodes(&graph, edge);
-            let [next] = p.map(Turn, [sum, x]);
+            let [next] = p.map(Turn, [sum, x], &[]);
             p.advance(x, next);
         }
     }
@@ -354,7 +353,7 @@ fn numbers_of_edges_are_summed_at_both_ends() {
                 let edges = self.0.edges.iter().zip(&slots);
                 let here = edges.filter(|(ends, _)| ends.contains(&node));
                 let sum = here.fold(R::zero(), |sum, (_, &slot)| sum + given[0][slot]);
-                Kernel::eval(&Turn, [sum, state[node]])[0]
+                Kernel::eval(&Turn, [sum, state[node]], &[])[0]
             };
             (0..self.0.nodes).map(of_node).collect()
         }
@@ -369,9 +368,9 @@ fn results_stay_at_their_edges() {
     /// The impulse of a spring, with its stiffness as a uniform input.
     struct Spring;
     #[kernel]
-    impl UniformKernel<3, 2> for Spring {
+    impl Kernel<3, 2> for Spring {
         const UNIFORMS: usize = 1;
-        fn eval_with<R: Real>(&self, [d, e, rest]: [R; 3], k: &Uniforms<R>) -> [R; 2] {
+        fn eval<R: Real>(&self, [d, e, rest]: [R; 3], k: &[R]) -> [R; 2] {
             [k[0] * (d - rest).sin(), d * e + rest]
         }
     }
@@ -385,7 +384,7 @@ fn results_stay_at_their_edges() {
             let at_edges = p.map_each_edge(&graph, Spring, [x, y], &[rest], &[k]);
             let [dx, dy] = at_edges.map(|of_edge| p.sum_at_nodes(&graph, of_edge));
             for (state, sum) in [(x, dx), (y, dy)] {
-                let [next] = p.map(Turn, [sum, state]);
+                let [next] = p.map(Turn, [sum, state], &[]);
                 p.advance(state, next);
             }
         }
@@ -396,19 +395,17 @@ fn results_stay_at_their_edges() {
         }
         fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
             let (x, y) = state.split_at(self.0.nodes);
-            let mut uniforms: Uniforms<R> = [R::zero(); autodiff::arrays::MOST_UNIFORMS];
-            uniforms[0] = given[1][0];
             let mut sums = vec![R::zero(); state.len()];
             for (&[i, j], &slot) in self.0.edges.iter().zip(self.0.graph().slot_of_edge()) {
                 let edge = [x[j] - x[i], y[j] - y[i], given[0][slot]];
-                let [a, b] = Spring.eval_with(edge, &uniforms);
+                let [a, b] = Spring.eval(edge, given[1]);
                 for node in [i, j] {
                     sums[node] += a;
                     sums[self.0.nodes + node] += b;
                 }
             }
             let pairs = sums.into_iter().zip(state);
-            let turned = pairs.map(|(sum, &state)| Kernel::eval(&Turn, [sum, state])[0]);
+            let turned = pairs.map(|(sum, &state)| Kernel::eval(&Turn, [sum, state], &[])[0]);
             turned.collect()
         }
     }

@@ -193,7 +193,7 @@ struct Falling;
 struct Fall;
 #[kernel]
 impl Kernel<1, 1> for Fall {
-    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
         [x.sqrt() - R::lit(0.5)]
     }
 }
@@ -204,7 +204,7 @@ const ROOT: u32 = line!() - 5;
 impl Model for Falling {
     fn record(&self, p: &mut Program) {
         let x = p.state(1);
-        let [next] = p.map(Fall, [x]);
+        let [next] = p.map(Fall, [x], &[]);
         p.advance(x, next);
     }
 }

@@ -34,5 +34,5 @@ pub(crate) use operation::{InLanes, Operation};
 pub(crate) use row::{Bars, RowLayout, StepValues};
 pub(crate) use solve::{Equations, MOST_UNKNOWNS, Solve, triangle};
 pub(crate) use uniform::checked;
-pub use uniform::{Fixed, MOST_UNIFORMS, UniformKernel, Uniforms, vjp_by_duals_with};
+pub use uniform::{Fixed, MOST_UNIFORMS};
 pub(crate) use weighted::Weighted;

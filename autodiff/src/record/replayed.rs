@@ -3,23 +3,16 @@
 use std::borrow::Cow;
 
 use super::replay::{Inputs, Plan, Points, Wanted};
-use super::symbol::Symbol;
-use crate::arrays::{
-    Array, Bars, Graph, MOST_UNIFORMS, Operation, SlotEdge, StepValues, UniformKernel, checked,
-};
+use crate::arrays::{Array, Bars, Graph, Kernel, Operation, SlotEdge, StepValues, checked};
 use crate::real::Real;
-use num_traits::Zero;
 
 /// Records a kernel. Returns `None` if the kernel asks for values or calls a function with its own derivative, because a
 /// recording cannot represent it.
-pub(crate) fn recorded<K: UniformKernel<I, O>, const I: usize, const O: usize>(
+pub(crate) fn recorded<K: Kernel<I, O>, const I: usize, const O: usize>(
     kernel: &K,
 ) -> Option<Plan> {
     Plan::record([I, K::UNIFORMS], |x, given| {
-        let mut uniforms = [Symbol::zero(); MOST_UNIFORMS];
-        uniforms[..given.len()].copy_from_slice(given);
-        let y = kernel.eval_with(std::array::from_fn(|k| x[k]), &uniforms);
-        y.to_vec()
+        kernel.eval(std::array::from_fn(|k| x[k]), given).to_vec()
     })
 }
 

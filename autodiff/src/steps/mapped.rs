@@ -3,7 +3,7 @@
 use std::any::type_name;
 use std::panic::Location;
 
-use crate::arrays::{Array, EdgeMap, Graph, InLanes, Map, Operation, UniformKernel};
+use crate::arrays::{Array, EdgeMap, Graph, InLanes, Kernel, Map, Operation};
 use crate::real::{Real, of_floats};
 use crate::record::replay::Plan;
 use crate::record::{Places, ReplayedKernel, recorded};
@@ -123,7 +123,7 @@ impl<K: Compile> AnyKernel for K {
 /// A kernel that is mapped over elements.
 pub(super) struct OfElements<K, const I: usize, const O: usize>(pub(super) K);
 
-impl<K: UniformKernel<I, O>, const I: usize, const O: usize> Compile for OfElements<K, I, O> {
+impl<K: Kernel<I, O>, const I: usize, const O: usize> Compile for OfElements<K, I, O> {
     type Kernel = K;
     fn operation<R: Real>(self, arrays: &Arrays) -> Box<dyn Operation<R>> {
         let (inputs, outputs) = (handles(&arrays.inputs), handles(&arrays.outputs));
@@ -142,7 +142,7 @@ pub(super) struct OfEdges<K, const C: usize, const I: usize, const O: usize, con
 impl<K, const C: usize, const I: usize, const O: usize, const SUMS: bool> Compile
     for OfEdges<K, C, I, O, SUMS>
 where
-    K: UniformKernel<I, O>,
+    K: Kernel<I, O>,
 {
     type Kernel = K;
     fn operation<R: Real>(self, arrays: &Arrays) -> Box<dyn Operation<R>> {

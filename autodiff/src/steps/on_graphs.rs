@@ -4,7 +4,7 @@ use super::checks::Shape;
 use super::mapped::{Edges, OfEdges, handles};
 use super::operation::StepOperation;
 use super::program::Program;
-use crate::arrays::{Array, Equations, Graph, Kernel, NodeSum, UniformKernel};
+use crate::arrays::{Array, Equations, Graph, Kernel, NodeSum};
 
 /// The operations on graphs. They panic like the others if an array belongs to another program.
 impl Program {
@@ -13,7 +13,7 @@ impl Program {
     /// The first inputs of the kernel are differences. For each array of `ends`, which has one number per node, the
     /// input is the value at the edge's head minus the value at its tail. The other inputs are the edge's values in the
     /// arrays of `per_edge`, which have the slot layout of the [`Graph`]. Each result is added at the tail of the edge
-    /// and subtracted at its head, so the outputs are arrays over the nodes.
+    /// and subtracted at its head, so the outputs are arrays over the nodes. `uniforms` are those of [`map`](Program::map).
     ///
     /// ```
     /// use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, Var, gradient, kernel};
@@ -24,7 +24,7 @@ impl Program {
     ///
     /// #[kernel]
     /// impl Kernel<2, 1> for Conduction {
-    ///     fn eval<R: Real>(&self, [difference, conductivity]: [R; 2]) -> [R; 1] {
+    ///     fn eval<R: Real>(&self, [difference, conductivity]: [R; 2], _: &[R]) -> [R; 1] {
     ///         [conductivity * difference]
     ///     }
     /// }
@@ -34,7 +34,7 @@ impl Program {
     ///
     /// #[kernel]
     /// impl Kernel<2, 1> for Sum {
-    ///     fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
+    ///     fn eval<R: Real>(&self, [a, b]: [R; 2], _: &[R]) -> [R; 1] {
     ///         [a + b]
     ///     }
     /// }
@@ -47,8 +47,8 @@ impl Program {
     ///     fn record(&self, program: &mut Program) {
     ///         let conductivity = program.parameter(self.0.slots());
     ///         let t = program.state(self.0.nodes());
-    ///         let [gain] = program.map_edges(&self.0, Conduction, [t], &[conductivity]);
-    ///         let [next] = program.map(Sum, [t, gain]);
+    ///         let [gain] = program.map_edges(&self.0, Conduction, [t], &[conductivity], &[]);
+    ///         let [next] = program.map(Sum, [t, gain], &[]);
     ///         program.advance(t, next);
     ///     }
     /// }
@@ -69,6 +69,8 @@ impl Program {
     /// - If an array of `ends` does not have one number for each node.
     /// - If an array of `per_edge` does not have one number for each slot.
     /// - If the kernel has no results, or does not have one input for each array of `ends` and `per_edge`.
+    /// - If `uniforms` does not have one array for each uniform input of the kernel, or one of these arrays does not have
+    ///   exactly one number.
     /// - If an array belongs to another program.
     #[track_caller]
     pub fn map_edges<K, const C: usize, const I: usize, const O: usize>(
@@ -77,38 +79,19 @@ impl Program {
         kernel: K,
         ends: [Array; C],
         per_edge: &[Array],
+        uniforms: &[Array],
     ) -> [Array; O]
     where
         K: Kernel<I, O>,
     {
-        self.map_edges_with(graph, kernel, ends, per_edge, &[])
-    }
-
-    /// Like [`map_edges`](Program::map_edges), but for a kernel with [uniform inputs](Program::map_with).
-    ///
-    /// # Panics
-    /// Like [`map_edges`](Program::map_edges). Also if `uniforms` does not have one array for each uniform input of the
-    /// kernel, or one of these arrays does not have exactly one number.
-    #[track_caller]
-    pub fn map_edges_with<K, const C: usize, const I: usize, const O: usize>(
-        &mut self,
-        graph: &Graph,
-        kernel: K,
-        ends: [Array; C],
-        per_edge: &[Array],
-        uniforms: &[Array],
-    ) -> [Array; O]
-    where
-        K: UniformKernel<I, O>,
-    {
         self.map_over_edges::<K, C, I, O, true>(graph, kernel, ends, per_edge, uniforms)
     }
 
-    /// Like [`map_edges_with`](Program::map_edges_with), but results stay at their edges: the outputs are arrays over the
+    /// Like [`map_edges`](Program::map_edges), but results stay at their edges: the outputs are arrays over the
     /// slots, with zeros for ghosts.
     ///
     /// # Panics
-    /// Like [`map_edges_with`](Program::map_edges_with).
+    /// Like [`map_edges`](Program::map_edges).
     #[track_caller]
     pub fn map_each_edge<K, const C: usize, const I: usize, const O: usize>(
         &mut self,
@@ -119,12 +102,12 @@ impl Program {
         uniforms: &[Array],
     ) -> [Array; O]
     where
-        K: UniformKernel<I, O>,
+        K: Kernel<I, O>,
     {
         self.map_over_edges::<K, C, I, O, false>(graph, kernel, ends, per_edge, uniforms)
     }
 
-    /// Implements [`map_edges_with`](Program::map_edges_with), which sums results at the nodes (`SUMS`), and
+    /// Implements [`map_edges`](Program::map_edges), which sums results at the nodes (`SUMS`), and
     /// [`map_each_edge`](Program::map_each_edge), which does not.
     #[track_caller]
     fn map_over_edges<K, const C: usize, const I: usize, const O: usize, const SUMS: bool>(
@@ -136,7 +119,7 @@ impl Program {
         uniforms: &[Array],
     ) -> [Array; O]
     where
-        K: UniformKernel<I, O>,
+        K: Kernel<I, O>,
     {
         let shape = Shape::of::<K, I, O>();
         (self.known()).check_edges(graph, [&ends, per_edge], uniforms, shape);
@@ -182,7 +165,7 @@ impl Program {
     ///         // How much heat each cell holds per kelvin, and how much flows along an edge per kelvin and step.
     ///         let (capacity, conductance) = (p.parameter(4), p.parameter(graph.slots()));
     ///         let temperature = p.state(4);
-    ///         let [heat] = p.map(Product, [capacity, temperature]);
+    ///         let [heat] = p.map(Product, [capacity, temperature], &[]);
     ///         let [next] = p.solve(&graph, &[capacity], &[conductance], [heat]);
     ///         p.advance(temperature, next);
     ///     }
@@ -193,7 +176,7 @@ impl Program {
     ///
     /// #[kernel]
     /// impl Kernel<2, 1> for Product {
-    ///     fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
+    ///     fn eval<R: Real>(&self, [a, b]: [R; 2], _: &[R]) -> [R; 1] {
     ///         [a * b]
     ///     }
     /// }

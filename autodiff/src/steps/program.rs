@@ -28,14 +28,14 @@ use crate::arrays::{Array, Matrix, Parameter, TOO_LONG, checked_sum};
 /// struct Pull(f64);
 /// impl Force for Pull {
 ///     fn record(&self, program: &mut Program, x: Array) -> Array {
-///         program.map(Spring(self.0), [x])[0]
+///         program.map(Spring(self.0), [x], &[])[0]
 ///     }
 /// }
 ///
 /// struct Spring(f64);
 /// #[kernel]
 /// impl Kernel<1, 1> for Spring {
-///     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+///     fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
 ///         [-R::lit(self.0) * x]
 ///     }
 /// }
@@ -161,7 +161,7 @@ impl Program {
     ///
     /// #[kernel]
     /// impl Kernel<3, 2> for Push {
-    ///     fn eval<R: Real>(&self, [x, v, force]: [R; 3]) -> [R; 2] {
+    ///     fn eval<R: Real>(&self, [x, v, force]: [R; 3], _: &[R]) -> [R; 2] {
     ///         let v = v + R::lit(0.1) * (force - x);
     ///         [x + R::lit(0.1) * v, v]
     ///     }
@@ -171,7 +171,7 @@ impl Program {
     ///     fn record(&self, program: &mut Program) {
     ///         let [x, v] = [(); 2].map(|()| program.state(1));
     ///         let force = program.control(1);
-    ///         let [x_next, v_next] = program.map(Push, [x, v, force]);
+    ///         let [x_next, v_next] = program.map(Push, [x, v, force], &[]);
     ///         program.advance(x, x_next);
     ///         program.advance(v, v_next);
     ///     }
@@ -181,7 +181,7 @@ impl Program {
     /// let rollout = Rollout::new(Push, forces.len());
     /// let start = [0.0, 1.0].map(Var::constant);
     /// let by_rollout = gradient(|forces| rollout.run(&start, &[forces])[0], &forces);
-    /// let step = |[x, v]: [_; 2], &force: &_| Push.eval([x, v, force]);
+    /// let step = |[x, v]: [_; 2], &force: &_| Push.eval([x, v, force], &[]);
     /// let by_tape = gradient(|forces| forces.iter().fold(start, step)[0], &forces);
     /// for (a, b) in by_rollout.into_iter().zip(by_tape) {
     ///     assert!((a - b).abs() < 1e-15);

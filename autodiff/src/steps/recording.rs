@@ -4,9 +4,7 @@ use super::checks::Shape;
 use super::mapped::{AnyKernel, Arrays, Edges, Mapped, OfElements, handles};
 use super::operation::StepOperation;
 use super::program::Program;
-use crate::arrays::{
-    Array, Gather, Kernel, Layer, Matrix, Parameter, UniformKernel, Weighted, repeated,
-};
+use crate::arrays::{Array, Gather, Kernel, Layer, Matrix, Parameter, Weighted, repeated};
 
 /// The operations. Each method panics if an array or a matrix belongs to another program. It cannot detect this if this
 /// program has an array or a matrix of the same shape at the same position in memory.
@@ -22,37 +20,23 @@ impl Program {
     }
 
     /// Maps a kernel over arrays of equal length: element `k` of each output is a result of the kernel at elements `k`
-    /// of `x`.
-    ///
-    /// For numbers that all elements share, see [`map_with`](Program::map_with).
-    ///
-    /// # Panics
-    /// If the arrays differ in length, if one belongs to another program, or if the kernel has no inputs or no
-    /// results.
-    #[track_caller]
-    pub fn map<K, const I: usize, const O: usize>(&mut self, kernel: K, x: [Array; I]) -> [Array; O]
-    where
-        K: Kernel<I, O>,
-    {
-        self.map_with(kernel, x, &[])
-    }
-
-    /// Like [`map`](Program::map), but for a kernel with [uniform inputs](UniformKernel), which all elements share.
-    /// `uniforms` are arrays of one number, one for each uniform input. The cotangent of a uniform input is the sum
-    /// over all elements, in their order. It is only computed for inputs that carry derivatives.
+    /// of `x`. `uniforms` are arrays of one number, one for each [uniform input](Kernel::UNIFORMS) of the kernel, which all
+    /// elements share. The cotangent of a uniform input is the sum over all elements, in their order. It is only computed
+    /// for inputs that carry derivatives.
     ///
     /// # Panics
-    /// Like [`map`](Program::map). Also if `uniforms` does not have one array for each uniform input of the kernel, or
-    /// one of these arrays does not have exactly one number.
+    /// If the arrays differ in length, if one belongs to another program, if the kernel has no inputs or no results, if
+    /// `uniforms` does not have one array for each uniform input of the kernel, or if one of these arrays does not have
+    /// exactly one number.
     #[track_caller]
-    pub fn map_with<K, const I: usize, const O: usize>(
+    pub fn map<K, const I: usize, const O: usize>(
         &mut self,
         kernel: K,
         x: [Array; I],
         uniforms: &[Array],
     ) -> [Array; O]
     where
-        K: UniformKernel<I, O>,
+        K: Kernel<I, O>,
     {
         let shape = Shape::of::<K, I, O>();
         let len = self.known().check_map(&x, uniforms, shape);

@@ -383,7 +383,7 @@ struct Still(usize);
 
 #[kernel]
 impl Kernel<1, 1> for Still {
-    fn eval<R: Real>(&self, x: [R; 1]) -> [R; 1] {
+    fn eval<R: Real>(&self, x: [R; 1], _: &[R]) -> [R; 1] {
         x
     }
 }
@@ -391,7 +391,7 @@ impl Kernel<1, 1> for Still {
 impl Model for Still {
     fn record(&self, program: &mut Program) {
         let state = program.state(self.0);
-        let [same] = program.map(*self, [state]);
+        let [same] = program.map(*self, [state], &[]);
         program.advance(state, same);
     }
 }

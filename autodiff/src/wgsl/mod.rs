@@ -18,7 +18,7 @@
 //!
 //! #[kernel]
 //! impl Kernel<3, 2> for Swing {
-//!     fn eval<R: Real>(&self, [angle, speed, gravity]: [R; 3]) -> [R; 2] {
+//!     fn eval<R: Real>(&self, [angle, speed, gravity]: [R; 3], _: &[R]) -> [R; 2] {
 //!         let speed = speed - lit(0.01) * gravity * angle.sin();
 //!         [angle + lit(0.01) * speed, speed]
 //!     }
@@ -31,7 +31,7 @@
 //!     fn record(&self, program: &mut Program) {
 //!         let gravity = program.parameter(1);
 //!         let [angle, speed] = [(); 2].map(|()| program.state(1));
-//!         let [next_angle, next_speed] = program.map(Swing, [angle, speed, gravity]);
+//!         let [next_angle, next_speed] = program.map(Swing, [angle, speed, gravity], &[]);
 //!         program.advance(angle, next_angle);
 //!         program.advance(speed, next_speed);
 //!     }

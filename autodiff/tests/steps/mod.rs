@@ -125,7 +125,7 @@ pub(crate) struct Turn;
 
 #[kernel]
 impl Kernel<2, 1> for Turn {
-    fn eval<R: Real>(&self, [x, y]: [R; 2]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x, y]: [R; 2], _: &[R]) -> [R; 1] {
         [x * R::lit(0.9) + y / (R::one() + y * y) * R::lit(0.6)]
     }
 }

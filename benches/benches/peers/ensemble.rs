@@ -76,7 +76,7 @@ mod ours {
 
     #[kernel]
     impl Kernel<3, 2> for Pendulum {
-        fn eval<R: Real>(&self, [angle, speed, torque]: [R; 3]) -> [R; 2] {
+        fn eval<R: Real>(&self, [angle, speed, torque]: [R; 3], _: &[R]) -> [R; 2] {
             let speed = speed + lit(STEP) * (torque - angle.sin());
             [angle + lit(STEP) * speed, speed]
         }
@@ -89,7 +89,7 @@ mod ours {
             let (angle, speed) = (program.state(1), program.state(1));
             let hidden = program.dense_tanh(w1, &[angle, speed], b1);
             let torque = program.dense(w2, &[hidden], b2);
-            let next = program.map(Pendulum, [angle, speed, torque]);
+            let next = program.map(Pendulum, [angle, speed, torque], &[]);
             program.advance(angle, next[0]);
             program.advance(speed, next[1]);
         }

@@ -68,9 +68,9 @@ macro_rules! map_over {
         Particle::new(match $terrain.cloned().filter(|_| C::HAS_GROUND) {
             None => {
                 let $ground = Flat;
-                $p.map_with($kernel, $node, $settings)
+                $p.map($kernel, $node, $settings)
             }
-            Some($ground) => $p.map_with($kernel, $node, $settings),
+            Some($ground) => $p.map($kernel, $node, $settings),
         })
     };
 }
@@ -117,7 +117,7 @@ impl<C: Contact> AnyContact for C {
         )
     }
     fn grip(&self, p: &mut Program, any: Array, settings: &[Array]) -> Array {
-        p.map_with(Grip(self.clone()), [any], settings)[0]
+        p.map(Grip(self.clone()), [any], settings)[0]
     }
     fn land(
         &self,

@@ -104,7 +104,7 @@ pub struct Given<A> {
     /// The arrays of [`Force::constants`].
     pub constants: Vec<A>,
     /// The numbers of [`Force::inputs`], each as an array of one number. Kernels take them as
-    /// [uniform inputs](autodiff::arrays::Uniforms).
+    /// [uniform inputs](autodiff::Kernel::UNIFORMS).
     pub inputs: Vec<A>,
 }
 
@@ -228,7 +228,7 @@ pub struct Sum;
 
 #[kernel]
 impl Kernel<2, 1> for Sum {
-    fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
+    fn eval<R: Real>(&self, [a, b]: [R; 2], _: &[R]) -> [R; 1] {
         [a + b]
     }
 
@@ -246,5 +246,7 @@ pub(crate) fn add<const D: usize>(
     let Some(before) = before else {
         return impulses;
     };
-    before.zip_with(impulses, |before, impulse| p.map(Sum, [before, impulse])[0])
+    before.zip_with(impulses, |before, impulse| {
+        p.map(Sum, [before, impulse], &[])[0]
+    })
 }

@@ -108,10 +108,10 @@ impl<L: BarForce> Force for OnBars<L> {
         Vector::new(if L::NEEDS_RATE {
             let ends = step.nodes.array();
             let moving = MovingTension(tension);
-            p.map_edges_with(step.graph, moving, ends, &edge, &given.inputs)
+            p.map_edges(step.graph, moving, ends, &edge, &given.inputs)
         } else {
             let ends = step.nodes.x.array();
-            p.map_edges_with(step.graph, tension, ends, &edge, &given.inputs)
+            p.map_edges(step.graph, tension, ends, &edge, &given.inputs)
         })
     }
 
@@ -131,7 +131,7 @@ impl<L: BarForce> Force for OnBars<L> {
         let Some(before) = before.map(Tensions::array) else {
             return Some(own.into());
         };
-        let sum = [0, 1, 2].map(|k| p.map(Sum, [before[k], own[k]])[0]);
+        let sum = [0, 1, 2].map(|k| p.map(Sum, [before[k], own[k]], &[])[0]);
         Some(sum.into())
     }
 

@@ -369,9 +369,9 @@ impl<'a> PolicyStep<'a> {
             scale: self.goal_scale,
         };
         let p = self.program();
-        let [offset] = p.map(Offset, [goal, mean]);
+        let [offset] = p.map(Offset, [goal, mean], &[]);
         let other = p.gather(offset, &[Some(1), Some(0)]);
-        let [seen] = p.map(kernel, [offset, other]);
+        let [seen] = p.map(kernel, [offset, other], &[]);
         seen
     }
 

@@ -6,7 +6,6 @@
 
 use std::sync::Arc;
 
-use autodiff::arrays::{UniformKernel, Uniforms};
 use autodiff::{Array, Kernel, Program, Real};
 
 use super::effort::{Meter, Pulled};
@@ -75,7 +74,7 @@ impl Implicit<'_> {
     /// Records the step, and returns the nodes after it. If a meter is given, it is advanced.
     pub(super) fn record(&self, p: &mut Program, meter: Option<&mut Meter>) -> Particle<Array> {
         let (nodes, falling) = (self.step.nodes, Falling(self.decay));
-        let free = Vector::new(p.map_with(falling, nodes.v.array(), &self.given.contact[..2]));
+        let free = Vector::new(p.map(falling, nodes.v.array(), &self.given.contact[..2]));
         // The kernel of the grip does not read its input; a rest length has no derivative.
         let any = p.gather(self.step.rest_length, &[Some(0)]);
         let has_ground = self.contact.has_ground();
@@ -85,7 +84,7 @@ impl Implicit<'_> {
         let first = Particle { v: free, ..nodes };
         let mut pass = self.pass(p, first, &start, None);
         for _ in 1..self.passes {
-            let moved = p.map(Moved(self.step.dt), both(nodes.x, pass.moving));
+            let moved = p.map(Moved(self.step.dt), both(nodes.x, pass.moving), &[]);
             let base = Particle {
                 x: Vector::new(moved),
                 v: pass.moving,
@@ -104,11 +103,11 @@ impl Implicit<'_> {
     fn balanced(&self, p: &mut Program, start: &Start, pass: &Pass) -> Vector<Array> {
         let nodes = self.step.graph.nodes();
         let ([rx, ry], [wx, wy]) = (pass.reaction.array(), pass.moving.array());
-        let [mass, ax, ay] = p.map(PerMass, [rx, ry, self.step.inverse_mass]);
+        let [mass, ax, ay] = p.map(PerMass, [rx, ry, self.step.inverse_mass], &[]);
         let is_held = pass.hold.map_or(start.none, |hold| hold.is_held);
         let [_, means] = p.weighted(mass, &[ax, ay, is_held], &[], &[]);
         let [ax, ay, is_held] = [0, 1, 2].map(|k| p.gather(means, &vec![Some(k); nodes]));
-        Vector::new(p.map(Balanced, [wx, wy, ax, ay, is_held]))
+        Vector::new(p.map(Balanced, [wx, wy, ax, ay, is_held], &[]))
     }
 
     /// Records a pass about the positions and velocities of `base`. `before` is the pass before.
@@ -130,12 +129,14 @@ impl Implicit<'_> {
         };
         let impulses = self.impulses(p, base, &bars, change);
         let solved = self.solve(p, [base.v, free, impulses, change], hold.as_ref(), &bars);
-        let change = change.zip_with(solved, |change, solved| p.map(Sum, [change, solved])[0]);
+        let change = change.zip_with(solved, |change, solved| {
+            p.map(Sum, [change, solved], &[])[0]
+        });
         let moving = base
             .v
-            .zip_with(change, |base, change| p.map(Sum, [base, change])[0]);
+            .zip_with(change, |base, change| p.map(Sum, [base, change], &[])[0]);
         let impulses = self.impulses(p, base, &bars, change);
-        let reaction = Vector::new(p.map(Reaction, self.balance(moving, free, impulses)));
+        let reaction = Vector::new(p.map(Reaction, self.balance(moving, free, impulses), &[]));
         Pass {
             moving,
             hold,
@@ -162,7 +163,7 @@ impl Implicit<'_> {
             softening: self.step.softening,
         };
         let [tension] = p.map_each_edge(graph, pulled, pass.base.array(), &impulse, &[]);
-        let moving = p.map(Mean, both(self.step.nodes.v, pass.moving));
+        let moving = p.map(Mean, both(self.step.nodes.v, pass.moving), &[]);
         before.after(p, graph, Vector::new(moving), impulse, tension)
     }
 
@@ -220,7 +221,7 @@ impl Implicit<'_> {
     ) -> Vector<Array> {
         let ([jx, jy], [xx, xy, yy]) = (bars.impulse.array(), bars.slopes);
         let per_edge = [jx, jy, xx, xy, yy];
-        let of_bars = p.map_edges(self.step.graph, Impulse, change.array(), &per_edge);
+        let of_bars = p.map_edges(self.step.graph, Impulse, change.array(), &per_edge, &[]);
         let at = self.at(base);
         (bars.others.iter()).fold(Vector::new(of_bars), |sum, &k| {
             let own = self.forces[k].record(p, &at, &self.given.forces[k]);
@@ -244,7 +245,7 @@ impl Implicit<'_> {
         let ([vx, vy, wx, wy], [tx, ty]) = (both(v, moving), under.tangent.array());
         let node = [vx, vy, wx, wy, under.is_new, tx, ty, under.height];
         let Some((pass, hold)) = before else {
-            let first = p.map_with(FirstPass { dt }, node, &[grip]);
+            let first = p.map(FirstPass { dt }, node, &[grip]);
             let [sticks, impact, slip, ex, ey] = first;
             let hold = Hold {
                 under,
@@ -280,7 +281,7 @@ impl Implicit<'_> {
             xy,
             yy,
         ];
-        let next = p.map_with(NextPass { dt }, node, &[grip]);
+        let next = p.map(NextPass { dt }, node, &[grip]);
         let [is_held, sticks, impact, slip, drag, slid, ex, ey] = next;
         let hold = Hold {
             under,
@@ -299,8 +300,8 @@ impl Implicit<'_> {
         let ([x, y, wx, wy], [segment, is_held]) = (both(self.step.nodes.x, moving), last);
         let (node, dt) = ([x, y, wx, wy, segment, is_held], self.step.dt);
         let [segment, is_new, tx, ty, height] = match self.terrain.cloned() {
-            None => p.map(Meet { ground: Flat, dt }, node),
-            Some(ground) => p.map(Meet { ground, dt }, node),
+            None => p.map(Meet { ground: Flat, dt }, node, &[]),
+            Some(ground) => p.map(Meet { ground, dt }, node, &[]),
         };
         Under {
             segment,
@@ -322,7 +323,7 @@ impl Implicit<'_> {
         let graph = self.step.graph;
         let Some(hold) = hold else {
             let balance = self.balance(base, free, impulses);
-            let [bx, by, block @ ..] = p.map(FreeEquation, balance);
+            let [bx, by, block @ ..] = p.map(FreeEquation, balance, &[]);
             return Vector::new(p.solve(graph, &block, &bars.slopes, [bx, by]));
         };
         let [vx, vy, fx, fy, jx, jy, inverse_mass] = self.balance(base, free, impulses);
@@ -344,7 +345,7 @@ impl Implicit<'_> {
             hold.slip,
             hold.drag,
         ];
-        let [bx, by, xx, xy, yy, held @ ..] = p.map(Equation, node);
+        let [bx, by, xx, xy, yy, held @ ..] = p.map(Equation, node, &[]);
         Vector::new(p.solve_held(graph, &[xx, xy, yy], &bars.slopes, &held, [bx, by]))
     }
 
@@ -353,7 +354,7 @@ impl Implicit<'_> {
         let (x, moving, dt) = (self.step.nodes.x, last.moving, self.step.dt);
         let Some(hold) = last.hold else {
             return Particle {
-                x: Vector::new(p.map(Moved(dt), both(x, moving))),
+                x: Vector::new(p.map(Moved(dt), both(x, moving), &[])),
                 v: moving,
             };
         };
@@ -384,10 +385,10 @@ fn both(a: Vector<Array>, b: Vector<Array>) -> [Array; 4] {
 struct Falling(f64);
 
 #[kernel]
-impl UniformKernel<2, 2> for Falling {
+impl Kernel<2, 2> for Falling {
     const UNIFORMS: usize = 2;
 
-    fn eval_with<R: Real>(&self, v: [R; 2], gravity: &Uniforms<R>) -> [R; 2] {
+    fn eval<R: Real>(&self, v: [R; 2], gravity: &[R]) -> [R; 2] {
         let gravity = Vector::new([gravity[0], gravity[1]]);
         Vector::new(v).fma(R::lit(self.0), gravity).array()
     }
@@ -398,7 +399,7 @@ struct Moved(f64);
 
 #[kernel]
 impl Kernel<4, 2> for Moved {
-    fn eval<R: Real>(&self, node: [R; 4]) -> [R; 2] {
+    fn eval<R: Real>(&self, node: [R; 4], _: &[R]) -> [R; 2] {
         Particle::new(node).after(R::lit(self.0)).x.array()
     }
 }
@@ -408,7 +409,7 @@ struct Mean;
 
 #[kernel]
 impl Kernel<4, 2> for Mean {
-    fn eval<R: Real>(&self, [vx, vy, wx, wy]: [R; 4]) -> [R; 2] {
+    fn eval<R: Real>(&self, [vx, vy, wx, wy]: [R; 4], _: &[R]) -> [R; 2] {
         // A closure in a `map` would not be inlined, so its instructions would be calls.
         let half = R::lit(0.5);
         [half * (vx + wx), half * (vy + wy)]
@@ -420,7 +421,7 @@ struct PerMass;
 
 #[kernel]
 impl Kernel<3, 3> for PerMass {
-    fn eval<R: Real>(&self, [jx, jy, inverse_mass]: [R; 3]) -> [R; 3] {
+    fn eval<R: Real>(&self, [jx, jy, inverse_mass]: [R; 3], _: &[R]) -> [R; 3] {
         [inverse_mass.recip(), jx * inverse_mass, jy * inverse_mass]
     }
 }
@@ -431,7 +432,7 @@ struct Balanced;
 
 #[kernel]
 impl Kernel<5, 2> for Balanced {
-    fn eval<R: Real>(&self, [wx, wy, ax, ay, is_held]: [R; 5]) -> [R; 2] {
+    fn eval<R: Real>(&self, [wx, wy, ax, ay, is_held]: [R; 5], _: &[R]) -> [R; 2] {
         let (moving, mean) = (Vector::new([wx, wy]), Vector::new([ax, ay]));
         let holds = R::zero().less(is_held);
         Vector::select(holds, moving, moving - mean).array()

@@ -215,7 +215,7 @@ impl Mechanics {
         let pulls = p.map_each_edge(step.graph, pulling, positions, &[tension], &[]);
         let ([vx, vy], [jx, jy]) = (step.nodes.v.array(), impulses.array());
         let node = [vx, vy, jx, jy, given.inverse_mass];
-        let moving = p.map_with(Midway(self.flight), node, &given.contact[..2]);
+        let moving = p.map(Midway(self.flight), node, &given.contact[..2]);
         before.after(p, step.graph, Vector::new(moving), pulls, tension)
     }
 }

@@ -331,7 +331,7 @@ impl Robot {
         let clock = match *ticks {
             [clock, slope, phase] => {
                 let ahead = p.parameter(1);
-                p.map_with(Turn, [clock, slope, phase], &[ahead])[0]
+                p.map(Turn, [clock, slope, phase], &[ahead])[0]
             }
             _ => ticks[0],
         };
@@ -339,8 +339,8 @@ impl Robot {
         let pairs = given.goals.iter().zip(legs);
         let sum = pairs.fold(None, |sum: Option<Array>, (&goal, &holds)| {
             let [sum] = match sum {
-                None => p.map(Hold, [goal, holds]),
-                Some(sum) => p.map(Pick, [sum, goal, holds]),
+                None => p.map(Hold, [goal, holds], &[]),
+                Some(sum) => p.map(Pick, [sum, goal, holds], &[]),
             };
             Some(sum)
         });
