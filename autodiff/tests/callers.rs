@@ -133,8 +133,8 @@ fn programs_name_the_line_of_their_caller() {
     assert_named(|| p.gather(two, &[Some(2)]));
     assert_named(|| p.map_edges(&graph, Scaled, [three], &none, &[]));
     assert_named(|| p.weighted(two, &[three], &[], &[]));
-    assert_named(|| p.solve(&graph, &[two], &none, [two]));
-    assert_named(|| p.solve(&graph, &[three], &[slots], [two]));
+    assert_named(|| p.solve(&graph, &[two], &none, &[], [two]));
+    assert_named(|| p.solve(&graph, &[three], &[slots], &[], [two]));
     assert_named(|| p.advance(two, three));
     assert_named(|| p.advance(slots, three));
     assert_named(|| p.map(Scaled, [two, two], &[one]));
@@ -142,7 +142,7 @@ fn programs_name_the_line_of_their_caller() {
     assert_named(|| p.map_edges(&graph, Scaled, [two], &none, &[]));
     assert_named(|| p.map_each_edge(&graph, Scaled, [two], &[two], &[]));
     assert_named(|| p.sum_at_nodes(&graph, two));
-    assert_named(|| p.solve_held(&graph, &[two], &[slots], &[three], [two]));
+    assert_named(|| p.solve(&graph, &[two], &[slots], &[three], [two]));
     assert_named(|| p.dense_tanh_spread(matrix, &[two], two, &[true]));
     assert_named(|| p.state(usize::MAX));
     assert_named(|| p.input(usize::MAX));

@@ -87,7 +87,7 @@ impl Model for Chain {
         let at_nodes = p.sum_at_nodes(graph, at_edges);
         let [next] = p.map(Move, [x, force, at_nodes], &[]);
         let [heat] = p.map(Product, [capacity, next], &[]);
-        let [smooth] = p.solve(graph, &[capacity], &[conductance], [heat]);
+        let [smooth] = p.solve(graph, &[capacity], &[conductance], &[], [heat]);
         let [products, _] = p.weighted(capacity, &[], &[smooth], &[]);
         let own: Vec<Option<usize>> = (0..NODES).map(Some).collect();
         let weighed = p.gather(products, &own);

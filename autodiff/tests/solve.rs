@@ -67,10 +67,7 @@ impl<const N: usize> Model for Solving<N> {
         let held: Vec<_> = (0..self.projections().len())
             .map(|_| p.parameter(self.nodes))
             .collect();
-        let next = match held.is_empty() {
-            true => p.solve(&graph, &nodes, &edges, x),
-            false => p.solve_held(&graph, &nodes, &edges, &held, x),
-        };
+        let next = p.solve(&graph, &nodes, &edges, &held, x);
         for (x, next) in x.into_iter().zip(next) {
             let [next] = p.map(Turn, [next, x], &[]);
             p.advance(x, next);
@@ -193,7 +190,7 @@ impl Model for Bars {
         let nodes = [(); 3].map(|()| p.parameter(self.0.nodes()));
         let edges = [(); 3].map(|()| p.parameter(self.0.slots()));
         let x = [(); 2].map(|()| p.state(self.0.nodes()));
-        let next = p.solve(&self.0, &nodes, &edges, x);
+        let next = p.solve(&self.0, &nodes, &edges, &[], x);
         x.into_iter()
             .zip(next)
             .for_each(|(x, next)| p.advance(x, next));
@@ -422,7 +419,7 @@ fn a_removed_edge_does_not_act() {
         fn record(&self, p: &mut Program) {
             let (node, edge) = (p.parameter(3), p.parameter(self.0.slots()));
             let x = p.state(3);
-            let [next] = p.solve(&self.0, &[node], &[edge], [x]);
+            let [next] = p.solve(&self.0, &[node], &[edge], &[], [x]);
             p.advance(x, next);
         }
     }

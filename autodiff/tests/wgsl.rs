@@ -13,7 +13,7 @@ impl Model for Implicit {
         let graph = Graph::new(3, &[[0, 1], [1, 2]]);
         let (capacity, conductance) = (p.parameter(3), p.parameter(graph.slots()));
         let x = p.state(3);
-        let [next] = p.solve(&graph, &[capacity], &[conductance], [x]);
+        let [next] = p.solve(&graph, &[capacity], &[conductance], &[], [x]);
         p.advance(x, next);
     }
 }

@@ -146,6 +146,11 @@ impl Program {
     /// `[1, 1]`, `[2, 0]` and so on. Arrays of nodes have one number for each node, arrays of edges one for each
     /// [slot](Graph::slots). `b` has an array over the nodes for each unknown of a node.
     ///
+    /// `held` may be empty. Otherwise some directions are held: the solution is 0 in these directions, and the equations hold
+    /// in all others. So a wall keeps a node from moving through it, or a cell has a fixed temperature. `held` has a symmetric
+    /// block for each node, as `nodes` does: the projection onto its held directions, which is `n n'` for one unit vector
+    /// `n`. A block of zeros holds nothing. `held` has no derivative.
+    ///
     /// The matrix is factorised as `L D L'` within a band. The nodes are ordered once, when the step is recorded, so that
     /// connected nodes are close. The reverse sweep solves once more with the same factor. If `A` is not positive definite,
     /// the solution can be inaccurate or NaN.
@@ -166,7 +171,7 @@ impl Program {
     ///         let (capacity, conductance) = (p.parameter(4), p.parameter(graph.slots()));
     ///         let temperature = p.state(4);
     ///         let [heat] = p.map(Product, [capacity, temperature], &[]);
-    ///         let [next] = p.solve(&graph, &[capacity], &[conductance], [heat]);
+    ///         let [next] = p.solve(&graph, &[capacity], &[conductance], &[], [heat]);
     ///         p.advance(temperature, next);
     ///     }
     /// }
@@ -189,29 +194,10 @@ impl Program {
     /// ```
     ///
     /// # Panics
-    /// If an array has another length than is said above, if their numbers do not fit `N`, if the graph has no nodes, or if
-    /// an array belongs to another program.
+    /// If an array has another length than is said above, if their numbers do not fit `N`, if the graph has no nodes, if
+    /// directions are held and a node has more than four unknowns, or if an array belongs to another program.
     #[track_caller]
     pub fn solve<const N: usize>(
-        &mut self,
-        graph: &Graph,
-        nodes: &[Array],
-        edges: &[Array],
-        b: [Array; N],
-    ) -> [Array; N] {
-        self.solve_held(graph, nodes, edges, &[], b)
-    }
-
-    /// Like [`solve`](Program::solve), but some directions are held: the solution is 0 in these directions, and the
-    /// equations hold in all others. So a wall keeps a node from moving through it, or a cell has a fixed temperature.
-    ///
-    /// `held` has a symmetric block for each node, as `nodes` does: the projection onto its held directions, which is `n n'`
-    /// for one unit vector `n`. A block of zeros holds nothing. `held` has no derivative.
-    ///
-    /// # Panics
-    /// Like [`solve`](Program::solve). Also if a node has more than four unknowns.
-    #[track_caller]
-    pub fn solve_held<const N: usize>(
         &mut self,
         graph: &Graph,
         nodes: &[Array],

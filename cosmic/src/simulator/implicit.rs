@@ -324,7 +324,7 @@ impl Implicit<'_> {
         let Some(hold) = hold else {
             let balance = self.balance(base, free, impulses);
             let [bx, by, block @ ..] = p.map(FreeEquation, balance, &[]);
-            return Vector::new(p.solve(graph, &block, &bars.slopes, [bx, by]));
+            return Vector::new(p.solve(graph, &block, &bars.slopes, &[], [bx, by]));
         };
         let [vx, vy, fx, fy, jx, jy, inverse_mass] = self.balance(base, free, impulses);
         let ([ex, ey], [tx, ty]) = (change.array(), hold.under.tangent.array());
@@ -346,7 +346,7 @@ impl Implicit<'_> {
             hold.drag,
         ];
         let [bx, by, xx, xy, yy, held @ ..] = p.map(Equation, node, &[]);
-        Vector::new(p.solve_held(graph, &[xx, xy, yy], &bars.slopes, &held, [bx, by]))
+        Vector::new(p.solve(graph, &[xx, xy, yy], &bars.slopes, &held, [bx, by]))
     }
 
     /// Records the end of the step: nodes move with the velocity of the last pass.

@@ -24,7 +24,7 @@ pub(crate) fn triangle(n: usize) -> Vec<[usize; 2]> {
 /// The largest number of unknowns per node if some directions are held.
 pub(crate) const MOST_UNKNOWNS: usize = 4;
 
-/// The declaration of linear equations in a step: see [`Program::solve_held`](crate::Program::solve_held).
+/// The declaration of linear equations in a step: see [`Program::solve`](crate::Program::solve).
 pub(crate) struct Equations {
     pub(crate) graph: Graph,
     pub(crate) nodes: Vec<Array>,
