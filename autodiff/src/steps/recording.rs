@@ -77,7 +77,7 @@ impl Program {
 
     /// Records a dense layer with an activation, `y = tanh(matrix * (x_0, x_1, ...) + bias)`. In all modes of
     /// differentiation, the slope of `tanh` is computed from the result as `1 - y^2`. The function
-    /// [`layer_tanh`](Real::layer_tanh) does the same.
+    /// [`layer_tanh`](crate::Real::layer_tanh) does the same.
     ///
     /// # Panics
     /// Like [`dense`](Program::dense).
