@@ -85,16 +85,16 @@ use autodiff::{Kernel, Model, Program, Real, Rollout, gradient, kernel};
 struct Spring;
 #[kernel]
 impl Kernel<3, 2> for Spring {
-    fn eval<R: Real>(&self, [x, v, stiffness]: [R; 3]) -> [R; 2] {
+    fn eval<R: Real>(&self, [x, v, stiffness]: [R; 3], _: &[R]) -> [R; 2] {
         let v = v - R::lit(0.1) * stiffness * x;
         [x + R::lit(0.1) * v, v]
     }
 }
 impl Model for Spring {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let stiffness = program.parameter(1);
         let (x, v) = (program.state(1), program.state(1));
-        let [x_next, v_next] = program.map(Spring, [x, v, stiffness]);
+        let [x_next, v_next] = program.map(Spring, [x, v, stiffness], &[]);
         program.advance(x, x_next);
         program.advance(v, v_next);
     }

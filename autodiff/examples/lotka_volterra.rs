@@ -6,20 +6,20 @@ use nalgebra::{DMatrix, DVector};
 struct Logarithms;
 #[kernel]
 impl Kernel<4, 1> for Logarithms {
-    fn eval<R: Real>(&self, [u, other, growth, effect]: [R; 4]) -> [R; 1] {
+    fn eval<R: Real>(&self, [u, other, growth, effect]: [R; 4], _: &[R]) -> [R; 1] {
         [u + lit(0.01) * (growth + effect * other.exp())]
     }
 }
 impl Model for Logarithms {
-    fn record<R: Real>(&self, step: &mut Program<R>) {
+    fn record(&self, step: &mut Program) {
         let (u, growth, effect) = (step.state(2), step.parameter(2), step.parameter(2));
         let other = step.gather(u, &[Some(1), Some(0)]);
-        let [next] = step.map(Logarithms, [u, other, growth, effect]);
+        let [next] = step.map(Logarithms, [u, other, growth, effect], &[]);
         step.advance(u, next);
     }
 }
 fn by_loop<R: Real>(p: &[R]) -> Vec<R> {
-    let next = |u: &[R], i| Logarithms.eval([u[i], u[1 - i], p[i], p[2 + i]])[0];
+    let next = |u: &[R], i| Logarithms.eval([u[i], u[1 - i], p[i], p[2 + i]], &[])[0];
     let states = std::iter::successors(Some([R::zero(); 2]), |u| Some([next(u, 0), next(u, 1)]));
     states.take(800).flatten().collect()
 }

@@ -10,18 +10,18 @@ use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient, kernel};
 struct Minute;
 #[kernel]
 impl Kernel<2, 1> for Minute {
-    fn eval<R: Real>(&self, [x, rate]: [R; 2]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x, rate]: [R; 2], _: &[R]) -> [R; 1] {
         [x + R::lit(1.0 / 60.0) * rate]
     }
 }
 impl Model for Minute {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let (w1, b1) = (program.matrix(8, 1), program.parameter(8));
         let (w2, b2) = (program.matrix(1, 8), program.parameter(1));
         let x = program.state(1);
         let hidden = program.dense_tanh(w1, &[x], b1);
         let rate = program.dense(w2, &[hidden], b2);
-        let [next] = program.map(Minute, [x, rate]);
+        let [next] = program.map(Minute, [x, rate], &[]);
         program.advance(x, next);
     }
 }

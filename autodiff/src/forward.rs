@@ -2,7 +2,7 @@
 
 use crate::dual::Dual;
 use crate::operators::{closure_operators, constants_by_f64, literal_operators, operators};
-use crate::real::{Accepts, ByType, Fused, Real};
+use crate::real::{Accepts, Fused, Mask, Real};
 use crate::rule::{self, by_rule};
 
 impl<R: Real, const N: usize> Dual<R, N> {
@@ -79,26 +79,7 @@ impl<R: Real, const N: usize> Dual<R, N> {
 /// the primal is finite.
 #[inline(always)]
 fn is_finite<R: Real>(partial: R) -> bool {
-    R::by_type(FiniteFloat, partial)
-}
-
-struct FiniteFloat;
-
-impl ByType for FiniteFloat {
-    type Of<R: Real> = R;
-    type Output<R: Real> = bool;
-    #[inline(always)]
-    fn f64(self, partial: f64) -> bool {
-        partial.is_finite()
-    }
-    #[inline(always)]
-    fn f32(self, partial: f32) -> bool {
-        partial.is_finite()
-    }
-    #[inline(always)]
-    fn other<R: Real>(self, _: R) -> bool {
-        false
-    }
+    R::IS_FLOAT && partial.finite().all()
 }
 
 impl<R: Real, const N: usize> Real for Dual<R, N> {

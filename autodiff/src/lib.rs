@@ -118,7 +118,7 @@ pub use real::{Fused, Mask, Real};
 pub use record::emit;
 pub use reverse::{Tape, Var};
 #[doc(inline)]
-pub use steps::{AnyProgram, CotangentBound, Given, Memory, Model, Program, Rollout};
+pub use steps::{CotangentBound, Given, Memory, Model, Program, Rollout};
 
 /// The code of the README, so that the documentation tests compile and run it.
 #[cfg(doctest)]

@@ -139,15 +139,15 @@ mod tests {
 
     #[kernel]
     impl Kernel<1, 1> for Half {
-        fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
             [R::lit(0.5) * x]
         }
     }
 
     impl Model for Half {
-        fn record<R: Real>(&self, program: &mut Program<R>) {
+        fn record(&self, program: &mut Program) {
             let x = program.state(1);
-            let [half] = program.map(Half, [x]);
+            let [half] = program.map(Half, [x], &[]);
             program.advance(x, half);
         }
     }

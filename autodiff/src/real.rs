@@ -6,6 +6,7 @@
 //!
 #![doc = include_str!("kinks.md")]
 
+use std::any::Any;
 use std::fmt::Debug;
 use std::iter::{Product, Sum};
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -367,26 +368,20 @@ pub trait Real:
     /// lanes, programs replay recordings of the kernels.
     #[doc(hidden)]
     const KERNELS_NEED_LANES: bool = false;
-    /// Calls the method of `work` that belongs to this number type.
-    #[inline(always)]
-    fn by_type<W: ByType>(work: W, of: W::Of<Self>) -> W::Output<Self> {
-        work.other(of)
-    }
+    /// Whether this number type is `f64` or `f32`.
+    #[doc(hidden)]
+    const IS_FLOAT: bool = false;
 }
 
-/// Work that has separate functions for plain floats; see [`Real::by_type`]. The choice is made at compile time, and
-/// the generic function is not compiled for floats.
-pub trait ByType {
-    /// The type of the argument, for each number type.
-    type Of<R: Real>;
-    /// The type of the result, for each number type.
-    type Output<R: Real>;
-    /// Does the work for `f64`.
-    fn f64(self, of: Self::Of<f64>) -> Self::Output<f64>;
-    /// Does the work for `f32`.
-    fn f32(self, of: Self::Of<f32>) -> Self::Output<f32>;
-    /// Does the work for any other number type.
-    fn other<R: Real>(self, of: Self::Of<R>) -> Self::Output<R>;
+/// Returns that of two functions for `f64` and for `f32` which has the type `T`. If generic code calls it where
+/// [`IS_FLOAT`](Real::IS_FLOAT) is true, this crate compiles the two functions, and not each crate that uses the code.
+#[inline(always)]
+pub(crate) fn of_floats<T: Copy + 'static>(double: impl Any, single: impl Any) -> T {
+    let both: [&dyn Any; 2] = [&double, &single];
+    let found = both
+        .into_iter()
+        .find_map(|function| function.downcast_ref());
+    *found.expect("one of the functions has the type")
 }
 
 /// A function of several slices that is differentiated as a whole.

@@ -56,15 +56,15 @@ struct Scaled;
 
 #[kernel]
 impl Kernel<2, 1> for Scaled {
-    fn eval<R: Real>(&self, [x, factor]: [R; 2]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x, factor]: [R; 2], _: &[R]) -> [R; 1] {
         [x * factor]
     }
 }
 
 impl Model for Scaled {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let (x, factor) = (program.state(1), program.parameter(1));
-        let [next] = program.map(Scaled, [x, factor]);
+        let [next] = program.map(Scaled, [x, factor], &[]);
         program.advance(x, next);
     }
 }
@@ -74,7 +74,7 @@ impl Model for Scaled {
 struct Stuck;
 
 impl Model for Stuck {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         program.state(1);
     }
 }
@@ -123,28 +123,26 @@ fn set(change: impl FnOnce(&mut Rollout<Scaled>)) -> Rollout<Scaled> {
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn programs_name_the_line_of_their_caller() {
     let graph = Graph::new(2, &[[0, 1]]);
-    let mut p = Program::<f64>::default();
+    let mut p = Program::default();
     let [one, two, three] = [1, 2, 3].map(|len| p.state(len));
     let slots = p.parameter(graph.slots());
     let (matrix, none): (_, [Array; 0]) = (p.matrix(2, 2), []);
-    assert_named(|| p.map(Scaled, [one, two]));
+    assert_named(|| p.map(Scaled, [one, two], &[]));
     assert_named(|| p.dense(matrix, &[three], two));
     assert_named(|| p.dense_tanh(matrix, &[two], three));
     assert_named(|| p.gather(two, &[Some(2)]));
-    assert_named(|| p.map_edges(&graph, Scaled, [three], &none));
+    assert_named(|| p.map_edges(&graph, Scaled, [three], &none, &[]));
     assert_named(|| p.weighted(two, &[three], &[], &[]));
-    assert_named(|| p.solve(&graph, &[two], &none, [two]));
-    assert_named(|| p.solve(&graph, &[three], &[slots], [two]));
-    assert_named(|| p.any().solve(&graph, &[three], &[slots], [two]));
-    assert_named(|| p.any().gather(two, &[Some(2)]));
+    assert_named(|| p.solve(&graph, &[two], &none, &[], [two]));
+    assert_named(|| p.solve(&graph, &[three], &[slots], &[], [two]));
     assert_named(|| p.advance(two, three));
     assert_named(|| p.advance(slots, three));
-    assert_named(|| p.map_with(Scaled, [two, two], &[one]));
-    assert_named(|| p.map_with(Scaled, [two, two], &[two]));
-    assert_named(|| p.map_edges(&graph, Scaled, [two], &none));
+    assert_named(|| p.map(Scaled, [two, two], &[one]));
+    assert_named(|| p.map(Scaled, [two, two], &[two]));
+    assert_named(|| p.map_edges(&graph, Scaled, [two], &none, &[]));
     assert_named(|| p.map_each_edge(&graph, Scaled, [two], &[two], &[]));
     assert_named(|| p.sum_at_nodes(&graph, two));
-    assert_named(|| p.solve_held(&graph, &[two], &[slots], &[three], [two]));
+    assert_named(|| p.solve(&graph, &[two], &[slots], &[three], [two]));
     assert_named(|| p.dense_tanh_spread(matrix, &[two], two, &[true]));
     assert_named(|| p.state(usize::MAX));
     assert_named(|| p.input(usize::MAX));
@@ -154,45 +152,8 @@ fn programs_name_the_line_of_their_caller() {
     assert_named(|| Graph::new(2, &[[0, 1]; 2]));
     assert_named(|| graph.without(&[]));
     assert_named(|| graph.to_slots::<f64>(&[]));
-    let other = Program::<f64>::default().matrix(3, 3);
+    let other = Program::default().matrix(3, 3);
     assert_named(|| p.dense(other, &[two], two));
-}
-
-/// Other number types pass the arrays through a trait object.
-#[test]
-#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
-fn programs_of_any_number_name_the_line_of_their_caller() {
-    let graph = Graph::new(2, &[[0, 1]]);
-    let mut p = Program::<Dual<f64, 1>>::default();
-    let [one, two, three] = [1, 2, 3].map(|len| p.state(len));
-    let slots = p.parameter(graph.slots());
-    let none: [Array; 0] = [];
-    assert_named(|| p.any().map(Scaled, [one, two]));
-    assert_named(|| p.any().map_with(Scaled, [two, two], &[one]));
-    assert_named(|| p.any().map_edges(&graph, Scaled, [three], &none));
-    assert_named(|| p.any().map_edges_with(&graph, Scaled, [two], &none, &[]));
-    assert_named(|| p.any().map_each_edge(&graph, Scaled, [two], &[two], &[]));
-    assert_named(|| p.any().gather(two, &[Some(2)]));
-    assert_named(|| p.any().weighted(two, &[three], &[], &[]));
-    assert_named(|| p.any().solve(&graph, &[three], &[slots], [two]));
-    let mut any = p.any();
-    assert_named(|| any.solve_held(&graph, &[two], &[slots], &[three], [two]));
-    assert_named(|| p.any().sum_at_nodes(&graph, two));
-    assert_named(|| p.any().map(Branching, [two]));
-}
-
-/// A kernel that cannot be recorded.
-struct Branching;
-
-#[kernel]
-impl Kernel<1, 1> for Branching {
-    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
-        [if num_traits::Zero::is_zero(&x) {
-            x
-        } else {
-            x + x
-        }]
-    }
 }
 
 /// A kernel whose operations depend on a field.
@@ -201,7 +162,7 @@ struct Power(f64);
 
 #[kernel]
 impl Kernel<1, 1> for Power {
-    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
         [x.powi(self.0.abs().min(9.0) as i32)]
     }
 }

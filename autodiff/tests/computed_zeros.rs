@@ -147,7 +147,7 @@ impl Rule for Reciprocal {
 
 #[kernel]
 impl Kernel<1, 1> for Reciprocal {
-    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
         [x.recip()]
     }
 }
@@ -156,10 +156,10 @@ impl Kernel<1, 1> for Reciprocal {
 struct Twice;
 
 impl Model for Twice {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let x = program.state(1);
-        let [once] = program.map(Reciprocal, [x]);
-        let [twice] = program.map(Reciprocal, [once]);
+        let [once] = program.map(Reciprocal, [x], &[]);
+        let [twice] = program.map(Reciprocal, [once], &[]);
         program.advance(x, twice);
     }
 }
@@ -201,7 +201,7 @@ enum Stopped {
 
 #[kernel]
 impl Kernel<1, 1> for Stopped {
-    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
         [match self {
             Self::CubicRoot => (x * x * x).cbrt(),
             Self::LnSigmoid => x.sigmoid().ln(),
@@ -213,14 +213,14 @@ impl Kernel<1, 1> for Stopped {
 
 impl Function for Stopped {
     fn eval<R: Real>(&self, x: &[R]) -> R {
-        Kernel::eval(self, [x[0]])[0]
+        Kernel::eval(self, [x[0]], &[])[0]
     }
 }
 
 impl Model for Stopped {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let x = program.state(1);
-        let [y] = program.map(*self, [x]);
+        let [y] = program.map(*self, [x], &[]);
         program.advance(x, y);
     }
 }

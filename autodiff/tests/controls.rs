@@ -15,7 +15,7 @@ struct Pushed;
 
 #[kernel]
 impl Kernel<5, 2> for Pushed {
-    fn eval<R: Real>(&self, [x, v, stiffness, force, wind]: [R; 5]) -> [R; 2] {
+    fn eval<R: Real>(&self, [x, v, stiffness, force, wind]: [R; 5], _: &[R]) -> [R; 2] {
         let v = v + R::lit(0.05) * (force + wind * v - stiffness * x * x * x);
         [x + R::lit(0.05) * v, v]
     }
@@ -25,12 +25,12 @@ impl Kernel<5, 2> for Pushed {
 struct Masses;
 
 impl Model for Masses {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let stiffness = program.parameter(MASSES);
         let [x, v] = [(); 2].map(|()| program.state(MASSES));
         let [force, wind] = [MASSES, 1].map(|len| program.control(len));
         let wind = program.gather(wind, &[Some(0); MASSES]);
-        let next = program.map(Pushed, [x, v, stiffness, force, wind]);
+        let next = program.map(Pushed, [x, v, stiffness, force, wind], &[]);
         for (state, next) in [x, v].into_iter().zip(next) {
             program.advance(state, next);
         }
@@ -79,7 +79,7 @@ fn in_scalars<R: Real>(x: &[R]) -> R {
     for step in 0..STEPS {
         for i in 0..MASSES {
             let force = forces[step * MASSES + i];
-            [x[i], v[i]] = Pushed.eval([x[i], v[i], stiffness[i], force, winds[step]]);
+            [x[i], v[i]] = Pushed.eval([x[i], v[i], stiffness[i], force, winds[step]], &[]);
         }
         if [STEPS / 2, STEPS].contains(&(step + 1)) {
             squares += R::dot(&x, &x) + R::dot(&v, &v);

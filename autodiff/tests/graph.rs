@@ -27,7 +27,7 @@ fn marked() -> Vec<bool> {
 struct Spring;
 #[kernel]
 impl Kernel<2, 1> for Spring {
-    fn eval<R: Real>(&self, [d, k]: [R; 2]) -> [R; 1] {
+    fn eval<R: Real>(&self, [d, k]: [R; 2], _: &[R]) -> [R; 1] {
         [k * d / (d * d + R::lit(1e-3)).sqrt()]
     }
 }
@@ -36,18 +36,18 @@ impl Kernel<2, 1> for Spring {
 struct Move;
 #[kernel]
 impl Kernel<3, 2> for Move {
-    fn eval<R: Real>(&self, [x, v, f]: [R; 3]) -> [R; 2] {
+    fn eval<R: Real>(&self, [x, v, f]: [R; 3], _: &[R]) -> [R; 2] {
         let v = v * R::lit(0.99) + f * R::lit(0.05);
         [x + R::lit(0.05) * v, v]
     }
 }
 
 impl Model for Chain {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let k = p.parameter(self.0.slots());
         let (x, v) = (p.state(NODES), p.state(NODES));
-        let [f] = p.map_edges(&self.0, Spring, [x], &[k]);
-        let [x_next, v_next] = p.map(Move, [x, v, f]);
+        let [f] = p.map_edges(&self.0, Spring, [x], &[k], &[]);
+        let [x_next, v_next] = p.map(Move, [x, v, f], &[]);
         p.advance(x, x_next);
         p.advance(v, v_next);
     }
@@ -173,7 +173,7 @@ impl Plane {
 struct Strut;
 #[kernel]
 impl Kernel<3, 3> for Strut {
-    fn eval<R: Real>(&self, [dx, dy, k]: [R; 3]) -> [R; 3] {
+    fn eval<R: Real>(&self, [dx, dy, k]: [R; 3], _: &[R]) -> [R; 3] {
         let length = (dx * dx + dy * dy + R::lit(1e-3)).sqrt();
         let pull = k * (length - R::one()) / length;
         [pull * dx, pull * dy, length]
@@ -181,13 +181,13 @@ impl Kernel<3, 3> for Strut {
 }
 
 impl Model for Plane {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let k = p.parameter(self.graph.slots());
         let (x, y) = (p.state(self.graph.nodes()), p.state(self.graph.nodes()));
-        let [pull_x, pull_y, lengths] = p.map_edges(&self.graph, Strut, [x, y], &[k]);
-        let [x_next] = p.map(Turn, [x, pull_x]);
-        let [pulled] = p.map(Turn, [y, pull_y]);
-        let [y_next] = p.map(Turn, [pulled, lengths]);
+        let [pull_x, pull_y, lengths] = p.map_edges(&self.graph, Strut, [x, y], &[k], &[]);
+        let [x_next] = p.map(Turn, [x, pull_x], &[]);
+        let [pulled] = p.map(Turn, [y, pull_y], &[]);
+        let [y_next] = p.map(Turn, [pulled, lengths], &[]);
         p.advance(x, x_next);
         p.advance(y, y_next);
     }
@@ -204,13 +204,13 @@ impl Step for Plane {
         let (x, y) = state.split_at(self.graph.nodes());
         let mut sums = vec![[R::zero(); 3]; x.len()];
         for (&[tail, head], &k) in self.edges.iter().zip(given[0]) {
-            let strut = Kernel::eval(&Strut, [x[head] - x[tail], y[head] - y[tail], k]);
+            let strut = Kernel::eval(&Strut, [x[head] - x[tail], y[head] - y[tail], k], &[]);
             for (o, result) in strut.into_iter().enumerate() {
                 sums[tail][o] += result;
                 sums[head][o] -= result;
             }
         }
-        let turn = |x, y| Kernel::eval(&Turn, [x, y])[0];
+        let turn = |x, y| Kernel::eval(&Turn, [x, y], &[])[0];
         let x_next = x.iter().zip(&sums).map(|(&x, sums)| turn(x, sums[0]));
         let y_next = y.iter().zip(&sums);
         let y_next = y_next.map(|(&y, sums)| turn(turn(y, sums[1]), sums[2]));

@@ -9,11 +9,11 @@ use autodiff::{Given, Graph, Kernel, Model, Program, Real, Rollout, Tape, Var, k
 struct SetOutBefore;
 
 impl Model for SetOutBefore {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let (matrix, bias) = (p.matrix(1, 0), p.parameter(1));
         p.dense_tanh_spread(matrix, &[], bias, &[true, false]);
         let x = p.state(1);
-        let [next] = p.map(Halve, [x]);
+        let [next] = p.map(Halve, [x], &[]);
         p.advance(x, next);
     }
 }
@@ -23,7 +23,7 @@ struct Halve;
 
 #[kernel]
 impl Kernel<1, 1> for Halve {
-    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
         [R::lit(0.5) * x]
     }
 }
@@ -45,7 +45,7 @@ fn what_is_declared_behind_a_spread_layer_keeps_its_numbers() {
 struct Gapped;
 
 impl Model for Gapped {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let (matrix, bias) = (p.matrix(1, 3), p.parameter(1));
         let x = p.state(3);
         let set_out = p.dense_tanh_spread(matrix, &[x], bias, &[false, true, false]);
@@ -58,9 +58,9 @@ impl Model for Gapped {
 struct Many;
 
 impl Model for Many {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let x = p.state(1 << 12);
-        let [next] = p.map(Halve, [x]);
+        let [next] = p.map(Halve, [x], &[]);
         p.advance(x, next);
     }
 }
@@ -102,10 +102,10 @@ fn what_a_spread_layer_leaves_out_is_zero_wherever_it_lies() {
 struct Chain;
 
 impl Model for Chain {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let graph = Graph::new(5, &[[0, 1], [1, 2], [2, 3], [3, 4]]);
         let x = p.state(5);
-        let [next] = p.map_edges(&graph, Halve, [x], &[]);
+        let [next] = p.map_edges(&graph, Halve, [x], &[], &[]);
         p.advance(x, next);
     }
 }
@@ -136,9 +136,9 @@ fn numbers_behind_the_nodes_do_not_matter() {
 struct Huge(usize);
 
 impl Model for Huge {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let [long, short] = [self.0.wrapping_sub(1032), 1032].map(|len| p.state(len));
-        let [next] = p.map(Halve, [short]);
+        let [next] = p.map(Halve, [short], &[]);
         p.advance(long, long);
         p.advance(short, next);
     }
@@ -149,7 +149,7 @@ impl Model for Huge {
 struct HugeMatrix;
 
 impl Model for HugeMatrix {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let (x, side) = (p.state(1), 1 << (usize::BITS / 2));
         p.matrix(side, side);
         p.advance(x, x);
@@ -161,7 +161,7 @@ impl Model for HugeMatrix {
 struct ManyInputs;
 
 impl Model for ManyInputs {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let x = p.state(1);
         p.input(1 << (usize::BITS - 4));
         p.advance(x, x);
@@ -215,7 +215,7 @@ fn starts_and_entries_that_do_not_fit_are_told() {
 
 #[test]
 fn an_array_says_whether_it_is_empty() {
-    let mut program = Program::<f64>::default();
+    let mut program = Program::default();
     let [none, some] = [0, 2].map(|len| program.state(len));
     assert!(none.is_empty() && !some.is_empty());
     assert_eq!([none.len(), some.len()], [0, 2]);

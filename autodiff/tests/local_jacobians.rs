@@ -7,14 +7,14 @@ struct Couple;
 
 #[kernel]
 impl Kernel<3, 2> for Couple {
-    fn eval<R: Real>(&self, [x, y, z]: [R; 3]) -> [R; 2] {
+    fn eval<R: Real>(&self, [x, y, z]: [R; 3], _: &[R]) -> [R; 2] {
         [x * y * y + z, (x - z) * y / (R::one() + x * x)]
     }
 }
 
 impl Couple {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
-        Kernel::eval(self, [x[0], x[1], x[2]]).to_vec()
+        Kernel::eval(self, [x[0], x[1], x[2]], &[]).to_vec()
     }
 }
 

@@ -8,7 +8,6 @@ mod common;
 mod net;
 mod steps;
 
-mod any_program;
 mod batch;
 mod batch_results;
 mod callers;
@@ -41,6 +40,7 @@ mod pointers;
 mod precision;
 mod program;
 mod recorded;
+mod replayed;
 mod reports;
 mod rollout;
 mod rounding;

@@ -19,7 +19,7 @@ struct Widen;
 
 #[kernel]
 impl Kernel<1, 3> for Widen {
-    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 3] {
+    fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 3] {
         // The reverse sweep evaluates duals once per step, for every budget, so duals do not count.
         if !std::any::type_name::<R>().contains("Dual") {
             EVALUATIONS.set(EVALUATIONS.get() + 1);
@@ -32,7 +32,7 @@ struct Join;
 
 #[kernel]
 impl Kernel<3, 1> for Join {
-    fn eval<R: Real>(&self, [wave, square, x]: [R; 3]) -> [R; 1] {
+    fn eval<R: Real>(&self, [wave, square, x]: [R; 3], _: &[R]) -> [R; 1] {
         [x + R::lit(0.1) * wave - R::lit(0.05) * square]
     }
 }
@@ -42,10 +42,10 @@ impl Kernel<3, 1> for Join {
 struct Step(usize);
 
 impl Model for Step {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let x = program.state(self.0);
-        let wide = program.map(Widen, [x]);
-        let [next] = program.map(Join, wide);
+        let wide = program.map(Widen, [x], &[]);
+        let [next] = program.map(Join, wide, &[]);
         program.advance(x, next);
     }
 }

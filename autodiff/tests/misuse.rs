@@ -220,7 +220,7 @@ struct Twice;
 
 #[kernel]
 impl Kernel<1, 1> for Twice {
-    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
         [x + x]
     }
 }
@@ -228,13 +228,13 @@ impl Kernel<1, 1> for Twice {
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn arrays_of_another_program_are_refused() {
-    type Use = fn(&mut Program<f64>, Array);
+    type Use = fn(&mut Program, Array);
     let uses: [Use; 5] = [
-        |program, array| _ = program.map(Twice, [array]),
+        |program, array| _ = program.map(Twice, [array], &[]),
         |program, array| _ = program.gather(array, &[Some(0)]),
         |program, array| {
             let graph = Graph::new(2, &[[0, 1]]);
-            _ = program.map_edges(&graph, Twice, [array], &[]);
+            _ = program.map_edges(&graph, Twice, [array], &[], &[]);
         },
         |program, array| {
             let (matrix, bias) = (program.matrix(1, 2), program.parameter(1));
@@ -258,10 +258,10 @@ fn arrays_of_another_program_are_refused() {
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn a_matrix_of_another_program_is_refused() {
-    let mut other = Program::<f64>::default();
+    let mut other = Program::default();
     let matrices = [(1, 2), (2, 2), (1, 2)].map(|(rows, columns)| other.matrix(rows, columns));
     for matrix in matrices {
-        let mut program = Program::<f64>::default();
+        let mut program = Program::default();
         let bias = program.parameter(1);
         program.matrix(1, 1);
         let x = program.state(2);
@@ -274,9 +274,9 @@ fn a_matrix_of_another_program_is_refused() {
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn a_state_is_advanced_once() {
-    let mut program = Program::<f64>::default();
+    let mut program = Program::default();
     let (x, y) = (program.state(2), program.state(2));
-    let [next] = program.map(Twice, [x]);
+    let [next] = program.map(Twice, [x], &[]);
     program.advance(x, next);
     program.advance(y, next);
     assert_refused("already advanced", || program.advance(x, y));

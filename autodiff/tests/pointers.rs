@@ -17,7 +17,7 @@ struct Spring;
 
 #[kernel]
 impl Kernel<2, 1> for Spring {
-    fn eval<R: Real>(&self, [stretch, stiffness]: [R; 2]) -> [R; 1] {
+    fn eval<R: Real>(&self, [stretch, stiffness]: [R; 2], _: &[R]) -> [R; 1] {
         [stiffness * (stretch + lit(0.1) * stretch * stretch * stretch)]
     }
 }
@@ -28,7 +28,7 @@ struct Move;
 
 #[kernel]
 impl Kernel<3, 1> for Move {
-    fn eval<R: Real>(&self, [x, force, push]: [R; 3]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x, force, push]: [R; 3], _: &[R]) -> [R; 1] {
         [x + lit(0.05) * force + lit(0.02) * push.sin()]
     }
 }
@@ -39,7 +39,7 @@ struct Product;
 
 #[kernel]
 impl Kernel<2, 1> for Product {
-    fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
+    fn eval<R: Real>(&self, [a, b]: [R; 2], _: &[R]) -> [R; 1] {
         [a * b]
     }
 }
@@ -70,12 +70,12 @@ impl Chain {
 }
 
 impl Model for Chain {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let (graph, x) = (&self.graph, p.state(NODES));
         let stiffness = p.parameter(graph.slots());
-        let [force] = p.map_edges(graph, Spring, [x], &[stiffness]);
+        let [force] = p.map_edges(graph, Spring, [x], &[stiffness], &[]);
         if !self.is_rich {
-            let [next] = p.map(Move, [x, force, x]);
+            let [next] = p.map(Move, [x, force, x], &[]);
             return p.advance(x, next);
         }
         let (matrix, bias) = (p.matrix(2, NODES), p.parameter(2));
@@ -85,13 +85,13 @@ impl Model for Chain {
         let push = p.gather(two, &push);
         let [at_edges] = p.map_each_edge(graph, Spring, [push], &[stiffness], &[]);
         let at_nodes = p.sum_at_nodes(graph, at_edges);
-        let [next] = p.map(Move, [x, force, at_nodes]);
-        let [heat] = p.map(Product, [capacity, next]);
-        let [smooth] = p.solve(graph, &[capacity], &[conductance], [heat]);
+        let [next] = p.map(Move, [x, force, at_nodes], &[]);
+        let [heat] = p.map(Product, [capacity, next], &[]);
+        let [smooth] = p.solve(graph, &[capacity], &[conductance], &[], [heat]);
         let [products, _] = p.weighted(capacity, &[], &[smooth], &[]);
         let own: Vec<Option<usize>> = (0..NODES).map(Some).collect();
         let weighed = p.gather(products, &own);
-        let [next] = p.map(Move, [smooth, force, weighed]);
+        let [next] = p.map(Move, [smooth, force, weighed], &[]);
         p.advance(x, next);
     }
 }

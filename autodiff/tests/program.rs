@@ -18,7 +18,7 @@ struct Pull;
 
 #[kernel]
 impl Kernel<2, 1> for Pull {
-    fn eval<R: Real>(&self, [d, k]: [R; 2]) -> [R; 1] {
+    fn eval<R: Real>(&self, [d, k]: [R; 2], _: &[R]) -> [R; 1] {
         [k * d * R::lit(0.1)]
     }
 }
@@ -29,7 +29,7 @@ struct Plus;
 
 #[kernel]
 impl Kernel<2, 1> for Plus {
-    fn eval<R: Real>(&self, [x, f]: [R; 2]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x, f]: [R; 2], _: &[R]) -> [R; 1] {
         [x + f]
     }
 }
@@ -53,11 +53,11 @@ impl Directions {
 }
 
 impl Model for Directions {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let k = p.parameter(self.graph.slots());
         let x = p.state(NODES);
-        let [f] = p.map_edges(&self.graph, Pull, [x], &[k]);
-        let [next] = p.map(Plus, [x, f]);
+        let [f] = p.map_edges(&self.graph, Pull, [x], &[k], &[]);
+        let [next] = p.map(Plus, [x, f], &[]);
         p.advance(x, next);
     }
 }
@@ -72,7 +72,7 @@ impl Step for Directions {
     fn written_out<R: Real>(&self, x: &[R], given: &[&[R]]) -> Vec<R> {
         let mut next = x.to_vec();
         for (&[tail, head], &k) in self.edges.iter().zip(given[0]) {
-            let [pull] = Kernel::eval(&Pull, [x[head] - x[tail], k]);
+            let [pull] = Kernel::eval(&Pull, [x[head] - x[tail], k], &[]);
             next[tail] += pull;
             next[head] -= pull;
         }
@@ -101,18 +101,18 @@ impl Between {
 }
 
 impl Model for Between {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let x = p.state(Self::LEN);
         let input = p.input(Self::LEN);
         let y = p.state(Self::LEN);
-        let [seen] = p.map(Turn, [y, input]);
-        let [next_x] = p.map(Turn, [x, seen]);
-        let [between] = p.map(Plus, [seen, next_x]);
+        let [seen] = p.map(Turn, [y, input], &[]);
+        let [next_x] = p.map(Turn, [x, seen], &[]);
+        let [between] = p.map(Plus, [seen, next_x], &[]);
         let shift: Vec<_> = (0..Self::LEN).map(|i| i.checked_sub(1)).collect();
         let next_y = if self.gathered {
             p.gather(between, &shift)
         } else {
-            p.map(Turn, [seen, between])[0]
+            p.map(Turn, [seen, between], &[])[0]
         };
         p.advance(x, next_x);
         p.advance(y, next_y);
@@ -128,7 +128,7 @@ impl Step for Between {
     }
     fn written_out<R: Real>(&self, state: &[R], _: &[&[R]]) -> Vec<R> {
         let (x, y) = state.split_at(Self::LEN);
-        let turn = |x: R, y: R| Kernel::eval(&Turn, [x, y])[0];
+        let turn = |x: R, y: R| Kernel::eval(&Turn, [x, y], &[])[0];
         let inputs = self.inputs().into_iter().map(R::lit);
         let seen: Vec<R> = y.iter().zip(inputs).map(|(&y, i)| turn(y, i)).collect();
         let mut next: Vec<R> = x.iter().zip(&seen).map(|(&x, &s)| turn(x, s)).collect();
@@ -155,12 +155,12 @@ fn an_array_may_lie_between_the_parts_of_the_new_state() {
 struct AsNeeded;
 
 impl Model for AsNeeded {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let (x, k) = (p.state(NODES), p.parameter(NODES));
-        let [turned] = p.map(Turn, [x, k]);
+        let [turned] = p.map(Turn, [x, k], &[]);
         let (y, push, to) = (p.state(NODES), p.input(NODES), p.parameter(NODES));
-        let [pushed] = p.map(Turn, [y, push]);
-        let [next] = p.map(Turn, [pushed, to]);
+        let [pushed] = p.map(Turn, [y, push], &[]);
+        let [next] = p.map(Turn, [pushed, to], &[]);
         p.advance(x, next);
         p.advance(y, turned);
     }
@@ -174,7 +174,7 @@ impl Step for AsNeeded {
         (0..NODES).map(|i| 0.1 * i as f64).collect()
     }
     fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
-        let turn = |a, b| Kernel::eval(&Turn, [a, b])[0];
+        let turn = |a, b| Kernel::eval(&Turn, [a, b], &[])[0];
         let (x, y) = state.split_at(NODES);
         let push = self.inputs().into_iter().map(R::lit);
         let pushed = y.iter().zip(push).map(|(&y, push)| turn(y, push));
@@ -195,15 +195,15 @@ struct Nothing;
 
 #[kernel]
 impl Kernel<1, 0> for Nothing {
-    fn eval<R: Real>(&self, _: [R; 1]) -> [R; 0] {
+    fn eval<R: Real>(&self, _: [R; 1], _: &[R]) -> [R; 0] {
         []
     }
 }
 
 impl Model for Nothing {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let x = p.state(NODES);
-        let [] = p.map(Nothing, [x]);
+        let [] = p.map(Nothing, [x], &[]);
         p.advance(x, x);
     }
 }
@@ -219,7 +219,7 @@ fn a_kernel_has_results() {
 struct Hollow;
 
 impl Model for Hollow {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let (flat, bias) = (p.matrix(NODES, 0), p.parameter(NODES));
         let (narrow, none) = (p.matrix(0, NODES), p.parameter(0));
         let (nothing, x, nor) = (p.state(0), p.state(NODES), p.state(0));
@@ -228,9 +228,9 @@ impl Model for Hollow {
         let to_none = p.dense(narrow, &[x], none);
         let zeros = p.dense_tanh_spread(narrow, &[x], none, &[false; NODES]);
         let picked = p.gather(x, &[]);
-        let [sum] = p.map(Plus, [picked, to_none]);
-        let [next] = p.map(Turn, [x, from_none]);
-        let [next] = p.map(Plus, [next, zeros]);
+        let [sum] = p.map(Plus, [picked, to_none], &[]);
+        let [next] = p.map(Turn, [x, from_none], &[]);
+        let [next] = p.map(Plus, [next, zeros], &[]);
         p.advance(nothing, sum);
         p.advance(x, next);
         p.advance(nor, nothing);
@@ -244,7 +244,7 @@ impl Step for Hollow {
     fn written_out<R: Real>(&self, x: &[R], given: &[&[R]]) -> Vec<R> {
         let pairs = x.iter().zip(given[1]);
         pairs
-            .map(|(&x, &bias)| Kernel::eval(&Turn, [x, bias])[0])
+            .map(|(&x, &bias)| Kernel::eval(&Turn, [x, bias], &[])[0])
             .collect()
     }
 }
@@ -289,7 +289,7 @@ fn a_program_may_have_no_state() {
     #[derive(Clone)]
     struct Stateless;
     impl Model for Stateless {
-        fn record<R: Real>(&self, _: &mut Program<R>) {}
+        fn record(&self, _: &mut Program) {}
     }
     for memory in [Memory::All, Memory::States(3)] {
         let rollout = Rollout {
@@ -312,7 +312,7 @@ fn a_program_may_have_no_state() {
 struct Saturated;
 
 impl Model for Saturated {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let (weight, bias) = (p.matrix(1, 1), p.parameter(1));
         let x = p.state(1);
         let next = p.dense_tanh(weight, &[x], bias);

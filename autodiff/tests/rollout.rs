@@ -4,8 +4,8 @@ use crate::common::{assert_refused, differences, forward_gradient, largest_diffe
 use crate::net::{Loss, NODES, Net, taken_from, weighted_squares};
 use approx::assert_relative_eq;
 use autodiff::{
-    CotangentBound, Dual, Function, Kernel, Memory, Model, Program, Real, Rollout, Var, gradient,
-    kernel, value_and_gradient,
+    CotangentBound, Function, Kernel, Memory, Model, Program, Real, Rollout, Var, gradient, kernel,
+    value_and_gradient,
 };
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, LazyLock};
@@ -151,15 +151,15 @@ struct Times(f64);
 
 #[kernel]
 impl Kernel<1, 1> for Times {
-    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
         [x * R::lit(self.0)]
     }
 }
 
 impl Model for Times {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let x = program.state(3);
-        let [next] = program.map(*self, [x]);
+        let [next] = program.map(*self, [x], &[]);
         program.advance(x, next);
     }
 }
@@ -371,42 +371,6 @@ fn sweeps_one_after_the_other_have_the_bits_of_first_ones() {
     }
 }
 
-/// A model that multiplies its number by another factor in each of its `record` methods. The result shows which method
-/// was called.
-#[derive(Clone)]
-struct Grows;
-
-impl Grows {
-    fn by<R: Real>(p: &mut Program<R>, factor: f64) {
-        let x = p.state(1);
-        let [next] = p.map(Times(factor), [x]);
-        p.advance(x, next);
-    }
-}
-
-impl Model for Grows {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
-        Self::by(p, 2.0);
-    }
-    fn record_f64(&self, p: &mut Program<f64>) {
-        Self::by(p, 3.0);
-    }
-    fn record_f32(&self, p: &mut Program<f32>) {
-        Self::by(p, 5.0);
-    }
-}
-
-#[test]
-fn floats_run_the_program_that_a_model_records_for_them() {
-    let rollout = Rollout::new(Grows, 1);
-    assert_eq!(rollout.run(&[1.0_f64], &[]), [3.0]);
-    assert_eq!(rollout.run(&[1.0_f32], &[]), [5.0]);
-    let dual = rollout.run(&[Dual::<f64, 1>::variable(1.0, 0)], &[])[0];
-    assert_eq!((dual.value, dual.tangent), (2.0, [2.0]));
-    let slope = |x: &[Var<f64>]| rollout.run(x, &[])[0];
-    assert_eq!(value_and_gradient(slope, &[1.0]), (3.0, vec![3.0]));
-}
-
 /// Counts the steps of [`Stopping`].
 static COUNTED: AtomicUsize = AtomicUsize::new(0);
 /// The flag that [`Stopping`] sets in its tenth step.
@@ -418,7 +382,7 @@ struct Stopping;
 
 #[kernel]
 impl Kernel<1, 1> for Stopping {
-    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
         if COUNTED.fetch_add(1, Ordering::Relaxed) >= 10 {
             STOP.store(true, Ordering::Relaxed);
         }
@@ -427,9 +391,9 @@ impl Kernel<1, 1> for Stopping {
 }
 
 impl Model for Stopping {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let x = program.state(1);
-        let [next] = program.map(*self, [x]);
+        let [next] = program.map(*self, [x], &[]);
         program.advance(x, next);
     }
 }

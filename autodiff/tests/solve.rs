@@ -1,7 +1,6 @@
 //! Linear equations on a graph, solved in every step, must agree with Gaussian elimination in plain code.
 
 use crate::steps::{Step, Turn, assert_as_alone, assert_same};
-use autodiff::arrays::{UniformKernel, Uniforms};
 use autodiff::{DoubleDouble, Given, Graph, Kernel, Model, Program, Real, Rollout, Var, kernel};
 
 /// A model with `N` unknowns per node. In every step, the solution of the equations becomes the new state.
@@ -11,8 +10,6 @@ struct Solving<const N: usize> {
     edges: Vec<[usize; 2]>,
     /// Nodes, and unit vectors along which the solution is 0. The vectors of a node are perpendicular.
     held: Vec<(usize, [f64; N])>,
-    /// Whether the program is recorded without its number type.
-    any: bool,
 }
 
 /// How many numbers the lower triangle of a block has.
@@ -60,7 +57,7 @@ impl<const N: usize> Solving<N> {
 }
 
 impl<const N: usize> Model for Solving<N> {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let graph = self.graph();
         let nodes: Vec<_> = (0..entries(N)).map(|_| p.parameter(self.nodes)).collect();
         let edges: Vec<_> = (0..entries(N))
@@ -70,13 +67,9 @@ impl<const N: usize> Model for Solving<N> {
         let held: Vec<_> = (0..self.projections().len())
             .map(|_| p.parameter(self.nodes))
             .collect();
-        let next = match (self.any, held.is_empty()) {
-            (true, _) => p.any().solve_held(&graph, &nodes, &edges, &held, x),
-            (false, true) => p.solve(&graph, &nodes, &edges, x),
-            (false, false) => p.solve_held(&graph, &nodes, &edges, &held, x),
-        };
+        let next = p.solve(&graph, &nodes, &edges, &held, x);
         for (x, next) in x.into_iter().zip(next) {
-            let [next] = p.map(Turn, [next, x]);
+            let [next] = p.map(Turn, [next, x], &[]);
             p.advance(x, next);
         }
     }
@@ -126,7 +119,7 @@ impl<const N: usize> Step for Solving<N> {
         let x = eliminated(a, b);
         let pairs = x.iter().zip(state);
         pairs
-            .map(|(&x, &old)| Kernel::eval(&Turn, [x, old])[0])
+            .map(|(&x, &old)| Kernel::eval(&Turn, [x, old], &[])[0])
             .collect()
     }
 }
@@ -168,7 +161,6 @@ fn ladder<const N: usize>(rungs: usize) -> Solving<N> {
         nodes: 2 * rungs + 1,
         edges,
         held: Vec::new(),
-        any: rungs % 2 == 1,
     }
 }
 
@@ -185,7 +177,6 @@ fn the_solution_is_that_of_gaussian_elimination() {
             nodes: 6,
             edges,
             held: Vec::new(),
-            any: true,
         });
     }
 }
@@ -195,11 +186,11 @@ fn the_solution_is_that_of_gaussian_elimination() {
 struct Bars(Graph);
 
 impl Model for Bars {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let nodes = [(); 3].map(|()| p.parameter(self.0.nodes()));
         let edges = [(); 3].map(|()| p.parameter(self.0.slots()));
         let x = [(); 2].map(|()| p.state(self.0.nodes()));
-        let next = p.solve(&self.0, &nodes, &edges, x);
+        let next = p.solve(&self.0, &nodes, &edges, &[], x);
         x.into_iter()
             .zip(next)
             .for_each(|(x, next)| p.advance(x, next));
@@ -340,15 +331,12 @@ fn numbers_of_edges_are_summed_at_both_ends() {
     #[derive(Clone)]
     struct Degrees(Solving<1>);
     impl Model for Degrees {
-        fn record<R: Real>(&self, p: &mut Program<R>) {
+        fn record(&self, p: &mut Program) {
             let graph = self.0.graph();
             let edge = p.parameter(graph.slots());
             let x = p.state(self.0.nodes);
-            let sum = match self.0.any {
-                true => p.any().sum_at_nodes(&graph, edge),
-                false => p.sum_at_nodes(&graph, edge),
-            };
-            let [next] = p.map(Turn, [sum, x]);
+            let sum = p.sum_at_nodes(&graph, edge);
+            let [next] = p.map(Turn, [sum, x], &[]);
             p.advance(x, next);
         }
     }
@@ -362,7 +350,7 @@ fn numbers_of_edges_are_summed_at_both_ends() {
                 let edges = self.0.edges.iter().zip(&slots);
                 let here = edges.filter(|(ends, _)| ends.contains(&node));
                 let sum = here.fold(R::zero(), |sum, (_, &slot)| sum + given[0][slot]);
-                Kernel::eval(&Turn, [sum, state[node]])[0]
+                Kernel::eval(&Turn, [sum, state[node]], &[])[0]
             };
             (0..self.0.nodes).map(of_node).collect()
         }
@@ -377,27 +365,23 @@ fn results_stay_at_their_edges() {
     /// The impulse of a spring, with its stiffness as a uniform input.
     struct Spring;
     #[kernel]
-    impl UniformKernel<3, 2> for Spring {
+    impl Kernel<3, 2> for Spring {
         const UNIFORMS: usize = 1;
-        fn eval_with<R: Real>(&self, [d, e, rest]: [R; 3], k: &Uniforms<R>) -> [R; 2] {
+        fn eval<R: Real>(&self, [d, e, rest]: [R; 3], k: &[R]) -> [R; 2] {
             [k[0] * (d - rest).sin(), d * e + rest]
         }
     }
     #[derive(Clone)]
     struct Springs(Solving<1>);
     impl Model for Springs {
-        fn record<R: Real>(&self, p: &mut Program<R>) {
+        fn record(&self, p: &mut Program) {
             let graph = self.0.graph();
             let (rest, k) = (p.parameter(graph.slots()), p.parameter(1));
             let [x, y] = [(); 2].map(|()| p.state(self.0.nodes));
-            let (ends, per_edge) = ([x, y], [rest]);
-            let at_edges = match self.0.any {
-                true => p.any().map_each_edge(&graph, Spring, ends, &per_edge, &[k]),
-                false => p.map_each_edge(&graph, Spring, ends, &per_edge, &[k]),
-            };
+            let at_edges = p.map_each_edge(&graph, Spring, [x, y], &[rest], &[k]);
             let [dx, dy] = at_edges.map(|of_edge| p.sum_at_nodes(&graph, of_edge));
             for (state, sum) in [(x, dx), (y, dy)] {
-                let [next] = p.map(Turn, [sum, state]);
+                let [next] = p.map(Turn, [sum, state], &[]);
                 p.advance(state, next);
             }
         }
@@ -408,19 +392,17 @@ fn results_stay_at_their_edges() {
         }
         fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
             let (x, y) = state.split_at(self.0.nodes);
-            let mut uniforms: Uniforms<R> = [R::zero(); autodiff::arrays::MOST_UNIFORMS];
-            uniforms[0] = given[1][0];
             let mut sums = vec![R::zero(); state.len()];
             for (&[i, j], &slot) in self.0.edges.iter().zip(self.0.graph().slot_of_edge()) {
                 let edge = [x[j] - x[i], y[j] - y[i], given[0][slot]];
-                let [a, b] = Spring.eval_with(edge, &uniforms);
+                let [a, b] = Spring.eval(edge, given[1]);
                 for node in [i, j] {
                     sums[node] += a;
                     sums[self.0.nodes + node] += b;
                 }
             }
             let pairs = sums.into_iter().zip(state);
-            let turned = pairs.map(|(sum, &state)| Kernel::eval(&Turn, [sum, state])[0]);
+            let turned = pairs.map(|(sum, &state)| Kernel::eval(&Turn, [sum, state], &[])[0]);
             turned.collect()
         }
     }
@@ -434,10 +416,10 @@ fn a_removed_edge_does_not_act() {
     #[derive(Clone)]
     struct Removed(Graph);
     impl Model for Removed {
-        fn record<R: Real>(&self, p: &mut Program<R>) {
+        fn record(&self, p: &mut Program) {
             let (node, edge) = (p.parameter(3), p.parameter(self.0.slots()));
             let x = p.state(3);
-            let [next] = p.solve(&self.0, &[node], &[edge], [x]);
+            let [next] = p.solve(&self.0, &[node], &[edge], &[], [x]);
             p.advance(x, next);
         }
     }

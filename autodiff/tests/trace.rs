@@ -193,15 +193,18 @@ struct Falling;
 struct Fall;
 #[kernel]
 impl Kernel<1, 1> for Fall {
-    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
         [x.sqrt() - R::lit(0.5)]
     }
 }
 
+/// The line of the root in [`Fall`].
+const ROOT: u32 = line!() - 5;
+
 impl Model for Falling {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let x = p.state(1);
-        let [next] = p.map(Fall, [x]);
+        let [next] = p.map(Fall, [x], &[]);
         p.advance(x, next);
     }
 }
@@ -221,7 +224,7 @@ fn a_rollout_reports_the_step() {
         found.to_string().contains(&format!("in step {step}: of -")),
         "{found}"
     );
-    assert_eq!(found.place.file(), file!());
+    assert_eq!((found.place.file(), found.place.line()), (file!(), ROOT));
 }
 
 #[test]

@@ -10,7 +10,7 @@ struct Weighing {
 }
 
 impl Model for Weighing {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let n = self.len;
         let weights = p.parameter(n);
         let [x, y, v] = [(); 3].map(|()| p.state(n));
@@ -21,7 +21,7 @@ impl Model for Weighing {
         let pushed = p.gather(all, &vec![Some(3 * n); n]);
         let [mx, my] = [0, 1].map(|k| p.gather(means, &vec![Some(k); n]));
         for (state, [a, b]) in [(x, [dx, mx]), (y, [dy, my]), (v, [dv, pushed])] {
-            let [next] = p.map(Turn, [a, b]);
+            let [next] = p.map(Turn, [a, b], &[]);
             p.advance(state, next);
         }
     }
@@ -45,7 +45,7 @@ impl Step for Weighing {
     fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
         let weights = self.parameters(given).remove(0);
         let total = R::sum_of(&weights);
-        let turn = |a, b| Kernel::eval(&Turn, [a, b])[0];
+        let turn = |a, b| Kernel::eval(&Turn, [a, b], &[])[0];
         let mut next = Vec::new();
         for x in state.chunks_exact(self.len).take(2) {
             let mean = R::dot(x, &weights) / total;

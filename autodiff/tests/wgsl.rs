@@ -2,18 +2,18 @@
 //! a device.
 
 use autodiff::wgsl::{Options, print};
-use autodiff::{Graph, Model, Program, Real};
+use autodiff::{Graph, Model, Program};
 
 /// A rod in which heat flows in implicit steps.
 #[derive(Clone)]
 struct Implicit;
 
 impl Model for Implicit {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let graph = Graph::new(3, &[[0, 1], [1, 2]]);
         let (capacity, conductance) = (p.parameter(3), p.parameter(graph.slots()));
         let x = p.state(3);
-        let [next] = p.solve(&graph, &[capacity], &[conductance], [x]);
+        let [next] = p.solve(&graph, &[capacity], &[conductance], &[], [x]);
         p.advance(x, next);
     }
 }
@@ -23,7 +23,7 @@ impl Model for Implicit {
 struct Pushed;
 
 impl Model for Pushed {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let (x, push) = (p.state(2), p.control(2));
         p.advance(x, push);
     }

@@ -124,7 +124,7 @@ impl TwoMatvecs {
 }
 
 impl Model for TwoMatvecs {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let (first, biases) = (p.matrix(self.hidden, self.inputs), p.parameter(self.hidden));
         let (second, outputs) = (p.matrix(self.edges, self.hidden), p.parameter(self.edges));
         let x = p.state(self.inputs);

@@ -48,15 +48,15 @@ struct Applied(Elementary);
 
 #[kernel]
 impl Kernel<1, 1> for Applied {
-    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
         [x.elementary(self.0) + x.powi(-3) + x.atan2(2.0) + x.powf(0.5) + x.hypot(1.0) + x.cos()]
     }
 }
 
 impl Model for Applied {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let x = p.state(3);
-        let [next] = p.map(self.clone(), [x]);
+        let [next] = p.map(self.clone(), [x], &[]);
         p.advance(x, next);
     }
 }

@@ -11,7 +11,7 @@ use drag::Drag;
 /// The kernel without a generated adjoint: the build script only records the formula.
 #[kernel]
 impl Kernel<3, 1> for Drag {
-    fn eval<R: Real>(&self, x: [R; 3]) -> [R; 1] {
+    fn eval<R: Real>(&self, x: [R; 3], _: &[R]) -> [R; 1] {
         self.decelerated(x)
     }
 }

@@ -27,7 +27,7 @@ struct Mixed;
 
 #[kernel]
 impl Kernel<5, 1> for Mixed {
-    fn eval<R: Real>(&self, [sin, cos, factor, reflex, felt]: [R; 5]) -> [R; 1] {
+    fn eval<R: Real>(&self, [sin, cos, factor, reflex, felt]: [R; 5], _: &[R]) -> [R; 1] {
         [(factor * (sin + cos + R::lit(30.0) * felt) + reflex).tanh()]
     }
 }
@@ -39,7 +39,7 @@ struct Felt;
 
 #[kernel]
 impl Kernel<9, 1> for Felt {
-    fn eval<R: Real>(&self, [x0, y0, u0, v0, x1, y1, u1, v1, rest]: [R; 9]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x0, y0, u0, v0, x1, y1, u1, v1, rest]: [R; 9], _: &[R]) -> [R; 1] {
         let length = (x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0);
         [length - rest * rest + y0 * y1 + R::lit(0.1) * (u0 * v1 - v0 * u1)]
     }
@@ -51,7 +51,7 @@ fn felt(step: &mut PolicyStep) -> Array {
     let [x1, y1, u1, v1] = head.array();
     let rest = step.rest_lengths();
     step.program()
-        .map(Felt, [x0, y0, u0, v0, x1, y1, u1, v1, rest])[0]
+        .map(Felt, [x0, y0, u0, v0, x1, y1, u1, v1, rest], &[])[0]
 }
 
 impl Policy for Reflex {
@@ -76,7 +76,8 @@ impl Policy for Reflex {
         let [sin, cos] = [0, 1].map(|k| step.for_every_edge(clock, k));
         let factor = step.per_edge("factor");
         let felt = felt(step);
-        step.program().map(Mixed, [sin, cos, factor, reflex, felt])[0]
+        step.program()
+            .map(Mixed, [sin, cos, factor, reflex, felt], &[])[0]
     }
 }
 
@@ -268,7 +269,7 @@ fn a_policy_feels_its_bars() {
             let ([tail, head], rest) = ([end(tail), end(head)], case.lattice.rest_length[edge]);
             let [x0, y0, u0, v0] = tail;
             let [x1, y1, u1, v1] = head;
-            let [expected] = Felt.eval([x0, y0, u0, v0, x1, y1, u1, v1, rest]);
+            let [expected] = Felt.eval([x0, y0, u0, v0, x1, y1, u1, v1, rest], &[]);
             // The tolerance is for roundings of a few numbers below one.
             let found = moments[0].activation[edge];
             assert!(

@@ -6,10 +6,10 @@ use std::ops::Range;
 use super::array::Array;
 use super::dense::Aligned;
 use super::graph::Graph;
-use super::kernel::Pullback;
+use super::kernel::{Kernel, Pullback};
 use super::operation::LaneOperation;
 use super::row::{Bars, Places, Reach, StepValues, add, load};
-use super::uniform::{UniformInputs, UniformKernel};
+use super::uniform::UniformInputs;
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked, WIDEST, lanes};
 
@@ -185,20 +185,16 @@ impl<R, K, const C: usize, const I: usize, const O: usize, const SUMS: bool>
     EdgeMap<R, K, C, I, O, SUMS>
 where
     R: Real,
-    K: UniformKernel<I, O>,
+    K: Kernel<I, O>,
 {
     pub(crate) fn new(
         kernel: K,
         graph: &Graph,
-        ends: [Array; C],
-        per_edge: &[Array],
+        inputs: [Array; I],
         uniforms: &[Array],
         outputs: [Array; O],
     ) -> Self {
         let plan = EdgePlan::new(graph, lanes::<R>());
-        let mut inputs = [outputs[0]; I];
-        inputs[..C].copy_from_slice(&ends);
-        inputs[C..].copy_from_slice(per_edge);
         let len = |k| if k < C { plan.nodes } else { plan.slots };
         let lens = inputs.iter().enumerate().map(|(k, &array)| (array, len(k)));
         let reached = if SUMS {
@@ -264,7 +260,7 @@ impl<R, K, const C: usize, const I: usize, const O: usize, const SUMS: bool> Lan
     for EdgeMap<R, K, C, I, O, SUMS>
 where
     R: Real,
-    K: UniformKernel<I, O>,
+    K: Kernel<I, O>,
 {
     const HAS_SCALARS: bool = false;
     fn outputs(&self) -> Vec<Array> {
@@ -289,7 +285,8 @@ where
             let uniforms = self.uniforms.load(K::UNIFORMS, values);
             // The kernel writes its results to `scratch`. They are summed or copied below.
             for &lane in &self.plan.edges {
-                let y = self.kernel.eval_with(sources.load::<L>(lane), &uniforms);
+                let x = sources.load::<L>(lane);
+                let y = self.kernel.eval(x, &uniforms[..K::UNIFORMS]);
                 for o in 0..O {
                     y[o].store_at(results, o * room + lane.scratch);
                 }
@@ -336,6 +333,7 @@ where
         unsafe {
             let sources = Sources::<R, C, I>::new(&self.inputs, &self.plan, values);
             let uniforms = self.uniforms.load(K::UNIFORMS, values);
+            let uniforms = &uniforms[..K::UNIFORMS];
             for &lane in &self.plan.edges {
                 // A result that was added at the tail and subtracted at the head has the tail's cotangent minus the
                 // head's. For ghosts (slots without an edge) it is zero.
@@ -352,10 +350,11 @@ where
                 let x = sources.load::<L>(lane);
                 let at = Pullback {
                     x,
-                    y: self.kernel.eval_with(x, &uniforms),
+                    uniforms,
+                    y: self.kernel.eval(x, uniforms),
                     y_bar: [y_bar],
                 };
-                let [x_bar] = self.kernel.vjp_with(at, &uniforms);
+                let [x_bar] = self.kernel.vjp(at);
                 for c in 0..C {
                     x_bar[c].store_at(ends_bar, c * room + lane.scratch);
                 }
@@ -387,7 +386,7 @@ impl<R, K, const C: usize, const I: usize, const O: usize, const SUMS: bool>
     EdgeMap<R, K, C, I, O, SUMS>
 where
     R: Real,
-    K: UniformKernel<I, O>,
+    K: Kernel<I, O>,
 {
     /// Adds the cotangents of uniform inputs, edge by edge.
     fn add_uniform_bars(&self, values: StepValues<R>, bars: &mut Bars<R>) {
@@ -424,6 +423,7 @@ mod tests {
 
     use crate::real::Real;
     use crate::simd::{Level, at_most, lanes};
+    use crate::steps::instance::Instance;
     use crate::{Graph, Kernel, Program, kernel};
 
     /// A kernel that returns its input: the difference between the values at an edge's head and tail.
@@ -432,7 +432,7 @@ mod tests {
 
     #[kernel]
     impl Kernel<1, 1> for Stretch {
-        fn eval<R: Real>(&self, stretch: [R; 1]) -> [R; 1] {
+        fn eval<R: Real>(&self, stretch: [R; 1], _: &[R]) -> [R; 1] {
             stretch
         }
     }
@@ -440,11 +440,11 @@ mod tests {
     #[test]
     #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
     fn lanes_that_differ_from_the_plan_panic() {
-        let mut program = Program::<f64>::default();
+        let mut program = Program::side_by_side(1, lanes::<f64>());
         let x = program.state(3);
-        let [next] = program.map_edges(&Graph::new(3, &[[0, 1]]), Stretch, [x], &[]);
+        let [next] = program.map_edges(&Graph::new(3, &[[0, 1]]), Stretch, [x], &[], &[]);
         program.advance(x, next);
-        let mut program = program.finish();
+        let mut program = Instance::new(program);
         let (mut row, planned) = (vec![0.0; program.row_len()], lanes::<f64>());
         let mut step = || program.step(&[], &mut row, None);
         step();

@@ -2,6 +2,7 @@
 
 use num_traits::Zero;
 
+use super::uniform::MOST_UNIFORMS;
 use crate::dual::Dual;
 use crate::real::Real;
 
@@ -11,9 +12,40 @@ use crate::real::Real;
 /// a number; it selects between two results instead. Its constants are fields of the implementing type. The type must
 /// own its data, because programs keep the kernel.
 ///
-/// A number that all elements share, such as gravity, can be a field if it is a constant. It must be an input of a
-/// [`UniformKernel`](super::UniformKernel) if it may differ between the robots of a batch, or if you need derivatives
-/// with respect to it.
+/// A number that all elements share, such as gravity, can be a field if it is a constant. It must be a **uniform input**
+/// if it may differ between the starts of a batch, or if you need derivatives with respect to it.
+///
+/// ```
+/// use autodiff::{Kernel, Model, Program, Real, Rollout, Var, gradient, kernel};
+///
+/// struct Decay;
+///
+/// #[kernel]
+/// impl Kernel<1, 1> for Decay {
+///     const UNIFORMS: usize = 1;
+///
+///     fn eval<R: Real>(&self, [x]: [R; 1], rate: &[R]) -> [R; 1] {
+///         [x - rate[0] * x]
+///     }
+/// }
+///
+/// #[derive(Clone)]
+/// struct Cooling;
+///
+/// impl Model for Cooling {
+///     fn record(&self, program: &mut Program) {
+///         let (rate, x) = (program.parameter(1), program.state(3));
+///         let [next] = program.map(Decay, [x], &[rate]);
+///         program.advance(x, next);
+///     }
+/// }
+///
+/// let (cooling, start) = (Rollout::new(Cooling, 2), [4.0, 8.0, 12.0]);
+/// assert_eq!(cooling.run(&start, &[&[0.5]]), [1.0, 2.0, 3.0]);
+/// let sum = |rate: &[Var<f64>]| cooling.run(&start.map(Var::lit), &[rate]).iter().sum();
+/// // The sum is 24 (1 - rate)^2.
+/// assert_eq!(gradient(sum, &[0.5]), [-24.0]);
+/// ```
 ///
 /// A kernel only has to implement `eval`. Its derivatives then come from dual numbers, whose cost grows with the number
 /// of inputs: about seven evaluations of the kernel for eight inputs, and seventy for fifty. Straight-line code that is
@@ -30,7 +62,7 @@ use crate::real::Real;
 ///
 /// #[kernel]
 /// impl Kernel<1, 1> for Square {
-///     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+///     fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
 ///         [x * x]
 ///     }
 /// }
@@ -42,7 +74,7 @@ use crate::real::Real;
 /// struct Square;
 ///
 /// impl Kernel<1, 1> for Square {
-///     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+///     fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
 ///         [x * x]
 ///     }
 /// }
@@ -51,12 +83,16 @@ pub trait Kernel<const I: usize, const O: usize>: Send + 'static {
     #[doc(hidden)]
     const USE_THE_ATTRIBUTE_KERNEL: ();
 
-    /// Returns the results at `x`.
-    fn eval<R: Real>(&self, x: [R; I]) -> [R; O];
+    /// The number of uniform inputs, at most [`MOST_UNIFORMS`](super::MOST_UNIFORMS). All elements share them.
+    const UNIFORMS: usize = 0;
+
+    /// Returns the results at `x`. `uniforms` has [`UNIFORMS`](Self::UNIFORMS) numbers.
+    fn eval<R: Real>(&self, x: [R; I], uniforms: &[R]) -> [R; O];
 
     /// Returns the cotangents of the inputs (VJPs). There is one row for each row of `at.y_bar`, which holds cotangents
     /// of the results. [`Program::map`](crate::Program::map) and [`data::jacobians`](crate::data::jacobians) get all
-    /// derivatives of a kernel from this method.
+    /// derivatives of a kernel from this method, except those with respect to uniform inputs: if they are needed, they
+    /// come from dual numbers.
     #[inline(always)]
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, I, O, M>) -> [[R; I]; M] {
         vjp_by_duals(self, at)
@@ -65,21 +101,32 @@ pub trait Kernel<const I: usize, const O: usize>: Send + 'static {
 
 /// The arguments of [`Kernel::vjp`].
 #[derive(Clone, Copy, Debug)]
-pub struct Pullback<R, const I: usize, const O: usize, const M: usize> {
+pub struct Pullback<'a, R, const I: usize, const O: usize, const M: usize> {
     /// The inputs.
     pub x: [R; I],
+    /// The uniform inputs.
+    pub uniforms: &'a [R],
     /// The results at `x`. The compiler removes the computation of results that `vjp` does not read.
     pub y: [R; O],
     /// The cotangents of the results. One row gives an adjoint; the rows of the identity matrix give the Jacobian.
     pub y_bar: [[R; O]; M],
 }
 
-impl<R: Real, const I: usize, const O: usize, const M: usize> Pullback<R, I, O, M> {
+impl<'a, R: Real, const I: usize, const O: usize, const M: usize> Pullback<'a, R, I, O, M> {
     /// Evaluates the kernel at `x` to fill in `y`.
     #[inline(always)]
-    pub fn new(kernel: &impl Kernel<I, O>, x: [R; I], y_bar: [[R; O]; M]) -> Self {
-        let y = kernel.eval(x);
-        Self { x, y, y_bar }
+    pub fn new(
+        kernel: &impl Kernel<I, O>,
+        x: [R; I],
+        uniforms: &'a [R],
+        y_bar: [[R; O]; M],
+    ) -> Self {
+        Self {
+            x,
+            uniforms,
+            y: kernel.eval(x, uniforms),
+            y_bar,
+        }
     }
 }
 
@@ -93,16 +140,17 @@ where
     R: Real,
     K: Kernel<I, O> + ?Sized,
 {
-    let y = kernel.eval(seeded(at.x));
+    let uniforms = constants::<R, I, MOST_UNIFORMS>(&at.uniforms[..K::UNIFORMS]);
+    let y = kernel.eval(seeded(at.x), &uniforms[..K::UNIFORMS]);
     pulled_back(y, at.y_bar)
 }
 
-/// Converts numbers to duals with zero tangents. The functions from here on use loops, because closures might be
-/// compiled without the caller's instruction set.
+/// Converts numbers to duals with zero tangents. Behind them come zeros up to the length `L`. The functions from here on
+/// use loops, because closures might be compiled without the caller's instruction set.
 #[inline(always)]
-pub(super) fn constants<R: Real, const N: usize, const L: usize>(x: [R; L]) -> [Dual<R, N>; L] {
+pub(super) fn constants<R: Real, const N: usize, const L: usize>(x: &[R]) -> [Dual<R, N>; L] {
     let mut constants = [Dual::zero(); L];
-    for i in 0..L {
+    for i in 0..x.len() {
         constants[i] = Dual::constant(x[i]);
     }
     constants

@@ -2,10 +2,10 @@
 #![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
 use super::array::Array;
-use super::kernel::Pullback;
+use super::kernel::{Kernel, Pullback};
 use super::operation::LaneOperation;
 use super::row::{Bars, Places, Reach, StepValues, add, load};
-use super::uniform::{UniformInputs, UniformKernel, Uniforms};
+use super::uniform::{MOST_UNIFORMS, UniformInputs};
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked};
 
@@ -19,7 +19,7 @@ pub(crate) struct Map<K, const I: usize, const O: usize> {
     reach: Reach,
 }
 
-impl<K: UniformKernel<I, O>, const I: usize, const O: usize> Map<K, I, O> {
+impl<K: Kernel<I, O>, const I: usize, const O: usize> Map<K, I, O> {
     pub(crate) fn new(
         kernel: K,
         inputs: [Array; I],
@@ -52,9 +52,7 @@ impl<K: UniformKernel<I, O>, const I: usize, const O: usize> Map<K, I, O> {
     }
 }
 
-impl<R: Real, K: UniformKernel<I, O>, const I: usize, const O: usize> LaneOperation<R>
-    for Map<K, I, O>
-{
+impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> LaneOperation<R> for Map<K, I, O> {
     const HAS_SCALARS: bool = false;
     fn outputs(&self) -> Vec<Array> {
         self.outputs.to_vec()
@@ -112,7 +110,7 @@ impl<K, const I: usize, const O: usize> Map<K, I, O> {
     /// Adds the cotangents of uniform inputs, element by element.
     fn add_uniform_bars<R: Real>(&self, values: StepValues<R>, bars: &mut Bars<R>)
     where
-        K: UniformKernel<I, O>,
+        K: Kernel<I, O>,
     {
         let at = |bars: &Bars<R>, i: usize| {
             let (mut x, mut y_bar) = ([R::zero(); I], [R::zero(); O]);
@@ -165,7 +163,7 @@ trait Lanes<R, L: Lane<R>> {
 struct ForwardLanes<'a, K, R, L, const I: usize, const O: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
-    uniforms: Uniforms<L>,
+    uniforms: [L; MOST_UNIFORMS],
     /// Pointer to the output arrays, which lie one after the other; each has `len` numbers.
     y: &'a mut [R],
     len: usize,
@@ -173,7 +171,7 @@ struct ForwardLanes<'a, K, R, L, const I: usize, const O: usize> {
 
 impl<R: Real, K, L, const I: usize, const O: usize> Lanes<R, L> for ForwardLanes<'_, K, R, L, I, O>
 where
-    K: UniformKernel<I, O>,
+    K: Kernel<I, O>,
     L: Lane<R>,
 {
     #[inline(always)]
@@ -183,7 +181,7 @@ where
             // SAFETY, here and below: guaranteed by the caller.
             x[k] = unsafe { L::load_n(self.x[k], i, n) };
         }
-        let y = self.kernel.eval_with(x, &self.uniforms);
+        let y = self.kernel.eval(x, &self.uniforms[..K::UNIFORMS]);
         for k in 0..O {
             unsafe { y[k].store_n(self.y, k * self.len + i, n) };
         }
@@ -193,7 +191,7 @@ where
 struct ReverseLanes<'a, K, R, L, const I: usize, const O: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
-    uniforms: Uniforms<L>,
+    uniforms: [L; MOST_UNIFORMS],
     /// Pointer to the output arrays, which lie one after the other; each has `len` numbers. `y_bar` points to their
     /// cotangents.
     y: &'a [R],
@@ -205,7 +203,7 @@ struct ReverseLanes<'a, K, R, L, const I: usize, const O: usize> {
 
 impl<R: Real, K, L, const I: usize, const O: usize> Lanes<R, L> for ReverseLanes<'_, K, R, L, I, O>
 where
-    K: UniformKernel<I, O>,
+    K: Kernel<I, O>,
     L: Lane<R>,
 {
     #[inline(always)]
@@ -222,10 +220,11 @@ where
         }
         let at = Pullback {
             x,
+            uniforms: &self.uniforms[..K::UNIFORMS],
             y,
             y_bar: [y_bar],
         };
-        let [x_bar] = self.kernel.vjp_with(at, &self.uniforms);
+        let [x_bar] = self.kernel.vjp(at);
         for k in 0..I {
             unsafe { add(self.x_bar[k], i, n, x_bar[k]) };
         }

@@ -1,4 +1,4 @@
-//! The interface of the operations in a step.
+//! The interface of the operations in a step, once their number type is known.
 
 use super::array::Array;
 use super::row::{Bars, StepValues};
@@ -14,6 +14,11 @@ pub(crate) trait Operation<R: Real>: Send {
     /// Sets which arrays (by id) and which parameters carry derivatives. An operation may skip the cotangents of all
     /// others.
     fn set_active(&mut self, arrays: &[bool], parameters: &[bool]);
+    /// Takes the matrices of a dense layer from the parameters. Other operations have none.
+    fn load(&mut self, _parameters: &[&[R]]) {}
+    /// Adds the cotangent of the matrix of a dense layer to the cotangents of the parameters. Call it after the last
+    /// reverse step.
+    fn matrix_bars(&mut self, _parameter_bars: &mut [Vec<R>]) {}
 }
 
 /// An [`Operation`] that is written once for all lane types.

@@ -236,7 +236,7 @@ mod tests {
     #[test]
     #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
     fn a_step_with_too_few_numbers_panics() {
-        let mut program = Program::<f64>::default();
+        let mut program = Program::default();
         let reach = Reach::new([(program.parameter(4), 4), (program.state(6), 7)]);
         let numbers = [0.0; 7];
         let is_refused = |parameters: usize, row: usize| {

@@ -1,8 +1,8 @@
-//! Kernels with uniform inputs: numbers that all elements share. An operation loads these numbers once. It computes
+//! The uniform inputs of kernels: numbers that all elements share. An operation loads these numbers once. It computes
 //! their cotangents only if they are needed.
 
 use super::array::Array;
-use super::kernel::{Kernel, Pullback, constants, pulled_back, seeded};
+use super::kernel::{Kernel, Pullback, constants, pulled_back};
 use super::row::{Bars, StepValues};
 use crate::real::Real;
 use crate::simd::{Lane, WIDEST};
@@ -10,88 +10,7 @@ use crate::simd::{Lane, WIDEST};
 /// The largest number of uniform inputs that a kernel can have.
 pub const MOST_UNIFORMS: usize = 16;
 
-/// The uniform inputs of a kernel, followed by zeros up to the length [`MOST_UNIFORMS`].
-pub type Uniforms<R> = [R; MOST_UNIFORMS];
-
-/// A [`Kernel`] with uniform inputs: numbers that all elements share, such as gravity. A rollout can be differentiated
-/// with respect to them, and the starts of a batch may have different values.
-///
-/// Every [`Kernel`] is a `UniformKernel` without uniform inputs.
-///
-/// ```
-/// use autodiff::arrays::{UniformKernel, Uniforms};
-/// use autodiff::{Model, Program, Real, Rollout, Var, gradient, kernel};
-///
-/// struct Decay;
-///
-/// #[kernel]
-/// impl UniformKernel<1, 1> for Decay {
-///     const UNIFORMS: usize = 1;
-///
-///     fn eval_with<R: Real>(&self, [x]: [R; 1], uniforms: &Uniforms<R>) -> [R; 1] {
-///         [x - uniforms[0] * x]
-///     }
-/// }
-///
-/// #[derive(Clone)]
-/// struct Cooling;
-///
-/// impl Model for Cooling {
-///     fn record<R: Real>(&self, program: &mut Program<R>) {
-///         let (rate, x) = (program.parameter(1), program.state(3));
-///         let [next] = program.map_with(Decay, [x], &[rate]);
-///         program.advance(x, next);
-///     }
-/// }
-///
-/// let (cooling, start) = (Rollout::new(Cooling, 2), [4.0, 8.0, 12.0]);
-/// assert_eq!(cooling.run(&start, &[&[0.5]]), [1.0, 2.0, 3.0]);
-/// let sum = |rate: &[Var<f64>]| cooling.run(&start.map(Var::lit), &[rate]).iter().sum();
-/// // The sum is 24 (1 - rate)^2.
-/// assert_eq!(gradient(sum, &[0.5]), [-24.0]);
-/// ```
-pub trait UniformKernel<const I: usize, const O: usize>: Send + 'static {
-    #[doc(hidden)]
-    const USE_THE_ATTRIBUTE_KERNEL: ();
-
-    /// The number of uniform inputs, at most [`MOST_UNIFORMS`].
-    const UNIFORMS: usize;
-
-    /// Returns the results at `x`. Only the first [`UNIFORMS`](Self::UNIFORMS) numbers of `uniforms` are inputs.
-    fn eval_with<R: Real>(&self, x: [R; I], uniforms: &Uniforms<R>) -> [R; O];
-
-    /// Returns the cotangents of `x`, like [`Kernel::vjp`]. The cotangents of the uniform inputs, if they are needed,
-    /// always come from dual numbers.
-    #[inline(always)]
-    fn vjp_with<R: Real, const M: usize>(
-        &self,
-        at: Pullback<R, I, O, M>,
-        uniforms: &Uniforms<R>,
-    ) -> [[R; I]; M] {
-        vjp_by_duals_with(self, at, uniforms)
-    }
-}
-
-impl<K: Kernel<I, O>, const I: usize, const O: usize> UniformKernel<I, O> for K {
-    const USE_THE_ATTRIBUTE_KERNEL: () = ();
-    const UNIFORMS: usize = 0;
-
-    #[inline(always)]
-    fn eval_with<R: Real>(&self, x: [R; I], _: &Uniforms<R>) -> [R; O] {
-        self.eval(x)
-    }
-
-    #[inline(always)]
-    fn vjp_with<R: Real, const M: usize>(
-        &self,
-        at: Pullback<R, I, O, M>,
-        _: &Uniforms<R>,
-    ) -> [[R; I]; M] {
-        self.vjp(at)
-    }
-}
-
-/// A [`UniformKernel`] whose uniform inputs have constant values. It is a [`Kernel`].
+/// A [`Kernel`] whose uniform inputs have constant values, so that it has none.
 #[derive(Clone, Debug)]
 pub struct Fixed<K> {
     /// The kernel.
@@ -100,23 +19,25 @@ pub struct Fixed<K> {
     pub uniforms: Vec<f64>,
 }
 
-impl<K: UniformKernel<I, O>, const I: usize, const O: usize> Kernel<I, O> for Fixed<K> {
+impl<K: Kernel<I, O>, const I: usize, const O: usize> Kernel<I, O> for Fixed<K> {
     const USE_THE_ATTRIBUTE_KERNEL: () = ();
     #[inline(always)]
-    fn eval<R: Real>(&self, x: [R; I]) -> [R; O] {
-        self.kernel.eval_with(x, &constant_uniforms(&self.uniforms))
+    fn eval<R: Real>(&self, x: [R; I], _: &[R]) -> [R; O] {
+        let uniforms = constant_uniforms(&self.uniforms);
+        self.kernel.eval(x, &uniforms[..K::UNIFORMS])
     }
 
     #[inline(always)]
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, I, O, M>) -> [[R; I]; M] {
         let uniforms = constant_uniforms(&self.uniforms);
-        self.kernel.vjp_with(at, &uniforms)
+        let uniforms = &uniforms[..K::UNIFORMS];
+        self.kernel.vjp(Pullback { uniforms, ..at })
     }
 }
 
 #[inline(always)]
 #[track_caller]
-fn constant_uniforms<R: Real>(values: &[f64]) -> Uniforms<R> {
+fn constant_uniforms<R: Real>(values: &[f64]) -> [R; MOST_UNIFORMS] {
     let mut uniforms = [R::zero(); MOST_UNIFORMS];
     for (uniform, &value) in uniforms.iter_mut().zip(checked(values)) {
         *uniform = R::lit(value);
@@ -124,7 +45,7 @@ fn constant_uniforms<R: Real>(values: &[f64]) -> Uniforms<R> {
     uniforms
 }
 
-/// Returns the list. Panics if it does not fit into [`Uniforms`].
+/// Returns the list. Panics if it is longer than a kernel's uniform inputs may be.
 #[inline(always)]
 #[track_caller]
 pub(crate) fn checked<T>(list: &[T]) -> &[T] {
@@ -135,36 +56,21 @@ pub(crate) fn checked<T>(list: &[T]) -> &[T] {
     list
 }
 
-/// The default of [`UniformKernel::vjp_with`], which uses dual numbers.
-#[inline(always)]
-pub fn vjp_by_duals_with<R, K, const I: usize, const O: usize, const M: usize>(
-    kernel: &K,
-    at: Pullback<R, I, O, M>,
-    uniforms: &Uniforms<R>,
-) -> [[R; I]; M]
-where
-    R: Real,
-    K: UniformKernel<I, O> + ?Sized,
-{
-    let y = kernel.eval_with(seeded(at.x), &constants(*uniforms));
-    pulled_back(y, at.y_bar)
-}
-
 /// Returns the contribution of one element to the cotangent of uniform input `k`.
 #[inline(always)]
 fn by_uniform<R, K, const I: usize, const O: usize>(
     kernel: &K,
     (x, y_bar): ([R; I], [R; O]),
-    uniforms: &Uniforms<R>,
+    uniforms: &[R; MOST_UNIFORMS],
     k: usize,
 ) -> R
 where
     R: Real,
-    K: UniformKernel<I, O>,
+    K: Kernel<I, O>,
 {
-    let mut moving = constants::<R, 1, MOST_UNIFORMS>(*uniforms);
+    let mut moving = constants::<R, 1, MOST_UNIFORMS>(uniforms);
     moving[k].tangent = [R::one()];
-    let y = kernel.eval_with(constants(x), &moving);
+    let y = kernel.eval(constants(&x), &moving[..K::UNIFORMS]);
     let [[bar]] = pulled_back(y, [y_bar]);
     bar
 }
@@ -177,7 +83,7 @@ pub(super) struct UniformInputs {
 }
 
 impl UniformInputs {
-    /// `count` is the kernel's constant [`UniformKernel::UNIFORMS`].
+    /// `count` is the kernel's constant [`Kernel::UNIFORMS`].
     ///
     /// # Panics
     /// If this is not the number of arrays.
@@ -200,13 +106,13 @@ impl UniformInputs {
     }
 
     /// Loads each uniform input into a register, in which the numbers of all starts repeat. `count` is the kernel's
-    /// constant [`UniformKernel::UNIFORMS`].
+    /// constant [`Kernel::UNIFORMS`].
     #[inline(always)]
     pub(super) fn load<R: Real, L: Lane<R>>(
         &self,
         count: usize,
         values: StepValues<R>,
-    ) -> Uniforms<L> {
+    ) -> [L; MOST_UNIFORMS] {
         let mut uniforms = [L::zero(); MOST_UNIFORMS];
         for k in 0..count {
             let numbers = values.get(self.arrays[k]);
@@ -238,7 +144,7 @@ impl UniformInputs {
         at: impl Fn(&Bars<R>, E) -> (usize, [R; I], [R; O]),
     ) where
         R: Real,
-        K: UniformKernel<I, O>,
+        K: Kernel<I, O>,
     {
         if self.active.is_empty() {
             return;
@@ -260,19 +166,20 @@ impl UniformInputs {
 
 #[cfg(test)]
 mod tests {
-    use crate::arrays::{UniformKernel, Uniforms};
     use crate::check::{Options, Verdict, check_gradient};
-    use crate::{Function, Given, Graph, Model, Program, Real, Rollout, Var, gradient, kernel};
+    use crate::{
+        Function, Given, Graph, Kernel, Model, Program, Real, Rollout, Var, gradient, kernel,
+    };
 
     /// A spring with the force `u[0] d + u[1] d^3` for an elongation `d`.
     #[derive(Clone)]
     struct Spring;
 
     #[kernel]
-    impl UniformKernel<1, 1> for Spring {
+    impl Kernel<1, 1> for Spring {
         const UNIFORMS: usize = 2;
 
-        fn eval_with<R: Real>(&self, [d]: [R; 1], u: &Uniforms<R>) -> [R; 1] {
+        fn eval<R: Real>(&self, [d]: [R; 1], u: &[R]) -> [R; 1] {
             [u[0] * d + u[1] * d * d * d]
         }
     }
@@ -283,10 +190,10 @@ mod tests {
     struct Move;
 
     #[kernel]
-    impl UniformKernel<2, 1> for Move {
+    impl Kernel<2, 1> for Move {
         const UNIFORMS: usize = 1;
 
-        fn eval_with<R: Real>(&self, [x, force]: [R; 2], u: &Uniforms<R>) -> [R; 1] {
+        fn eval<R: Real>(&self, [x, force]: [R; 2], u: &[R]) -> [R; 1] {
             [x + force + u[0] * x.sin()]
         }
     }
@@ -298,14 +205,12 @@ mod tests {
     struct Chain(Graph);
 
     impl Model for Chain {
-        fn record<R: Real>(&self, program: &mut Program<R>) {
-            let [stiffness, cubic, wind] = [(); 3].map(|()| program.parameter(1));
-            let x = program.state(NODES);
-            // Through `any`, number types other than floats replay the kernels.
-            let p = &mut program.any();
-            let [force] = p.map_edges_with(&self.0, Spring, [x], &[], &[stiffness, cubic]);
-            let [next] = p.map_with(Move, [x, force], &[wind]);
-            program.advance(x, next);
+        fn record(&self, p: &mut Program) {
+            let [stiffness, cubic, wind] = [(); 3].map(|()| p.parameter(1));
+            let x = p.state(NODES);
+            let [force] = p.map_edges(&self.0, Spring, [x], &[], &[stiffness, cubic]);
+            let [next] = p.map(Move, [x, force], &[wind]);
+            p.advance(x, next);
         }
     }
 

@@ -13,7 +13,7 @@ use crate::simd::{Lane, Vectorized, WIDEST};
 /// struct Area;
 /// #[kernel]
 /// impl Kernel<2, 1> for Area {
-///     fn eval<R: Real>(&self, [width, height]: [R; 2]) -> [R; 1] {
+///     fn eval<R: Real>(&self, [width, height]: [R; 2], _: &[R]) -> [R; 1] {
 ///         [width * height]
 ///     }
 /// }
@@ -50,7 +50,7 @@ pub fn values<R: Real, K: Kernel<I, O>, const I: usize, const O: usize>(
 /// struct Area;
 /// #[kernel]
 /// impl Kernel<2, 1> for Area {
-///     fn eval<R: Real>(&self, [width, height]: [R; 2]) -> [R; 1] {
+///     fn eval<R: Real>(&self, [width, height]: [R; 2], _: &[R]) -> [R; 1] {
 ///         [width * height]
 ///     }
 /// }
@@ -152,7 +152,7 @@ fn identity<L: Real, const O: usize>() -> [[L; O]; O] {
     rows
 }
 
-/// A kernel and the points at which it is evaluated. `J` is the number of inputs with respect to which partials are
+/// A kernel without uniform inputs and the points at which it is evaluated. `J` is the number of inputs with respect to which partials are
 /// computed: all of them (`I`) or none (0).
 struct Points<'a, K, F, G, const I: usize, const O: usize, const J: usize> {
     kernel: &'a K,
@@ -173,17 +173,29 @@ where
     type Output = ();
     #[inline(always)]
     fn run<L: Lane<R>>(mut self) {
+        const {
+            assert!(
+                K::UNIFORMS == 0,
+                "the uniform inputs of a kernel at data points must be `Fixed`"
+            );
+        }
         let (mut rows, mut values) = ([[R::zero(); WIDEST]; I], [[R::zero(); WIDEST]; O]);
         let mut partials = [[[R::zero(); WIDEST]; J]; O];
         for first in (0..self.count).step_by(L::N) {
             let x = gather::<R, L, I>(&self.input, [first, self.count - 1], &mut rows);
-            let y = self.kernel.eval(x);
+            let y = self.kernel.eval(x, &[]);
             for o in 0..O {
                 y[o].store(&mut values[o]);
             }
             if J > 0 {
                 let y_bar = identity();
-                let by_x = self.kernel.vjp(Pullback { x, y, y_bar });
+                let uniforms = &[];
+                let by_x = self.kernel.vjp(Pullback {
+                    x,
+                    uniforms,
+                    y,
+                    y_bar,
+                });
                 for o in 0..O {
                     for j in 0..J {
                         by_x[o][j].store(&mut partials[o][j]);

@@ -1,12 +1,13 @@
 //! Records generic code as a list of operations.
 //!
 //! A `Symbol` is a number that records how it was computed. [`emit`] runs the reverse tape over symbols and prints the
-//! adjoint as Rust code. All other users replay a recording: sums and maps over data (`data`), and kernels in an
-//! [`AnyProgram`](crate::AnyProgram) whose number type is not a float. A replay computes the recorded operations at
+//! adjoint as Rust code. All other users replay a recording: sums and maps over data (`data`), and the kernels of a
+//! [`Program`](crate::Program) that runs with numbers which are not floats. A replay computes the recorded operations at
 //! many **points** at once. A point is one set of values of the inputs. In addition, there are shared arguments, which
 //! are the same at all points.
 
 pub(crate) mod operation;
+mod lines;
 pub(crate) mod arithmetic;
 mod known;
 pub(crate) mod recording;
@@ -15,4 +16,5 @@ pub mod emit;
 pub(crate) mod replay;
 mod replayed;
 
+pub(crate) use lines::line;
 pub(crate) use replayed::{Places, ReplayedKernel, recorded};

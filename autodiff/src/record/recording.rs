@@ -4,6 +4,7 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 
 use super::known::{Known, Range};
+use super::lines::Line;
 use super::operation::{Binary, Op, Place, Unary};
 use crate::restored::Restored;
 
@@ -14,6 +15,10 @@ use crate::restored::Restored;
 #[derive(Debug, Default)]
 pub(crate) struct Recording {
     pub(crate) ops: Vec<Op>,
+    /// The line of each operation.
+    pub(super) lines: Vec<Line>,
+    /// The line of the operation that is recorded now.
+    pub(super) line: Line,
     /// Whether the recording is unfit for a replay: the code has asked for a value, or has called a function with its
     /// own derivative. The recorded operations then do not represent the code.
     pub(crate) unfit: bool,
@@ -103,6 +108,7 @@ impl Recording {
 
     fn append(&mut self, op: Op) -> Place {
         self.ops.push(op);
+        self.lines.push(self.line);
         Place::own(self.ops.len() - 1)
     }
 

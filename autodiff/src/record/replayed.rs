@@ -1,36 +1,19 @@
 //! Kernels as recordings, which can be replayed for any number type.
 
-use std::any::type_name;
 use std::borrow::Cow;
 
 use super::replay::{Inputs, Plan, Points, Wanted};
-use super::symbol::Symbol;
-use crate::arrays::{
-    Array, Bars, Graph, MOST_UNIFORMS, Operation, SlotEdge, StepValues, UniformKernel, checked,
-};
+use crate::arrays::{Array, Bars, Graph, Kernel, Operation, SlotEdge, StepValues, checked};
 use crate::real::Real;
-use num_traits::Zero;
 
-/// Records a kernel.
-///
-/// # Panics
-/// If the kernel asks for values or calls a function with its own derivative, because a recording cannot represent it.
-#[track_caller]
-pub(crate) fn recorded<K: UniformKernel<I, O>, const I: usize, const O: usize>(kernel: &K) -> Plan {
-    let plan = Plan::record([I, K::UNIFORMS], |x, given| {
-        let mut uniforms = [Symbol::zero(); MOST_UNIFORMS];
-        uniforms[..given.len()].copy_from_slice(given);
-        let y = kernel.eval_with(std::array::from_fn(|k| x[k]), &uniforms);
-        y.to_vec()
-    });
-    let Some(plan) = plan else {
-        panic!(
-            "kernel {} cannot be replayed on this number type: it branches on a value (a zero test or a mask) or \
-             calls a fused function; it needs f64 or f32 and a processor with SIMD lanes",
-            type_name::<K>()
-        )
-    };
-    plan
+/// Records a kernel. Returns `None` if the kernel asks for values or calls a function with its own derivative, because a
+/// recording cannot represent it.
+pub(crate) fn recorded<K: Kernel<I, O>, const I: usize, const O: usize>(
+    kernel: &K,
+) -> Option<Plan> {
+    Plan::record([I, K::UNIFORMS], |x, given| {
+        kernel.eval(std::array::from_fn(|k| x[k]), given).to_vec()
+    })
 }
 
 /// The elements or edges to which a kernel is applied.
@@ -159,9 +142,7 @@ impl<R: Real> Operation<R> for ReplayedKernel {
 
     fn forward(&mut self, parameters: &[R], row: &mut [R]) {
         let values = StepValues { parameters, row };
-        let all = self.at_places(values, Wanted::Results, |points| {
-            points.replay_other::<false>().results
-        });
+        let all = self.at_places(values, Wanted::Results, |points| points.replay().results);
         for (&output, results) in self.outputs.iter().zip(&all) {
             let to = &mut row[output.range()];
             match &self.places {
@@ -205,7 +186,7 @@ impl<R: Real> Operation<R> for ReplayedKernel {
         };
         let seeds: Vec<Vec<R>> = self.outputs.iter().map(seed).collect();
         let wanted = Wanted::ByInputs(Some(&seeds));
-        let replayed = self.at_places(*values, wanted, |points| points.replay_other::<true>());
+        let replayed = self.at_places(*values, wanted, |points| points.replay());
         let by_uniforms = self.uniforms.iter().zip(&replayed.by_shared);
         for ((&uniform, &bar), active) in by_uniforms.zip(&self.active_uniforms) {
             if *active {

@@ -1,6 +1,7 @@
 //! Numbers that record how they are computed.
 
 use std::ops::{BitAnd, BitOr, Not};
+use std::panic::Location;
 
 use num_traits::Zero;
 use smallvec::SmallVec;
@@ -32,18 +33,26 @@ impl Symbol {
     }
 }
 
+#[track_caller]
 fn push(op: Op) -> Symbol {
-    Symbol(current(|recording| recording.push(op)))
+    let line = Some(Location::caller());
+    Symbol(current(|recording| {
+        recording.line = line;
+        recording.push(op)
+    }))
 }
 
+#[track_caller]
 fn unary(f: Unary, x: Symbol) -> Symbol {
     push(Op::Unary(f, x.0))
 }
 
+#[track_caller]
 fn binary(f: Binary, a: Symbol, b: Symbol) -> Symbol {
     push(Op::Binary(f, [a.0, b.0]))
 }
 
+#[track_caller]
 fn logic(f: Logic, a: Place, b: Place) -> SymbolMask {
     SymbolMask(push(Op::Logic(f, [a, b])).0)
 }
@@ -150,6 +159,7 @@ impl Mask for SymbolMask {
 macro_rules! recorded {
     (basic { $($method:ident $Basic:ident),* } composed { $($_composed:tt)* } special { $($_special:tt)* }) => {
         $(
+            #[track_caller]
             fn $method(self) -> Self {
                 unary(Unary::$Basic, self)
             }
@@ -157,6 +167,7 @@ macro_rules! recorded {
     };
     (of_two $($method:ident $Function:ident,)*) => {
         $(
+            #[track_caller]
             fn $method<T>(self, other: T) -> Self
             where
                 Self: Accepts<T>,
@@ -173,16 +184,20 @@ impl Real for Symbol {
     functions!(recorded);
     recorded! { of_two atan2 Atan2, powf Powf, hypot Hypot, }
 
+    #[track_caller]
     fn straight_through(self, soft: Self) -> Self {
         binary(Binary::StraightThrough, self, soft)
     }
 
+    #[track_caller]
     fn abs(self) -> Self {
         unary(Unary::Abs, self)
     }
+    #[track_caller]
     fn detach(self) -> Self {
         unary(Unary::Detach, self)
     }
+    #[track_caller]
     fn lit(value: f64) -> Self {
         push(Op::Constant(value.to_bits()))
     }
@@ -198,33 +213,41 @@ impl Real for Symbol {
         );
         f64::NAN
     }
+    #[track_caller]
     fn less<T>(self, other: T) -> SymbolMask
     where
         Self: Accepts<T>,
     {
         logic(Logic::Less, self.0, Self::accept(other).0)
     }
+    #[track_caller]
     fn less_equal<T>(self, other: T) -> SymbolMask
     where
         Self: Accepts<T>,
     {
         logic(Logic::LessEqual, self.0, Self::accept(other).0)
     }
+    #[track_caller]
     fn select(mask: SymbolMask, if_true: Self, if_false: Self) -> Self {
         push(Op::Select(mask.0, [if_true.0, if_false.0]))
     }
+    #[track_caller]
     fn fma(self, factor: Self, term: Self) -> Self {
         push(Op::Fma([self.0, factor.0, term.0]))
     }
+    #[track_caller]
     fn powi(self, exponent: i32) -> Self {
         unary(Unary::Powi(exponent), self)
     }
+    #[track_caller]
     fn elementary(self, function: Elementary) -> Self {
         unary(Unary::Elementary(function), self)
     }
+    #[track_caller]
     fn chain(partial: Self, cotangent: Self) -> Self {
         binary(Binary::Chain, partial, cotangent)
     }
+    #[track_caller]
     fn dot<T: Copy>(a: &[Self], b: &[T]) -> Self
     where
         Self: Accepts<T>,
@@ -238,6 +261,7 @@ impl Real for Symbol {
         let pairs = a.iter().zip(&b);
         pairs.fold(Self::zero(), |sum, (&x, &y)| x.fma(y, sum))
     }
+    #[track_caller]
     fn sum_of(terms: &[Self]) -> Self {
         if let Some(stretches) = stretches(terms, terms) {
             let sums = stretches

@@ -3,13 +3,14 @@
 use crate::elementary::Elementary;
 use crate::math;
 use crate::operators::literal_operators;
-use crate::real::{Accepts, ByType, Real, Vectorized};
+use crate::real::{Accepts, Real, Vectorized};
 
 macro_rules! impl_real_for_float {
     ($float:ident, $lanes:ident, $needed:ident, $functions:ident) => {
         impl Real for $float {
             type Mask = bool;
             const KERNELS_NEED_LANES: bool = super::enter::$needed;
+            const IS_FLOAT: bool = true;
 
             #[inline(always)]
             fn lit(value: f64) -> Self {
@@ -120,10 +121,6 @@ macro_rules! impl_real_for_float {
             #[inline(always)]
             fn vectorize<V: Vectorized<Self>>(work: V) -> V::Output {
                 super::enter::$lanes(work)
-            }
-            #[inline(always)]
-            fn by_type<W: ByType>(work: W, of: W::Of<Self>) -> W::Output<Self> {
-                work.$float(of)
             }
         }
     };

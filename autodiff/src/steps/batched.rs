@@ -6,12 +6,12 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use super::settings::{Given, Model, Recorder, Rollout, recorder};
+use super::settings::{Given, Model, Rollout};
 use super::sweep::{Recorded, Starts};
 use crate::real::{Fused, Real};
 use crate::simd::lanes;
 
-impl<M: Model> Rollout<M> {
+impl<M: Model + Clone> Rollout<M> {
     /// Runs all steps from one start. Returns the observed states one after the other, or only the chosen
     /// [`entries`](Rollout::entries) of each.
     ///
@@ -30,10 +30,7 @@ impl<M: Model> Rollout<M> {
     #[track_caller]
     pub fn run<R: Real>(&self, start: &[R], parameters: &[&[R]]) -> Vec<R> {
         let inputs: Vec<&[R]> = [&[start], parameters].concat();
-        R::fused(
-            Batched::new(self, 1, vec![false; parameters.len()]),
-            &inputs,
-        )
+        R::fused(Batch::new(self, 1, vec![false; parameters.len()]), &inputs)
     }
 
     /// Like [`run`](Rollout::run), but on a tape every operation of every step is a separate entry.
@@ -42,7 +39,7 @@ impl<M: Model> Rollout<M> {
         let one = Starts { count: 1, own: &[] };
         let inputs: Vec<&[R]> = [&[start], parameters].concat();
         let rollout = self.without_model();
-        (rollout.recorded(&recorder(&self.model), one, &inputs, false)).0
+        (rollout.recorded(&self.model, one, &inputs, false)).0
     }
 
     /// Runs a batch of starts. All starts share the matrices; each may have its own values of the other parameters. The
@@ -62,17 +59,17 @@ impl<M: Model> Rollout<M> {
     ///
     /// #[kernel]
     /// impl Kernel<3, 2> for Spring {
-    ///     fn eval<R: Real>(&self, [x, v, stiffness]: [R; 3]) -> [R; 2] {
+    ///     fn eval<R: Real>(&self, [x, v, stiffness]: [R; 3], _: &[R]) -> [R; 2] {
     ///         let v = v - R::lit(0.1) * stiffness * x;
     ///         [x + R::lit(0.1) * v, v]
     ///     }
     /// }
     ///
     /// impl Model for Spring {
-    ///     fn record<R: Real>(&self, program: &mut Program<R>) {
+    ///     fn record(&self, program: &mut Program) {
     ///         let stiffness = program.parameter(1);
     ///         let (x, v) = (program.state(1), program.state(1));
-    ///         let [x_next, v_next] = program.map(Spring, [x, v, stiffness]);
+    ///         let [x_next, v_next] = program.map(Spring, [x, v, stiffness], &[]);
     ///         program.advance(x, x_next);
     ///         program.advance(v, v_next);
     ///     }
@@ -101,7 +98,7 @@ impl<M: Model> Rollout<M> {
             return Vec::new();
         }
         let (inputs, own) = flattened(starts, parameters);
-        let seen = R::fused(Batched::new(self, starts.len(), own), &inputs);
+        let seen = R::fused(Batch::new(self, starts.len(), own), &inputs);
         let len = seen.len() / starts.len();
         (0..starts.len())
             .map(|start| seen[start * len..][..len].to_vec())
@@ -109,7 +106,7 @@ impl<M: Model> Rollout<M> {
     }
 }
 
-/// Returns the inputs of [`Batched`], and for each parameter whether each start has its own values.
+/// Returns the inputs of [`Batch`], and for each parameter whether each start has its own values.
 #[track_caller]
 fn flattened<'a, R: Real>(
     starts: &[&'a [R]],
@@ -153,33 +150,25 @@ fn assert_one_length<R>(of_starts: &[&[R]]) {
 
 /// A batch of rollouts as a fused function. The inputs are the starts, followed by each parameter: one slice that all
 /// starts share, or one slice for each start. The outputs are the observed states, one start after the other.
-struct Batched<M> {
-    model: M,
-    batch: Batch,
+///
+/// It does not know the type of its model, so that its code is not compiled again for every model.
+struct Batch {
+    model: Box<dyn Model>,
+    rollout: Rollout<()>,
+    starts: usize,
+    /// For each parameter, whether each start (initial state) has its own values for it.
+    own: Vec<bool>,
 }
 
-impl<M: Model> Batched<M> {
-    fn new(rollout: &Rollout<M>, starts: usize, own: Vec<bool>) -> Self {
-        Self {
-            model: rollout.model.clone(),
-            batch: Batch {
-                rollout: rollout.without_model(),
-                starts,
-                own,
-            },
-        }
-    }
-}
-
-impl<M: Model> Fused for Batched<M> {
+impl Fused for Batch {
     type Saved<R: Real> = Vec<(StartGroup, Recorded<R>)>;
 
     fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
-        self.batch.run(&recorder(&self.model), inputs, false).0
+        self.run(inputs, false).0
     }
 
     fn record<R: Real>(&self, inputs: &[&[R]]) -> (Vec<R>, Self::Saved<R>) {
-        self.batch.run(&recorder(&self.model), inputs, true)
+        self.run(inputs, true)
     }
 
     fn reverse<R: Real>(
@@ -188,16 +177,8 @@ impl<M: Model> Fused for Batched<M> {
         y_bar: &[R],
         wanted: &[bool],
     ) -> Vec<Vec<R>> {
-        self.batch.reverse(saved, y_bar, wanted)
+        self.pulled_back(saved, y_bar, wanted)
     }
-}
-
-/// A batch without its model.
-pub(super) struct Batch {
-    pub(super) rollout: Rollout<()>,
-    pub(super) starts: usize,
-    /// For each parameter, whether each start (initial state) has its own values for it.
-    pub(super) own: Vec<bool>,
 }
 
 /// A group of starts that run interleaved, one in each lane. A group has as many lanes as a register, or two, or one.
@@ -237,25 +218,34 @@ impl StartGroup {
     }
 }
 
+/// Divides the starts into groups of one start per lane. If the remaining starts fill more than three quarters of
+/// the lanes, they also run as such a group, because this is faster than pairs. Otherwise they run in pairs, and
+/// the last one possibly alone.
+pub(super) fn groups<R: Real>(all: usize) -> Vec<StartGroup> {
+    let (mut groups, mut first) = (Vec::new(), 0);
+    let widest = lanes::<R>();
+    while first < all {
+        let left = all - first;
+        let lanes = match left {
+            1 => 1,
+            _ if 4 * left > 3 * widest => widest,
+            _ => 2,
+        };
+        let starts = first..first + lanes.min(left);
+        first = starts.end;
+        groups.push(StartGroup { starts, lanes });
+    }
+    groups
+}
+
 impl Batch {
-    /// Divides the starts into groups of one start per lane. If the remaining starts fill more than three quarters of
-    /// the lanes, they also run as such a group, because this is faster than pairs. Otherwise they run in pairs, and
-    /// the last one possibly alone.
-    pub(super) fn groups<R: Real>(&self) -> Vec<StartGroup> {
-        let (mut groups, mut first) = (Vec::new(), 0);
-        let widest = lanes::<R>();
-        while first < self.starts {
-            let left = self.starts - first;
-            let lanes = match left {
-                1 => 1,
-                _ if 4 * left > 3 * widest => widest,
-                _ => 2,
-            };
-            let starts = first..first + lanes.min(left);
-            first = starts.end;
-            groups.push(StartGroup { starts, lanes });
+    fn new<M: Model + Clone>(rollout: &Rollout<M>, starts: usize, own: Vec<bool>) -> Self {
+        Self {
+            model: Box::new(rollout.model.clone()),
+            rollout: rollout.without_model(),
+            starts,
+            own,
         }
-        groups
     }
 
     /// Divides a list with one item for each input into parts, one for each parameter. The part of a shared parameter
@@ -294,19 +284,19 @@ impl Batch {
     #[track_caller]
     fn run<R: Real>(
         &self,
-        record: Recorder<R>,
         inputs: &[&[R]],
         keeps: bool,
     ) -> (Vec<R>, Vec<(StartGroup, Recorded<R>)>) {
         let (mut seen, mut saved) = (Vec::new(), Vec::new());
-        for group in self.groups::<R>() {
+        for group in groups::<R>(self.starts) {
             let inputs = self.inputs_of(&group, inputs);
             let inputs: Vec<&[R]> = inputs.iter().map(|input| &input[..]).collect();
             let starts = Starts {
                 count: group.lanes,
                 own: &self.own,
             };
-            let (of_group, recorded) = self.rollout.recorded(record, starts, &inputs, keeps);
+            let (of_group, recorded) =
+                (self.rollout).recorded(&*self.model, starts, &inputs, keeps);
             seen.extend(group.parted(&of_group).concat());
             if keeps {
                 saved.push((group, recorded));
@@ -316,7 +306,7 @@ impl Batch {
     }
 
     /// See [`Fused::reverse`].
-    fn reverse<R: Real>(
+    fn pulled_back<R: Real>(
         &self,
         saved: &mut [(StartGroup, Recorded<R>)],
         y_bar: &[R],

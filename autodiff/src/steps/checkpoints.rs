@@ -18,15 +18,15 @@ use std::ops::Range;
 ///
 /// #[kernel]
 /// impl Kernel<1, 1> for Cooling {
-///     fn eval<R: Real>(&self, [heat]: [R; 1]) -> [R; 1] {
+///     fn eval<R: Real>(&self, [heat]: [R; 1], _: &[R]) -> [R; 1] {
 ///         [heat - R::lit(0.01) * heat.powi(4)]
 ///     }
 /// }
 ///
 /// impl Model for Cooling {
-///     fn record<R: Real>(&self, program: &mut Program<R>) {
+///     fn record(&self, program: &mut Program) {
 ///         let heat = program.state(16);
-///         let [next] = program.map(Cooling, [heat]);
+///         let [next] = program.map(Cooling, [heat], &[]);
 ///         program.advance(heat, next);
 ///     }
 /// }

@@ -1,8 +1,6 @@
-//! Checks of the arrays that a model passes to a [`Program`](super::Program). They do not depend on the number type, so an
-//! [`AnyProgram`](super::AnyProgram) calls them before it passes the arrays through a trait object, which would hide the
-//! line of the caller from panics.
+//! Checks of the arrays that a model passes to a [`Program`](super::Program).
 
-use crate::arrays::{Array, Graph, MOST_UNKNOWNS, UniformKernel, checked, triangle};
+use crate::arrays::{Array, Graph, Kernel, MOST_UNKNOWNS, checked, triangle};
 
 /// The arrays of a program.
 #[derive(Clone, Copy)]
@@ -17,7 +15,7 @@ pub(super) struct Shape {
 }
 
 impl Shape {
-    pub(super) fn of<K: UniformKernel<I, O>, const I: usize, const O: usize>() -> Self {
+    pub(super) fn of<K: Kernel<I, O>, const I: usize, const O: usize>() -> Self {
         Self {
             inputs: I,
             uniforms: K::UNIFORMS,

@@ -16,15 +16,15 @@ use crate::real::{Mask, Real};
 ///
 /// #[kernel]
 /// impl Kernel<1, 1> for Doubling {
-///     fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+///     fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
 ///         [x + x]
 ///     }
 /// }
 ///
 /// impl Model for Doubling {
-///     fn record<R: Real>(&self, program: &mut Program<R>) {
+///     fn record(&self, program: &mut Program) {
 ///         let x = program.state(1);
-///         let [next] = program.map(Doubling, [x]);
+///         let [next] = program.map(Doubling, [x], &[]);
 ///         program.advance(x, next);
 ///     }
 /// }

@@ -1,7 +1,7 @@
 //! Runs one start or several interleaved starts forward, and sweeps back.
 
 use super::progress::running;
-use super::settings::{Recorder, Rollout};
+use super::settings::{Model, Rollout};
 use super::sweep::{Recorded, Starts};
 use crate::real::Real;
 
@@ -21,13 +21,13 @@ impl Rollout<()> {
     #[track_caller]
     pub(super) fn recorded<R: Real>(
         &self,
-        record: Recorder<R>,
+        model: &dyn Model,
         starts: Starts,
         inputs: &[&[R]],
         keeps: bool,
     ) -> (Vec<R>, Recorded<R>) {
         let _running = running();
-        let mut recorded = Recorded::new(self, record, starts, inputs, keeps);
+        let mut recorded = Recorded::new(self, model, starts, inputs, keeps);
         let places = self.places(starts.count, recorded.state_len());
         let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
         for step in 0..=self.steps {

@@ -1,7 +1,7 @@
 //! Steps and rollouts. A [`Program`] is the recording of one step of a simulation. A [`Rollout`] runs it many times,
 //! forward and in reverse.
 //!
-//! A step is a generic function over `R: Real` that calls the methods of [`Program`]. A program has no control flow:
+//! A step is a list of operations on arrays, which a model records by the methods of [`Program`]. It has no control flow:
 //! kernels select between values, and a model records only the operations that it needs.
 //!
 //! All arrays of a step, except for the parameters, lie one after the other in a **row**. If the state comes first in
@@ -16,13 +16,12 @@
 //! share the matrices. Other parameters may differ between starts.
 
 mod checks;
+mod mapped;
 pub(crate) mod operation;
 pub(crate) mod program;
 mod recording;
 mod on_graphs;
-mod any_program;
-mod passes;
-mod run;
+pub(crate) mod instance;
 mod watch;
 mod checkpoints;
 mod cotangent_bound;
@@ -34,7 +33,6 @@ mod batched;
 #[cfg(test)]
 mod tests;
 
-pub use any_program::AnyProgram;
 pub use checkpoints::Memory;
 pub use cotangent_bound::CotangentBound;
 pub use program::Program;

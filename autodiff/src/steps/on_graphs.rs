@@ -1,22 +1,19 @@
 //! The methods of [`Program`] that record operations on graphs.
 
-use super::any_program::Replaying;
 use super::checks::Shape;
+use super::mapped::{Edges, OfEdges, handles};
 use super::operation::StepOperation;
 use super::program::Program;
-use super::recording::{arrays, records_kernels};
-use crate::arrays::{Array, EdgeMap, Graph, InLanes, Kernel, NodeSum, Solve, UniformKernel};
-use crate::real::Real;
-use crate::record::recorded;
+use crate::arrays::{Array, Equations, Graph, Kernel, NodeSum};
 
 /// The operations on graphs. They panic like the others if an array belongs to another program.
-impl<R: Real> Program<R> {
+impl Program {
     /// Maps a kernel over the edges of a graph and sums its results at the nodes, like springs that pull on masses.
     ///
     /// The first inputs of the kernel are differences. For each array of `ends`, which has one number per node, the
     /// input is the value at the edge's head minus the value at its tail. The other inputs are the edge's values in the
     /// arrays of `per_edge`, which have the slot layout of the [`Graph`]. Each result is added at the tail of the edge
-    /// and subtracted at its head, so the outputs are arrays over the nodes.
+    /// and subtracted at its head, so the outputs are arrays over the nodes. `uniforms` are those of [`map`](Program::map).
     ///
     /// ```
     /// use autodiff::{Graph, Kernel, Model, Program, Real, Rollout, Var, gradient, kernel};
@@ -27,7 +24,7 @@ impl<R: Real> Program<R> {
     ///
     /// #[kernel]
     /// impl Kernel<2, 1> for Conduction {
-    ///     fn eval<R: Real>(&self, [difference, conductivity]: [R; 2]) -> [R; 1] {
+    ///     fn eval<R: Real>(&self, [difference, conductivity]: [R; 2], _: &[R]) -> [R; 1] {
     ///         [conductivity * difference]
     ///     }
     /// }
@@ -37,7 +34,7 @@ impl<R: Real> Program<R> {
     ///
     /// #[kernel]
     /// impl Kernel<2, 1> for Sum {
-    ///     fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
+    ///     fn eval<R: Real>(&self, [a, b]: [R; 2], _: &[R]) -> [R; 1] {
     ///         [a + b]
     ///     }
     /// }
@@ -47,11 +44,11 @@ impl<R: Real> Program<R> {
     /// struct Bar(Graph);
     ///
     /// impl Model for Bar {
-    ///     fn record<R: Real>(&self, program: &mut Program<R>) {
+    ///     fn record(&self, program: &mut Program) {
     ///         let conductivity = program.parameter(self.0.slots());
     ///         let t = program.state(self.0.nodes());
-    ///         let [gain] = program.map_edges(&self.0, Conduction, [t], &[conductivity]);
-    ///         let [next] = program.map(Sum, [t, gain]);
+    ///         let [gain] = program.map_edges(&self.0, Conduction, [t], &[conductivity], &[]);
+    ///         let [next] = program.map(Sum, [t, gain], &[]);
     ///         program.advance(t, next);
     ///     }
     /// }
@@ -72,6 +69,8 @@ impl<R: Real> Program<R> {
     /// - If an array of `ends` does not have one number for each node.
     /// - If an array of `per_edge` does not have one number for each slot.
     /// - If the kernel has no results, or does not have one input for each array of `ends` and `per_edge`.
+    /// - If `uniforms` does not have one array for each uniform input of the kernel, or one of these arrays does not have
+    ///   exactly one number.
     /// - If an array belongs to another program.
     #[track_caller]
     pub fn map_edges<K, const C: usize, const I: usize, const O: usize>(
@@ -80,38 +79,19 @@ impl<R: Real> Program<R> {
         kernel: K,
         ends: [Array; C],
         per_edge: &[Array],
+        uniforms: &[Array],
     ) -> [Array; O]
     where
         K: Kernel<I, O>,
     {
-        self.map_edges_with(graph, kernel, ends, per_edge, &[])
-    }
-
-    /// Like [`map_edges`](Program::map_edges), but for a kernel with [uniform inputs](Program::map_with).
-    ///
-    /// # Panics
-    /// Like [`map_edges`](Program::map_edges). Also if `uniforms` does not have one array for each uniform input of the
-    /// kernel, or one of these arrays does not have exactly one number.
-    #[track_caller]
-    pub fn map_edges_with<K, const C: usize, const I: usize, const O: usize>(
-        &mut self,
-        graph: &Graph,
-        kernel: K,
-        ends: [Array; C],
-        per_edge: &[Array],
-        uniforms: &[Array],
-    ) -> [Array; O]
-    where
-        K: UniformKernel<I, O>,
-    {
         self.map_over_edges::<K, C, I, O, true>(graph, kernel, ends, per_edge, uniforms)
     }
 
-    /// Like [`map_edges_with`](Program::map_edges_with), but results stay at their edges: the outputs are arrays over the
+    /// Like [`map_edges`](Program::map_edges), but results stay at their edges: the outputs are arrays over the
     /// slots, with zeros for ghosts.
     ///
     /// # Panics
-    /// Like [`map_edges_with`](Program::map_edges_with).
+    /// Like [`map_edges`](Program::map_edges).
     #[track_caller]
     pub fn map_each_edge<K, const C: usize, const I: usize, const O: usize>(
         &mut self,
@@ -122,12 +102,12 @@ impl<R: Real> Program<R> {
         uniforms: &[Array],
     ) -> [Array; O]
     where
-        K: UniformKernel<I, O>,
+        K: Kernel<I, O>,
     {
         self.map_over_edges::<K, C, I, O, false>(graph, kernel, ends, per_edge, uniforms)
     }
 
-    /// Implements [`map_edges_with`](Program::map_edges_with), which sums results at the nodes (`SUMS`), and
+    /// Implements [`map_edges`](Program::map_edges), which sums results at the nodes (`SUMS`), and
     /// [`map_each_edge`](Program::map_each_edge), which does not.
     #[track_caller]
     fn map_over_edges<K, const C: usize, const I: usize, const O: usize, const SUMS: bool>(
@@ -139,35 +119,21 @@ impl<R: Real> Program<R> {
         uniforms: &[Array],
     ) -> [Array; O]
     where
-        K: UniformKernel<I, O>,
+        K: Kernel<I, O>,
     {
         let shape = Shape::of::<K, I, O>();
         (self.known()).check_edges(graph, [&ends, per_edge], uniforms, shape);
-        if const { records_kernels::<R>() } && self.records_kernels {
-            let (kernel, inputs) = (recorded(&kernel), [&ends[..], per_edge]);
-            return arrays(&self.map_edges_recorded(graph, kernel, inputs, uniforms, SUMS));
-        }
-        let (graph, outputs) = self.edge_outputs(graph, O, SUMS);
-        let outputs = arrays(&outputs);
-        let map =
-            EdgeMap::<R, K, C, I, O, SUMS>::new(kernel, &graph, ends, per_edge, uniforms, outputs);
-        self.push_kernel(Box::new(InLanes(map)));
-        outputs
-    }
-
-    /// Returns the graph of all starts, and an array for each of the `results`
-    /// results: over the nodes if `sums` is true and the results are summed there, else over the slots.
-    pub(super) fn edge_outputs(
-        &mut self,
-        graph: &Graph,
-        results: usize,
-        sums: bool,
-    ) -> (Graph, Vec<Array>) {
-        let interleaved = graph.side_by_side(self.starts);
-        self.margin = self.margin.max(interleaved.lead());
-        let len = if sums { graph.nodes() } else { graph.slots() };
-        let outputs = self.outputs(len, results);
-        (interleaved, outputs)
+        let len = if SUMS { graph.nodes() } else { graph.slots() };
+        let outputs = self.outputs(len, O);
+        let edges = Edges {
+            graph: graph.side_by_side(self.starts),
+            differences: C,
+            sums: SUMS,
+        };
+        self.margin = self.margin.max(edges.graph.lead());
+        let kernel = OfEdges::<K, C, I, O, SUMS>(kernel);
+        let inputs = [&ends[..], per_edge].concat();
+        self.push_kernel(kernel, [&inputs, uniforms], outputs, Some(edges))
     }
 
     /// Solves linear equations `A x = b` with `N` unknowns per node of a graph, and returns `x`: an array over the nodes for
@@ -179,6 +145,11 @@ impl<R: Real> Program<R> {
     /// Blocks are symmetric. Each has an array for each entry of its lower triangle, row by row: `[0, 0]`, `[1, 0]`,
     /// `[1, 1]`, `[2, 0]` and so on. Arrays of nodes have one number for each node, arrays of edges one for each
     /// [slot](Graph::slots). `b` has an array over the nodes for each unknown of a node.
+    ///
+    /// `held` may be empty. Otherwise some directions are held: the solution is 0 in these directions, and the equations hold
+    /// in all others. So a wall keeps a node from moving through it, or a cell has a fixed temperature. `held` has a symmetric
+    /// block for each node, as `nodes` does: the projection onto its held directions, which is `n n'` for one unit vector
+    /// `n`. A block of zeros holds nothing. `held` has no derivative.
     ///
     /// The matrix is factorised as `L D L'` within a band. The nodes are ordered once, when the step is recorded, so that
     /// connected nodes are close. The reverse sweep solves once more with the same factor. If `A` is not positive definite,
@@ -194,13 +165,13 @@ impl<R: Real> Program<R> {
     /// struct Rod;
     ///
     /// impl Model for Rod {
-    ///     fn record<R: Real>(&self, p: &mut Program<R>) {
+    ///     fn record(&self, p: &mut Program) {
     ///         let graph = Graph::new(4, &[[0, 1], [1, 2], [2, 3]]);
     ///         // How much heat each cell holds per kelvin, and how much flows along an edge per kelvin and step.
     ///         let (capacity, conductance) = (p.parameter(4), p.parameter(graph.slots()));
     ///         let temperature = p.state(4);
-    ///         let [heat] = p.map(Product, [capacity, temperature]);
-    ///         let [next] = p.solve(&graph, &[capacity], &[conductance], [heat]);
+    ///         let [heat] = p.map(Product, [capacity, temperature], &[]);
+    ///         let [next] = p.solve(&graph, &[capacity], &[conductance], &[], [heat]);
     ///         p.advance(temperature, next);
     ///     }
     /// }
@@ -210,7 +181,7 @@ impl<R: Real> Program<R> {
     ///
     /// #[kernel]
     /// impl Kernel<2, 1> for Product {
-    ///     fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
+    ///     fn eval<R: Real>(&self, [a, b]: [R; 2], _: &[R]) -> [R; 1] {
     ///         [a * b]
     ///     }
     /// }
@@ -223,29 +194,10 @@ impl<R: Real> Program<R> {
     /// ```
     ///
     /// # Panics
-    /// If an array has another length than is said above, if their numbers do not fit `N`, if the graph has no nodes, or if
-    /// an array belongs to another program.
+    /// If an array has another length than is said above, if their numbers do not fit `N`, if the graph has no nodes, if
+    /// directions are held and a node has more than four unknowns, or if an array belongs to another program.
     #[track_caller]
     pub fn solve<const N: usize>(
-        &mut self,
-        graph: &Graph,
-        nodes: &[Array],
-        edges: &[Array],
-        b: [Array; N],
-    ) -> [Array; N] {
-        arrays(&self.solve_all(graph, [nodes, edges, &b, &[]]))
-    }
-
-    /// Like [`solve`](Program::solve), but some directions are held: the solution is 0 in these directions, and the
-    /// equations hold in all others. So a wall keeps a node from moving through it, or a cell has a fixed temperature.
-    ///
-    /// `held` has a symmetric block for each node, as `nodes` does: the projection onto its held directions, which is `n n'`
-    /// for one unit vector `n`. A block of zeros holds nothing. `held` has no derivative.
-    ///
-    /// # Panics
-    /// Like [`solve`](Program::solve). Also if a node has more than four unknowns.
-    #[track_caller]
-    pub fn solve_held<const N: usize>(
         &mut self,
         graph: &Graph,
         nodes: &[Array],
@@ -253,7 +205,19 @@ impl<R: Real> Program<R> {
         held: &[Array],
         b: [Array; N],
     ) -> [Array; N] {
-        arrays(&self.solve_all(graph, [nodes, edges, &b, held]))
+        self.known().check_solve(graph, [nodes, edges, &b, held]);
+        let x = self.outputs(graph.nodes(), N);
+        let solution = handles(&x);
+        let equations = Equations {
+            graph: graph.clone(),
+            nodes: nodes.to_vec(),
+            edges: edges.to_vec(),
+            held: held.to_vec(),
+            b: b.to_vec(),
+            x,
+        };
+        self.operations.push(StepOperation::Solve(equations));
+        solution
     }
 
     /// Sums numbers of edges at their ends: returns an array over the nodes, with the sum of `x` over all edges that begin
@@ -266,22 +230,7 @@ impl<R: Real> Program<R> {
         self.known().check_node_sum(graph, x);
         let output = self.output(graph.nodes());
         let sum = NodeSum::new(graph, x, output);
-        self.operations.push(StepOperation::NodeSum(InLanes(sum)));
+        self.operations.push(StepOperation::NodeSum(sum));
         output
-    }
-
-    /// Implements [`solve`](Program::solve) and [`solve_held`](Program::solve_held).
-    #[track_caller]
-    pub(super) fn solve_all(
-        &mut self,
-        graph: &Graph,
-        [nodes, edges, b, held]: [&[Array]; 4],
-    ) -> Vec<Array> {
-        self.known().check_solve(graph, [nodes, edges, b, held]);
-        let x = self.outputs(graph.nodes(), b.len());
-        let solve = Solve::new(graph, [nodes, edges, b, held], &x, self.starts);
-        self.operations
-            .push(StepOperation::Solve(Box::new(InLanes(solve))));
-        x
     }
 }

@@ -1,82 +1,54 @@
 //! The kinds of operations in a step.
 
+use super::mapped::Mapped;
 use crate::arrays::{
-    Array, Bars, DenseLayer, Gather, InLanes, NodeSum, Operation, Solve, StepValues, Weighted,
+    DenseLayer, Equations, Gather, InLanes, Layer, NodeSum, Operation, Solve, Weighted,
 };
-use crate::real::Real;
-use crate::record::ReplayedKernel;
+use crate::real::{Real, of_floats};
 
-/// An operation of a step. This is an enum, because a trait object would also compile the reverse sweep of every
-/// operation for number types that only run forward, such as duals.
-pub(crate) enum StepOperation<R: Real> {
-    /// A kernel that runs in lanes.
-    Kernel(Box<dyn Operation<R>>),
-    /// A kernel that is recorded once and replayed.
-    Replayed(ReplayedKernel),
-    Gather(InLanes<Gather>),
-    Weighted(InLanes<Weighted>),
-    NodeSum(InLanes<NodeSum>),
-    Solve(Box<InLanes<Solve<R>>>),
-    Dense(Box<DenseLayer<R>>),
+/// A recorded operation.
+pub(crate) enum StepOperation {
+    Kernel(Mapped),
+    Gather(Gather),
+    Weighted(Weighted),
+    NodeSum(NodeSum),
+    Solve(Equations),
+    Dense(Layer),
 }
 
-/// Evaluates an expression for the operation, whatever its kind. For operations in a box, `as_ref` or `as_mut` gives
-/// access to the content.
-macro_rules! each {
-    ($of:expr, $open:ident, $operation:ident => $work:expr) => {
-        match $of {
-            StepOperation::Replayed($operation) => $work,
-            StepOperation::Gather($operation) => $work,
-            StepOperation::Weighted($operation) => $work,
-            StepOperation::NodeSum($operation) => $work,
-            StepOperation::Solve(boxed) => {
-                let $operation = boxed.$open();
-                $work
-            }
-            StepOperation::Dense(boxed) => {
-                let $operation = boxed.$open();
-                $work
-            }
-            StepOperation::Kernel(boxed) => {
-                let $operation = boxed.$open();
-                $work
-            }
+impl StepOperation {
+    /// Returns what carries out the operation with numbers of type `R`. With the feature `rollouts`, this crate compiles
+    /// it for floats. Without it, each crate compiles the operations that it needs.
+    pub(super) fn compiled<R: Real>(self) -> Box<dyn Operation<R>> {
+        if const { !R::IS_FLOAT } {
+            return self.any();
         }
-    };
-}
-
-impl<R: Real> StepOperation<R> {
-    /// See [`Operation::outputs`].
-    pub(super) fn outputs(&self) -> Vec<Array> {
-        each!(self, as_ref, of => Operation::<R>::outputs(of))
+        type Compile<R> = fn(StepOperation) -> Box<dyn Operation<R>>;
+        let compile: Compile<R> =
+            of_floats(Self::double as Compile<f64>, Self::single as Compile<f32>);
+        compile(self)
     }
 
-    /// See [`Operation::forward`].
-    pub(super) fn forward(&mut self, parameters: &[R], row: &mut [R]) {
-        each!(self, as_mut, of => of.forward(parameters, row));
+    #[cfg_attr(feature = "rollouts", inline(never))]
+    #[cfg_attr(not(feature = "rollouts"), inline)]
+    fn double(self) -> Box<dyn Operation<f64>> {
+        self.any()
     }
 
-    /// See [`Operation::reverse`].
-    pub(super) fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>) {
-        each!(self, as_mut, of => of.reverse(values, bars));
+    #[cfg_attr(feature = "rollouts", inline(never))]
+    #[cfg_attr(not(feature = "rollouts"), inline)]
+    fn single(self) -> Box<dyn Operation<f32>> {
+        self.any()
     }
 
-    /// See [`Operation::set_active`].
-    pub(super) fn set_active(&mut self, arrays: &[bool], parameters: &[bool]) {
-        each!(self, as_mut, of => Operation::<R>::set_active(of, arrays, parameters));
-    }
-
-    /// See [`DenseLayer::load`]. Does nothing for other operations.
-    pub(super) fn load(&mut self, parameters: &[&[R]]) {
-        if let Self::Dense(layer) = self {
-            layer.load(parameters);
-        }
-    }
-
-    /// See [`DenseLayer::matrix_bars`]. Does nothing for other operations.
-    pub(super) fn matrix_bars(&mut self, parameter_bars: &mut [Vec<R>]) {
-        if let Self::Dense(layer) = self {
-            layer.matrix_bars(parameter_bars);
+    fn any<R: Real>(self) -> Box<dyn Operation<R>> {
+        match self {
+            Self::Kernel(mapped) => mapped.compiled(),
+            Self::Gather(gather) => Box::new(InLanes(gather)),
+            Self::Weighted(weighted) => Box::new(InLanes(weighted)),
+            Self::NodeSum(sum) => Box::new(InLanes(sum)),
+            Self::Solve(equations) => Box::new(InLanes(Solve::new(equations))),
+            Self::Dense(layer) => Box::new(DenseLayer::new(layer)),
         }
     }
 }

@@ -2,95 +2,108 @@
 
 use super::checks::Known;
 use super::operation::StepOperation;
-use crate::arrays::{Array, Matrix, Parameter, RowLayout, TOO_LONG, checked_sum};
-use crate::real::Real;
-use crate::simd::lanes;
-
-/// An array whose values differ from step to step, and its cotangents.
-pub(crate) struct Control<R> {
-    pub(super) array: Array,
-    /// The values: `array.len` numbers for each step, one step after the other.
-    pub(super) values: Vec<R>,
-    /// The cotangents in the same order; `None` if they are not needed.
-    pub(super) bars: Option<Vec<R>>,
-}
+use crate::arrays::{Array, Matrix, Parameter, TOO_LONG, checked_sum};
 
 /// A recorded step. See the [module](super) for its memory layout.
 ///
 /// Parameters, states, inputs and controls can be declared in any order, but before the operations that read them.
 /// Arrays may be empty.
-pub struct Program<R: Real> {
+///
+/// A program does not depend on the type of the numbers with which a [`Rollout`](crate::Rollout) runs it. A kernel is
+/// compiled for `f64` and `f32`, in the crate that records it. All other number types replay a recording of the kernel,
+/// which gives the same numbers but is several times slower. With these types, rollouts panic if a kernel cannot be
+/// recorded, because it asks whether a number [is zero](num_traits::Zero::is_zero) or whether [any](crate::Mask::any) lane
+/// of a mask is true, or because it calls a [custom rule](crate::custom) or another [fused](crate::Real::fused) function.
+///
+/// So a part of a model can be chosen at run time:
+///
+/// ```
+/// use autodiff::{Array, Kernel, Model, Program, Real, Rollout, gradient, kernel};
+/// use std::sync::Arc;
+///
+/// trait Force: Send + Sync {
+///     fn record(&self, program: &mut Program, x: Array) -> Array;
+/// }
+///
+/// struct Pull(f64);
+/// impl Force for Pull {
+///     fn record(&self, program: &mut Program, x: Array) -> Array {
+///         program.map(Spring(self.0), [x], &[])[0]
+///     }
+/// }
+///
+/// struct Spring(f64);
+/// #[kernel]
+/// impl Kernel<1, 1> for Spring {
+///     fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
+///         [-R::lit(self.0) * x]
+///     }
+/// }
+///
+/// #[derive(Clone)]
+/// struct Relaxation(Arc<dyn Force>);
+/// impl Model for Relaxation {
+///     fn record(&self, program: &mut Program) {
+///         let x = program.state(1);
+///         let force = self.0.record(program, x);
+///         program.advance(x, force);
+///     }
+/// }
+///
+/// let rollout = Rollout::new(Relaxation(Arc::new(Pull(0.5))), 2);
+/// assert_eq!(rollout.run(&[8.0], &[]), [2.0]);
+/// assert_eq!(gradient(|x| rollout.run(x, &[])[0], &[8.0]), [0.25]);
+/// ```
+pub struct Program {
     pub(crate) arrays: Vec<Array>,
     pub(crate) parameters: Vec<Parameter>,
-    /// For each parameter, whether each start (initial state) has its own values for it. The method `load` sets it.
-    pub(super) own: Vec<bool>,
     pub(crate) states: Vec<Array>,
     /// For each part of the state, the array that holds its new value.
     pub(crate) next: Vec<Option<Array>>,
     pub(crate) inputs: Vec<Array>,
-    pub(crate) controls: Vec<Control<R>>,
+    pub(crate) controls: Vec<Array>,
     /// How many numbers each step takes as input. The inputs are the same for all starts (initial states).
     pub(crate) inputs_len: usize,
-    pub(crate) operations: Vec<StepOperation<R>>,
+    pub(crate) operations: Vec<StepOperation>,
     /// The number of starts that run at once, with interleaved numbers.
     pub(crate) starts: usize,
+    /// The number of lanes of a register.
+    lanes: usize,
     /// How many numbers are allocated so far: first for the parameters, then for a row.
     pub(crate) ends: [usize; 2],
-    pub(super) layout: RowLayout,
-    /// How many numbers of a later row each operation prefetches. It is a multiple of the length of a cache line.
-    pub(super) prefetch_len: usize,
     /// Accesses of whole registers may go beyond the end of an array by this many numbers, in addition to the width of
     /// a register.
     pub(super) margin: usize,
-    /// Whether all kernels are recorded: in programs that are only read, and on a processor without lanes if kernels are
-    /// only compiled in lanes.
-    pub(super) records_kernels: bool,
 }
 
-impl<R: Real> Default for Program<R> {
+impl Default for Program {
     fn default() -> Self {
+        Self::side_by_side(1, 1)
+    }
+}
+
+/// Declarations of parameters, states, inputs and controls.
+impl Program {
+    /// Creates a program that runs `starts` starts at once: one, two, or one for each of the `lanes` of a register.
+    #[track_caller]
+    pub(crate) fn side_by_side(starts: usize, lanes: usize) -> Self {
+        assert!(
+            starts == 1 || starts == lanes || starts == 2 && lanes > 2,
+            "a program cannot run {starts} starts at once; the number must be 1, 2 or {lanes} (one for each lane)"
+        );
         Self {
             arrays: Vec::new(),
             parameters: Vec::new(),
-            own: Vec::new(),
             states: Vec::new(),
             next: Vec::new(),
             inputs: Vec::new(),
             controls: Vec::new(),
             inputs_len: 0,
             operations: Vec::new(),
-            starts: 1,
-            ends: [0; 2],
-            layout: RowLayout::default(),
-            prefetch_len: 0,
-            margin: 0,
-            records_kernels: R::KERNELS_NEED_LANES && lanes::<R>() == 1,
-        }
-    }
-}
-
-/// Declarations of parameters, states, inputs and controls.
-impl<R: Real> Program<R> {
-    /// Creates a program that runs `starts` starts at once: one, two, or one for each lane.
-    #[track_caller]
-    pub(crate) fn side_by_side(starts: usize) -> Self {
-        let most = lanes::<R>();
-        assert!(
-            starts == 1 || starts == most || starts == 2 && most > 2,
-            "a program cannot run {starts} starts at once; the number must be 1, 2 or {most} (one for each lane)"
-        );
-        Self {
             starts,
-            ..Self::default()
-        }
-    }
-
-    /// Creates a program whose kernels are all recordings. It can be read, for example to print it, but not run.
-    #[cfg(feature = "wgsl")]
-    pub(crate) fn of_recordings() -> Self {
-        Self {
-            records_kernels: true,
-            ..Self::default()
+            lanes,
+            ends: [0; 2],
+            margin: 0,
         }
     }
 
@@ -148,17 +161,17 @@ impl<R: Real> Program<R> {
     ///
     /// #[kernel]
     /// impl Kernel<3, 2> for Push {
-    ///     fn eval<R: Real>(&self, [x, v, force]: [R; 3]) -> [R; 2] {
+    ///     fn eval<R: Real>(&self, [x, v, force]: [R; 3], _: &[R]) -> [R; 2] {
     ///         let v = v + R::lit(0.1) * (force - x);
     ///         [x + R::lit(0.1) * v, v]
     ///     }
     /// }
     ///
     /// impl Model for Push {
-    ///     fn record<R: Real>(&self, program: &mut Program<R>) {
+    ///     fn record(&self, program: &mut Program) {
     ///         let [x, v] = [(); 2].map(|()| program.state(1));
     ///         let force = program.control(1);
-    ///         let [x_next, v_next] = program.map(Push, [x, v, force]);
+    ///         let [x_next, v_next] = program.map(Push, [x, v, force], &[]);
     ///         program.advance(x, x_next);
     ///         program.advance(v, v_next);
     ///     }
@@ -168,7 +181,7 @@ impl<R: Real> Program<R> {
     /// let rollout = Rollout::new(Push, forces.len());
     /// let start = [0.0, 1.0].map(Var::constant);
     /// let by_rollout = gradient(|forces| rollout.run(&start, &[forces])[0], &forces);
-    /// let step = |[x, v]: [_; 2], &force: &_| Push.eval([x, v, force]);
+    /// let step = |[x, v]: [_; 2], &force: &_| Push.eval([x, v, force], &[]);
     /// let by_tape = gradient(|forces| forces.iter().fold(start, step)[0], &forces);
     /// for (a, b) in by_rollout.into_iter().zip(by_tape) {
     ///     assert!((a - b).abs() < 1e-15);
@@ -179,11 +192,7 @@ impl<R: Real> Program<R> {
         let array = self.allocate(false, len);
         self.parameters
             .push(Parameter::Control(self.controls.len()));
-        self.controls.push(Control {
-            array,
-            values: Vec::new(),
-            bars: None,
-        });
+        self.controls.push(array);
         array
     }
 
@@ -246,7 +255,7 @@ impl<R: Real> Program<R> {
     #[track_caller]
     pub(super) fn align(&mut self, parameter: bool) {
         let end = &mut self.ends[usize::from(!parameter)];
-        *end = checked_sum(0, end.next_multiple_of(lanes::<R>()));
+        *end = checked_sum(0, end.next_multiple_of(self.lanes));
     }
 
     /// Allocates adjacent arrays for the outputs of an operation.

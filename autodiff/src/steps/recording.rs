@@ -1,19 +1,14 @@
 //! The methods of [`Program`] that record operations.
 
-use super::any_program::Replaying;
 use super::checks::Shape;
+use super::mapped::{AnyKernel, Arrays, Edges, Mapped, OfElements, handles};
 use super::operation::StepOperation;
 use super::program::Program;
-use crate::arrays::{
-    Array, DenseLayer, Gather, InLanes, Kernel, Layer, Map, Matrix, Operation, Parameter,
-    UniformKernel, Weighted, repeated,
-};
-use crate::real::{Mask, Real};
-use crate::record::recorded;
+use crate::arrays::{Array, Gather, Kernel, Layer, Matrix, Parameter, Weighted, repeated};
 
 /// The operations. Each method panics if an array or a matrix belongs to another program. It cannot detect this if this
 /// program has an array or a matrix of the same shape at the same position in memory.
-impl<R: Real> Program<R> {
+impl Program {
     #[track_caller]
     fn assert_known_matrix(&self, matrix: Matrix) {
         let known = self.parameters.get(matrix.parameter);
@@ -25,51 +20,49 @@ impl<R: Real> Program<R> {
     }
 
     /// Maps a kernel over arrays of equal length: element `k` of each output is a result of the kernel at elements `k`
-    /// of `x`.
-    ///
-    /// For numbers that all elements share, see [`map_with`](Program::map_with).
-    ///
-    /// # Panics
-    /// If the arrays differ in length, if one belongs to another program, or if the kernel has no inputs or no
-    /// results.
-    #[track_caller]
-    pub fn map<K, const I: usize, const O: usize>(&mut self, kernel: K, x: [Array; I]) -> [Array; O]
-    where
-        K: Kernel<I, O>,
-    {
-        self.map_with(kernel, x, &[])
-    }
-
-    /// Like [`map`](Program::map), but for a kernel with [uniform inputs](UniformKernel), which all elements share.
-    /// `uniforms` are arrays of one number, one for each uniform input. The cotangent of a uniform input is the sum
-    /// over all elements, in their order. It is only computed for inputs that carry derivatives.
+    /// of `x`. `uniforms` are arrays of one number, one for each [uniform input](Kernel::UNIFORMS) of the kernel, which all
+    /// elements share. The cotangent of a uniform input is the sum over all elements, in their order. It is only computed
+    /// for inputs that carry derivatives.
     ///
     /// # Panics
-    /// Like [`map`](Program::map). Also if `uniforms` does not have one array for each uniform input of the kernel, or
-    /// one of these arrays does not have exactly one number.
+    /// If the arrays differ in length, if one belongs to another program, if the kernel has no inputs or no results, if
+    /// `uniforms` does not have one array for each uniform input of the kernel, or if one of these arrays does not have
+    /// exactly one number.
     #[track_caller]
-    pub fn map_with<K, const I: usize, const O: usize>(
+    pub fn map<K, const I: usize, const O: usize>(
         &mut self,
         kernel: K,
         x: [Array; I],
         uniforms: &[Array],
     ) -> [Array; O]
     where
-        K: UniformKernel<I, O>,
+        K: Kernel<I, O>,
     {
         let shape = Shape::of::<K, I, O>();
         let len = self.known().check_map(&x, uniforms, shape);
-        if const { records_kernels::<R>() } && self.records_kernels {
-            return arrays(&self.map_recorded(recorded(&kernel), &x, uniforms));
-        }
-        let outputs = arrays(&self.outputs(len, O));
-        let map = Map::new(kernel, x, uniforms, outputs);
-        self.push_kernel(Box::new(InLanes(map)));
-        outputs
+        let outputs = self.outputs(len, O);
+        self.push_kernel(OfElements::<K, I, O>(kernel), [&x, uniforms], outputs, None)
     }
 
-    pub(super) fn push_kernel(&mut self, kernel: Box<dyn Operation<R>>) {
+    /// Records a kernel. `read` are its inputs and its uniform inputs.
+    #[track_caller]
+    pub(super) fn push_kernel<const O: usize>(
+        &mut self,
+        kernel: impl AnyKernel,
+        [inputs, uniforms]: [&[Array]; 2],
+        outputs: Vec<Array>,
+        edges: Option<Edges>,
+    ) -> [Array; O] {
+        let results = handles(&outputs);
+        let arrays = Arrays {
+            inputs: inputs.to_vec(),
+            uniforms: uniforms.to_vec(),
+            outputs,
+            edges,
+        };
+        let kernel = Mapped::new(kernel, arrays);
         self.operations.push(StepOperation::Kernel(kernel));
+        results
     }
 
     /// Records a dense layer, `matrix * (x_0, x_1, ...) + bias`. The arrays of `x` are joined into one vector.
@@ -84,7 +77,7 @@ impl<R: Real> Program<R> {
 
     /// Records a dense layer with an activation, `y = tanh(matrix * (x_0, x_1, ...) + bias)`. In all modes of
     /// differentiation, the slope of `tanh` is computed from the result as `1 - y^2`. The function
-    /// [`layer_tanh`](Real::layer_tanh) does the same.
+    /// [`layer_tanh`](crate::Real::layer_tanh) does the same.
     ///
     /// # Panics
     /// Like [`dense`](Program::dense).
@@ -140,17 +133,15 @@ impl<R: Real> Program<R> {
         let output = self.output(places.len());
         // The last register of a spread output is written whole, so no other array may begin in it.
         self.align(false);
-        let places = repeated(places, self.starts);
         let layer = Layer {
             matrix,
-            x,
+            x: x.to_vec(),
             bias,
             output,
-            places: &places,
+            places: repeated(places, self.starts),
             tanh,
         };
-        let layer = DenseLayer::new(layer);
-        self.operations.push(StepOperation::Dense(Box::new(layer)));
+        self.operations.push(StepOperation::Dense(layer));
         output
     }
 
@@ -163,10 +154,8 @@ impl<R: Real> Program<R> {
     pub fn gather(&mut self, x: Array, indices: &[Option<usize>]) -> Array {
         self.known().check_gather(x, indices);
         let output = self.output(indices.len());
-        self.operations
-            .push(StepOperation::Gather(InLanes(Gather::new(
-                x, indices, output,
-            ))));
+        let gather = Gather::new(x, indices, output);
+        self.operations.push(StepOperation::Gather(gather));
         output
     }
 
@@ -185,7 +174,7 @@ impl<R: Real> Program<R> {
     /// struct Spread;
     ///
     /// impl Model for Spread {
-    ///     fn record<R: Real>(&self, program: &mut Program<R>) {
+    ///     fn record(&self, program: &mut Program) {
     ///         let (weights, x) = (program.parameter(3), program.state(3));
     ///         let [offsets, _mean] = program.weighted(weights, &[x], &[], &[]);
     ///         program.advance(x, offsets);
@@ -216,21 +205,8 @@ impl<R: Real> Program<R> {
             self.unaligned_output(offsets.len()),
             self.unaligned_output(1),
         ];
-        let operation = Weighted::new(weights, [offsets, values], others, outputs);
-        self.operations
-            .push(StepOperation::Weighted(InLanes(operation)));
+        let weighted = Weighted::new(weights, [offsets, values], others, outputs);
+        self.operations.push(StepOperation::Weighted(weighted));
         [outputs[0], outputs[1]]
     }
-}
-
-/// Whether a program with this number type can have recordings in place of all kernels. Symbols can: their comparisons
-/// have no single answer. So can floats whose kernels are only compiled in lanes. For other types, the kernels are not
-/// recorded and no code is compiled for it.
-pub(super) const fn records_kernels<R: Real>() -> bool {
-    !R::Mask::IS_SINGLE || R::KERNELS_NEED_LANES
-}
-
-/// Converts the handles to an array. There is one handle for each result of the kernel.
-pub(super) fn arrays<const O: usize>(handles: &[Array]) -> [Array; O] {
-    std::array::from_fn(|k| handles[k])
 }

@@ -6,47 +6,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::checkpoints::Memory;
 use super::cotangent_bound::CotangentBound;
 use super::program::Program;
-use crate::real::{ByType, Real};
 
-/// A dynamical system, whose step is recorded as a program for any number type. A model must own its data or share it
-/// through an `Arc`, because the tape keeps the model.
-pub trait Model: Clone + Send + Sync + 'static {
+/// A dynamical system, whose step is recorded as a program. A model must own its data or share it through an `Arc`,
+/// because the tape keeps a clone of the model.
+pub trait Model: Send + Sync + 'static {
     /// Declares parameters, states, inputs and controls, records one step, and advances each part of the state.
-    fn record<R: Real>(&self, program: &mut Program<R>);
-    /// Calls [`record`](Self::record) for `f64`. Generic code is compiled again in every crate that uses it. To compile
-    /// a model's kernels for floats only once, override this method and [`record_f32`](Self::record_f32) in the model's
-    /// own crate. The override consists of the same line as the default.
-    fn record_f64(&self, program: &mut Program<f64>) {
-        self.record(program);
-    }
-    /// Calls [`record`](Self::record) for `f32`; see [`record_f64`](Self::record_f64).
-    fn record_f32(&self, program: &mut Program<f32>) {
-        self.record(program);
-    }
+    fn record(&self, program: &mut Program);
 }
 
-/// Records a step of a model. Code that gets the model in this form is not compiled again for every model.
-pub(super) type Recorder<'a, R> = &'a dyn Fn(&mut Program<R>);
-
-/// Returns a function that records a model by calling `record_f64`, `record_f32` or `record`, depending on the number
-/// type.
-pub(super) fn recorder<R: Real>(model: &impl Model) -> impl Fn(&mut Program<R>) {
-    |program| R::by_type(RecordModel(model), program)
-}
-
-struct RecordModel<'a, M>(&'a M);
-
-impl<'a, M: Model> ByType for RecordModel<'a, M> {
-    type Of<R: Real> = &'a mut Program<R>;
-    type Output<R: Real> = ();
-    fn f64(self, program: &mut Program<f64>) {
-        self.0.record_f64(program);
-    }
-    fn f32(self, program: &mut Program<f32>) {
-        self.0.record_f32(program);
-    }
-    fn other<R: Real>(self, program: &mut Program<R>) {
-        self.0.record(program);
+impl<M: Model + ?Sized> Model for Arc<M> {
+    fn record(&self, program: &mut Program) {
+        (**self).record(program);
     }
 }
 
@@ -98,7 +68,7 @@ pub enum Given<'a, R> {
     Each(&'a [&'a [R]]),
 }
 
-impl<M: Model> Rollout<M> {
+impl<M: Model + Clone> Rollout<M> {
     /// Returns a rollout of `steps` steps without inputs. It observes the whole last state, has no bounds, and keeps
     /// every step for the reverse sweep.
     pub fn new(model: M, steps: usize) -> Self {

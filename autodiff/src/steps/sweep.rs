@@ -5,13 +5,15 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::checkpoints::CheckpointSchedule;
+use super::instance::Instance;
 use super::program::Program;
 use super::progress::begin_step;
-use super::settings::{Recorder, Rollout, is_set};
+use super::settings::{Model, Rollout, is_set};
 use super::watch::Watch;
 use crate::arrays::Aligned;
 use crate::pool;
 use crate::real::Real;
+use crate::simd::lanes;
 
 /// How many starts run interleaved, and which parameters they share.
 #[derive(Clone, Copy)]
@@ -24,7 +26,7 @@ pub(super) struct Starts<'a> {
 
 /// A program together with the values of its parameters and inputs.
 pub(super) struct Stepper<R: Real> {
-    program: Program<R>,
+    instance: Instance<R>,
     parameters: Aligned<R>,
     /// The inputs of all steps, one step after the other.
     inputs: Arc<[f64]>,
@@ -38,23 +40,24 @@ impl<R: Real> Stepper<R> {
     /// Records the program and loads its numbers. `inputs` are the starts (interleaved if there are several), then the
     /// parameters.
     #[track_caller]
-    fn new(rollout: &Rollout<()>, record: Recorder<R>, starts: Starts, inputs: &[&[R]]) -> Self {
-        let mut program = Program::side_by_side(starts.count);
-        record(&mut program);
-        let mut program = program.finish();
-        rollout.check(program.inputs_len, program.state_len() / starts.count);
-        let mut parameters = program.parameters();
+    fn new(rollout: &Rollout<()>, model: &dyn Model, starts: Starts, inputs: &[&[R]]) -> Self {
+        let mut program = Program::side_by_side(starts.count, lanes::<R>());
+        model.record(&mut program);
+        let mut instance = Instance::new(program);
+        let state_len = instance.state_len();
+        rollout.check(instance.program.inputs_len, state_len / starts.count);
+        let mut parameters = instance.parameters();
         let (start, given) = inputs.split_first().expect("input 0 is the initial state");
         assert_eq!(
             start.len(),
-            program.state_len(),
+            state_len,
             "the start of a rollout has {} numbers, but the model's state has {}",
             start.len() / starts.count,
-            program.state_len() / starts.count
+            state_len / starts.count
         );
-        program.load(&mut parameters, given, starts.own, rollout.steps);
+        instance.load(&mut parameters, given, starts.own, rollout.steps);
         Self {
-            program,
+            instance,
             parameters,
             inputs: rollout.inputs.clone(),
             watch: rollout.state_bound.map(Watch::new),
@@ -63,20 +66,20 @@ impl<R: Real> Stepper<R> {
     }
 
     pub(super) fn state_len(&self) -> usize {
-        self.program.state_len()
+        self.instance.state_len()
     }
 
     /// Allocates a row that begins with this state.
     pub(super) fn row(&self, state: &[R]) -> Aligned<R> {
-        let mut row = Aligned::zeros(self.program.row_len());
-        self.program.set_state(&mut row, state);
+        let mut row = Aligned::zeros(self.instance.row_len());
+        self.instance.set_state(&mut row, state);
         row
     }
 
     /// Returns the state that is in a row.
     pub(super) fn state(&self, row: &[R]) -> Vec<R> {
         let mut state = Vec::with_capacity(self.state_len());
-        self.program.push_state(row, &mut state);
+        self.instance.push_state(row, &mut state);
         state
     }
 
@@ -86,12 +89,12 @@ impl<R: Real> Stepper<R> {
             return;
         }
         begin_step(step);
-        self.program.set_inputs(row, &self.inputs, step);
-        self.program.step(&self.parameters, row, soon);
+        self.instance.set_inputs(row, &self.inputs, step);
+        self.instance.step(&self.parameters, row, soon);
         // The old state is checked rather than the new one: loading the new state would have to wait until its stores
         // are done.
         if let (Some(watch), true) = (&mut self.watch, step > 0) {
-            watch.look(&self.program, row);
+            watch.look(&self.instance, row);
         }
     }
 
@@ -102,9 +105,9 @@ impl<R: Real> Stepper<R> {
             return;
         };
         if steps > 0 {
-            watch.look(&self.program, row);
+            watch.look(&self.instance, row);
         }
-        let verdicts = watch.verdicts(self.program.starts);
+        let verdicts = watch.verdicts(self.instance.program.starts);
         for (seen, verdict) in seen.iter_mut().zip(verdicts.iter().cycle()) {
             *seen = R::select(verdict.finite(), *seen, *verdict);
         }
@@ -113,7 +116,7 @@ impl<R: Real> Stepper<R> {
     /// Runs a step that keeps the new state in the same row.
     pub(super) fn step_in_place(&mut self, step: usize, row: &mut [R]) {
         self.step(step, row, None);
-        self.program.rewind(row);
+        self.instance.rewind(row);
     }
 }
 
@@ -143,13 +146,13 @@ impl<R: Real> Recorded<R> {
     #[track_caller]
     pub(super) fn new(
         rollout: &Rollout<()>,
-        record: Recorder<R>,
+        model: &dyn Model,
         starts: Starts,
         inputs: &[&[R]],
         keeps: bool,
     ) -> Self {
-        let stepper = Stepper::new(rollout, record, starts, inputs);
-        let (stride, row) = (stepper.program.stride(), stepper.row(inputs[0]));
+        let stepper = Stepper::new(rollout, model, starts, inputs);
+        let (stride, row) = (stepper.instance.stride(), stepper.row(inputs[0]));
         let lengths = [stepper.state_len(), stride];
         let schedule = match keeps {
             true => CheckpointSchedule::new::<R>(rollout.memory, rollout.steps, lengths),
@@ -169,7 +172,7 @@ impl<R: Real> Recorded<R> {
             true => pooled_rows(kept),
             false => Aligned::zeros(kept),
         };
-        stepper.program.set_state(&mut rows, inputs[0]);
+        stepper.instance.set_state(&mut rows, inputs[0]);
         Self {
             checkpoints: vec![Checkpoint {
                 step: 0,
@@ -203,7 +206,7 @@ impl<R: Real> Recorded<R> {
     /// Returns the row that begins with the state after `step` steps. Only valid during the forward run.
     fn row_after(&self, step: usize) -> &[R] {
         if self.keeps_all() {
-            &self.rows[step * self.stepper.program.stride()..]
+            &self.rows[step * self.stepper.instance.stride()..]
         } else {
             &self.row
         }
@@ -231,8 +234,8 @@ impl<R: Real> Recorded<R> {
     /// Runs a step in row number `row` of the kept rows, and prefetches the next row.
     fn step_to_row(&mut self, step: usize, row: usize) {
         let (stride, len) = (
-            self.stepper.program.stride(),
-            self.stepper.program.row_len(),
+            self.stepper.instance.stride(),
+            self.stepper.instance.row_len(),
         );
         let row = &mut self.rows[row * stride..];
         let next = row[stride..].as_ptr();
@@ -256,8 +259,8 @@ impl<R: Real> Recorded<R> {
         state_bar: &mut Vec<R>,
         mut at: impl FnMut(usize, &mut Vec<R>),
     ) -> Vec<Vec<R>> {
-        self.stepper.program.set_active(wanted);
-        let mut bars = self.stepper.program.bars();
+        self.stepper.instance.set_active(wanted);
+        let mut bars = self.stepper.instance.bars();
         let mut stack = self.checkpoints.clone();
         let mut end = self.steps;
         at(end, state_bar);
@@ -275,7 +278,7 @@ impl<R: Real> Recorded<R> {
                 let top = top.clone();
                 self.run_again(&top, first);
                 let state = self.checkpoint(first).state;
-                self.stepper.program.set_state(&mut self.rows, &state);
+                self.stepper.instance.set_state(&mut self.rows, &state);
                 for step in first..end {
                     self.step_to_row(step, step - first);
                 }
@@ -285,12 +288,12 @@ impl<R: Real> Recorded<R> {
             // Drops the checkpoints that are no longer needed: all steps after them are reversed.
             stack.retain(|checkpoint| checkpoint.step < end);
         }
-        self.stepper.program.parameter_bars(&bars[0])
+        self.stepper.instance.parameter_bars(&bars[0])
     }
 
     /// Runs the steps from a checkpoint up to step `to` again, in [`row`](Self::row).
     fn run_again(&mut self, from: &Checkpoint<R>, to: usize) {
-        self.stepper.program.set_state(&mut self.row, &from.state);
+        self.stepper.instance.set_state(&mut self.row, &from.state);
         for step in from.step..to {
             self.stepper.step_in_place(step, &mut self.row);
         }
@@ -304,7 +307,7 @@ impl<R: Real> Recorded<R> {
         at: &mut impl FnMut(usize, &mut Vec<R>),
     ) {
         let stepper = &mut self.stepper;
-        let (stride, len) = (stepper.program.stride(), stepper.program.row_len());
+        let (stride, len) = (stepper.instance.stride(), stepper.instance.row_len());
         for step in steps.clone().rev() {
             if is_set(&stepper.stop) {
                 return;
@@ -312,8 +315,8 @@ impl<R: Real> Recorded<R> {
             let place = (step - steps.start) * stride;
             let soon = self.rows[place.saturating_sub(stride)..].as_ptr();
             let row = &self.rows[place..][..len];
-            (stepper.program).reverse_step(&stepper.parameters, row, bars, state_bar, soon);
-            stepper.program.note_controls(&bars[1], step);
+            (stepper.instance).reverse_step(&stepper.parameters, row, bars, state_bar, soon);
+            stepper.instance.note_controls(&bars[1], step);
             at(step, state_bar);
         }
     }

@@ -6,7 +6,7 @@ mod net;
 use net::{Loss, NODES, taken_from};
 use num_traits::Zero;
 
-use super::batched::Batch;
+use super::batched::groups;
 use crate::simd::{Level, at_most, lanes, level};
 use crate::{
     CotangentBound, Dual, Function, Given, Kernel, Memory, Model, Program, Real, Rollout, Tape,
@@ -141,13 +141,7 @@ fn starts_fill_registers() {
     at_every_level(|| {
         let lanes = lanes::<f64>();
         for starts in 0..=3 * lanes {
-            let (rollout, own) = (Loss::new(1).rollout.without_model(), Vec::new());
-            let groups = Batch {
-                rollout,
-                starts,
-                own,
-            };
-            let groups = groups.groups::<f64>();
+            let groups = groups::<f64>(starts);
             let members: Vec<usize> = groups.iter().flat_map(|g| g.starts.clone()).collect();
             assert!(members.into_iter().eq(0..starts), "each once, in order");
             let (full, left) = (starts / lanes, starts % lanes);
@@ -389,15 +383,15 @@ struct Still(usize);
 
 #[kernel]
 impl Kernel<1, 1> for Still {
-    fn eval<R: Real>(&self, x: [R; 1]) -> [R; 1] {
+    fn eval<R: Real>(&self, x: [R; 1], _: &[R]) -> [R; 1] {
         x
     }
 }
 
 impl Model for Still {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let state = program.state(self.0);
-        let [same] = program.map(*self, [state]);
+        let [same] = program.map(*self, [state], &[]);
         program.advance(state, same);
     }
 }

@@ -1,6 +1,6 @@
 //! A check that the states of a rollout stay within a bound.
 
-use super::program::Program;
+use super::instance::Instance;
 use crate::arrays::Array;
 use crate::real::{Mask, Real};
 use crate::simd::{Lane, Vectorized, WIDEST};
@@ -22,10 +22,10 @@ impl<R: Real> Watch<R> {
     }
 
     /// Checks the state that is in a row.
-    pub(crate) fn look(&mut self, program: &Program<R>, row: &[R]) {
+    pub(crate) fn look(&mut self, instance: &Instance<R>, row: &[R]) {
         R::vectorize(Look {
             watch: self,
-            parts: &program.layout.state,
+            parts: &instance.layout.state,
             row,
         });
     }

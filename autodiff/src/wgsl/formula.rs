@@ -35,7 +35,7 @@ pub(super) fn adjoint(
     [inputs, uniforms]: [usize; 2],
     wanted: &[bool],
 ) -> Function {
-    let (arguments, outputs) = (inputs + uniforms, kernel.results());
+    let (arguments, outputs) = (inputs + uniforms, kernel.results.len());
     let (results, recording) = record(Recording::simplified(&[], &[]), || {
         let eval = |x: &[Var<Symbol>]| kernel.evaluate(&x[..inputs], &x[inputs..]);
         let x_bar = pulled_back([arguments, outputs], eval).x_bar.into_iter();

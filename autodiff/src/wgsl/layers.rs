@@ -4,8 +4,7 @@ use std::fmt::Write;
 
 use super::printing::{Kept, Printing, place, start_of, value};
 use super::writer::{Access, By, Space, Writer, each, indented};
-use crate::arrays::DenseLayer;
-use crate::record::symbol::Symbol;
+use crate::arrays::Layer;
 
 /// How many terms of a sum are printed one after the other, so that a device waits only once for their numbers.
 const UNROLLED: usize = 8;
@@ -113,12 +112,19 @@ impl Product {
     }
 }
 
+/// For each row of the matrix, the element of the output that holds its result.
+fn places(of: &Layer) -> Vec<usize> {
+    let places = of.places.iter().enumerate();
+    places.filter_map(|(k, &row)| row.then_some(k)).collect()
+}
+
 /// Prints a dense layer.
-pub(super) fn forward(p: &mut Printing, writer: &mut Writer, of: &DenseLayer<Symbol>) {
-    let reads = p.reads(&of.inputs, By::Any);
-    let vector = of.inputs.iter().map(|&x| (x.len, start_of(x))).collect();
+pub(super) fn forward(p: &mut Printing, writer: &mut Writer, of: &Layer) {
+    let inputs = of.inputs();
+    let reads = p.reads(&inputs, By::Any);
+    let vector = inputs.iter().map(|&x| (x.len, start_of(x))).collect();
     let matrix = p.memory.matrix(of.matrix.parameter);
-    let to = place(of.output, &p.index(&of.places()));
+    let to = place(of.output, &p.index(&places(of)));
     let stored = match of.tanh {
         true => format!("{to} = tanh_of(sum);\n"),
         false => format!("{to} = sum;\n"),
@@ -136,15 +142,15 @@ pub(super) fn forward(p: &mut Printing, writer: &mut Writer, of: &DenseLayer<Sym
 }
 
 /// Prints the reverse of a dense layer.
-pub(super) fn reverse(p: &mut Printing, writer: &mut Writer, of: &DenseLayer<Symbol>) {
+pub(super) fn reverse(p: &mut Printing, writer: &mut Writer, of: &Layer) {
     let [rows, columns] = [of.matrix.rows, of.matrix.columns];
-    let of_inputs = of.inputs_active.iter().any(|&id| p.memory.is_active_id(id));
+    let of_inputs = of.x.iter().any(|&x| p.memory.is_active(x));
     let of_matrix = p.memory.is_wanted(of.matrix.parameter);
     let of_bias = p.memory.is_active(of.bias);
     if !(of_inputs || of_matrix || of_bias) {
         return;
     }
-    let at = p.index(&of.places());
+    let (at, inputs) = (p.index(&places(of)), of.inputs());
     // 1. The cotangents before the activation.
     let first = p.kept();
     let bar = p.bar_at(of.output, "at");
@@ -178,7 +184,7 @@ pub(super) fn reverse(p: &mut Printing, writer: &mut Writer, of: &DenseLayer<Sym
     text += &each(rows, &body);
     if of_matrix {
         let mut from = first + rows;
-        for &x in &of.inputs {
+        for &x in &inputs {
             text += &each(
                 x.len,
                 &format!("kept[kept_at + {from}u + i] = {};", value(x, "i")),
@@ -205,11 +211,11 @@ pub(super) fn reverse(p: &mut Printing, writer: &mut Writer, of: &DenseLayer<Sym
             vec![(rows, "scratch[0u".to_owned())],
         );
         let (mut stored, mut before, mut stores) = (String::new(), 0, Vec::new());
-        for &x in &of.inputs {
+        for &x in &inputs {
             let end = before + x.len;
             if p.memory.is_active(x) {
                 let add = format!("{} += sum;", p.bar_at(x, &format!("i - {before}u")));
-                match of.inputs.len() {
+                match inputs.len() {
                     1 => stored += &format!("{add}\n"),
                     _ => {
                         let _ = writeln!(stored, "if (i >= {before}u && i < {end}u) {{ {add} }}");

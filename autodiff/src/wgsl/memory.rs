@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use crate::arrays::{Array, Parameter};
-use crate::record::symbol::Symbol;
 use crate::steps::Program;
 
 /// A parameter of a printed program.
@@ -70,8 +69,6 @@ pub(super) struct Memory {
     arrays: Vec<(Array, usize)>,
     /// For each number of a row, whether it carries derivatives.
     active: Vec<bool>,
-    /// The ranges of all arrays of the row, by id.
-    ranges: Vec<Option<Range<usize>>>,
     /// The lengths of a robot's part of `own`, of `of_all`, and of a robot's part of `bars`.
     pub(super) lengths: [usize; 3],
     /// How many cotangents of parameters, except matrices, the workgroup holds.
@@ -80,7 +77,7 @@ pub(super) struct Memory {
 
 impl Memory {
     /// `common` and `wanted` say for each parameter whether all robots share it, and whether its cotangents are wanted.
-    pub(super) fn new(program: &Program<Symbol>, common: &[bool], wanted: &[bool]) -> Self {
+    pub(super) fn new(program: &Program, common: &[bool], wanted: &[bool]) -> Self {
         let [mut own, mut shared, mut bars] = [0; 3];
         let (mut parameters, mut arrays) = (Vec::new(), Vec::new());
         for (k, parameter) in program.parameters.iter().enumerate() {
@@ -121,14 +118,10 @@ impl Memory {
                 bars_of_arrays = bars;
             }
         }
-        let ranges = program.arrays.iter();
         Self {
             parameters,
             arrays,
             active: vec![false; program.ends[1]],
-            ranges: ranges
-                .map(|array| (!array.parameter).then(|| array.range()))
-                .collect(),
             lengths: [own, shared, bars],
             bars_of_arrays,
         }
@@ -145,12 +138,6 @@ impl Memory {
             true => self.of_array(array).bar.is_some(),
             false => self.active[array.range()].contains(&true),
         }
-    }
-
-    /// Like [`is_active`](Self::is_active), for an array of the row with this id.
-    pub(super) fn is_active_id(&self, id: usize) -> bool {
-        let range = self.ranges[id].clone();
-        range.is_some_and(|range| self.active[range].contains(&true))
     }
 
     /// Whether the cotangents of a parameter are wanted.

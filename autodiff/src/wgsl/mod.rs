@@ -18,7 +18,7 @@
 //!
 //! #[kernel]
 //! impl Kernel<3, 2> for Swing {
-//!     fn eval<R: Real>(&self, [angle, speed, gravity]: [R; 3]) -> [R; 2] {
+//!     fn eval<R: Real>(&self, [angle, speed, gravity]: [R; 3], _: &[R]) -> [R; 2] {
 //!         let speed = speed - lit(0.01) * gravity * angle.sin();
 //!         [angle + lit(0.01) * speed, speed]
 //!     }
@@ -28,10 +28,10 @@
 //! struct Pendulum;
 //!
 //! impl Model for Pendulum {
-//!     fn record<R: Real>(&self, program: &mut Program<R>) {
+//!     fn record(&self, program: &mut Program) {
 //!         let gravity = program.parameter(1);
 //!         let [angle, speed] = [(); 2].map(|()| program.state(1));
-//!         let [next_angle, next_speed] = program.map(Swing, [angle, speed, gravity]);
+//!         let [next_angle, next_speed] = program.map(Swing, [angle, speed, gravity], &[]);
 //!         program.advance(angle, next_angle);
 //!         program.advance(speed, next_speed);
 //!     }
@@ -68,7 +68,6 @@ mod bounds;
 mod spill;
 mod source;
 
-use crate::record::symbol::Symbol;
 use crate::steps::{Model, Program};
 pub use memory::Placed;
 pub use printed::{GROUPS_IN_A_ROW, Options, Printed, Refused};
@@ -79,12 +78,12 @@ pub use printed::{GROUPS_IN_A_ROW, Options, Printed, Refused};
 /// If the model has a control or an operation that cannot be printed; see the [module](self).
 ///
 /// # Panics
-/// Like [`AnyProgram`](crate::AnyProgram) on kernels that cannot be recorded; if a part of the state is not advanced; and
+/// If a kernel cannot be recorded, as a [`Program`] says; if a part of the state is not advanced; and
 /// if `options` do not fit the model: an index that is too large, an empty workgroup, no kept step, a negative bound, or
 /// not one unit for each number of the state.
 #[track_caller]
-pub fn print(model: &impl Model, options: &Options) -> Result<Printed, Refused> {
-    let mut program = Program::<Symbol>::of_recordings();
+pub fn print(model: &dyn Model, options: &Options) -> Result<Printed, Refused> {
+    let mut program = Program::default();
     model.record(&mut program);
     source::print(&program, options)
 }

@@ -13,7 +13,6 @@ use super::spill::Spill;
 use super::sums;
 use super::writer::{Access, By, Space, Writer, each, indented};
 use crate::arrays::Array;
-use crate::record::symbol::Symbol;
 use crate::steps::Program;
 use crate::steps::operation::StepOperation;
 
@@ -43,7 +42,7 @@ struct Plan {
 ";
 
 #[track_caller]
-pub(super) fn print(program: &Program<Symbol>, options: &Options) -> Result<Printed, Refused> {
+pub(super) fn print(program: &Program, options: &Options) -> Result<Printed, Refused> {
     program.assert_advanced();
     let state = program.states.iter().map(|part| part.len).sum();
     options.check(program.parameters.len(), state);
@@ -110,7 +109,7 @@ pub(super) fn print(program: &Program<Symbol>, options: &Options) -> Result<Prin
 
 /// The parts of a program that do not depend on the direction of the sweep.
 struct Step<'a> {
-    program: &'a Program<Symbol>,
+    program: &'a Program,
     /// How many numbers a state has.
     state: usize,
     /// For each number of the state, its place in the row.
@@ -120,7 +119,7 @@ struct Step<'a> {
 }
 
 impl<'a> Step<'a> {
-    fn new(program: &'a Program<Symbol>, options: &Options) -> Self {
+    fn new(program: &'a Program, options: &Options) -> Self {
         let places: Vec<usize> = program
             .states
             .iter()
@@ -153,14 +152,15 @@ impl<'a> Step<'a> {
 }
 
 /// Finds out which arrays carry derivatives, and refuses operations that cannot be printed.
-fn propagate(program: &Program<Symbol>, memory: &mut Memory) -> Result<(), Refused> {
+fn propagate(program: &Program, memory: &mut Memory) -> Result<(), Refused> {
     program
         .states
         .iter()
         .for_each(|&part| memory.activate(part));
     for operation in &program.operations {
         let (inputs, outputs): (Vec<Array>, Vec<Array>) = match operation {
-            StepOperation::Replayed(of) => {
+            StepOperation::Kernel(of) => {
+                let of = &of.arrays;
                 let computed = of
                     .uniforms
                     .iter()
@@ -171,29 +171,25 @@ fn propagate(program: &Program<Symbol>, memory: &mut Memory) -> Result<(), Refus
                 }
                 ([&of.inputs[..], &of.uniforms].concat(), of.outputs.clone())
             }
-            StepOperation::Gather(of) => (vec![of.0.input], vec![of.0.output]),
-            StepOperation::NodeSum(of) => (vec![of.0.input], vec![of.0.output]),
+            StepOperation::Gather(of) => (vec![of.input], vec![of.output]),
+            StepOperation::NodeSum(of) => (vec![of.input], vec![of.output]),
             StepOperation::Weighted(of) => {
-                let of = &of.0;
                 let inputs = [&[of.weights][..], &of.weighed, &of.others].concat();
                 (inputs, of.outputs.to_vec())
             }
             StepOperation::Dense(of) => {
-                let mut inputs = of.inputs.clone();
-                inputs.push(of.bias);
-                let of_inputs = of.inputs_active.iter().any(|&id| memory.is_active_id(id));
+                let of_inputs = of.x.iter().any(|&x| memory.is_active(x));
                 if of_inputs {
                     memory.copy_rows(of.matrix.parameter);
                 }
                 if of_inputs || memory.is_wanted(of.matrix.parameter) {
                     memory.activate(of.output);
                 }
-                (inputs, vec![of.output])
+                ([&of.x[..], &[of.bias]].concat(), vec![of.output])
             }
             StepOperation::Solve(_) => {
                 return Err(Refused("it solves linear equations".to_owned()));
             }
-            StepOperation::Kernel(_) => unreachable!("all kernels are recorded"),
         };
         if inputs.iter().any(|&array| memory.is_active(array)) {
             outputs.iter().for_each(|&array| memory.activate(array));
@@ -237,12 +233,14 @@ fn read_inputs(step: &Step) -> String {
 fn operations(step: &Step, printing: &mut Printing, writer: &mut Writer) {
     for (number, operation) in step.program.operations.iter().enumerate() {
         match operation {
-            StepOperation::Replayed(of) => kernels::forward(printing, writer, number, of),
-            StepOperation::Gather(of) => sums::gather(printing, writer, &of.0),
-            StepOperation::NodeSum(of) => sums::node_sum(printing, writer, &of.0),
-            StepOperation::Weighted(of) => sums::weighted(printing, writer, &of.0),
+            StepOperation::Kernel(of) => {
+                kernels::forward(printing, writer, number, &of.replayed());
+            }
+            StepOperation::Gather(of) => sums::gather(printing, writer, of),
+            StepOperation::NodeSum(of) => sums::node_sum(printing, writer, of),
+            StepOperation::Weighted(of) => sums::weighted(printing, writer, of),
             StepOperation::Dense(of) => layers::forward(printing, writer, of),
-            StepOperation::Solve(_) | StepOperation::Kernel(_) => unreachable!("these are refused"),
+            StepOperation::Solve(_) => unreachable!("it is refused"),
         }
     }
 }
@@ -251,12 +249,14 @@ fn operations(step: &Step, printing: &mut Printing, writer: &mut Writer) {
 fn operations_reverse(step: &Step, printing: &mut Printing, writer: &mut Writer) {
     for (number, operation) in step.program.operations.iter().enumerate().rev() {
         match operation {
-            StepOperation::Replayed(of) => kernels::reverse(printing, writer, number, of),
-            StepOperation::Gather(of) => sums::gather_reverse(printing, writer, &of.0),
-            StepOperation::NodeSum(of) => sums::node_sum_reverse(printing, writer, &of.0),
-            StepOperation::Weighted(of) => sums::weighted_reverse(printing, writer, &of.0),
+            StepOperation::Kernel(of) => {
+                kernels::reverse(printing, writer, number, &of.replayed());
+            }
+            StepOperation::Gather(of) => sums::gather_reverse(printing, writer, of),
+            StepOperation::NodeSum(of) => sums::node_sum_reverse(printing, writer, of),
+            StepOperation::Weighted(of) => sums::weighted_reverse(printing, writer, of),
             StepOperation::Dense(of) => layers::reverse(printing, writer, of),
-            StepOperation::Solve(_) | StepOperation::Kernel(_) => unreachable!("these are refused"),
+            StepOperation::Solve(_) => unreachable!("it is refused"),
         }
     }
 }

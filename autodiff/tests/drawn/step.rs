@@ -10,7 +10,7 @@ struct Cross;
 
 #[kernel]
 impl Kernel<3, 2> for Cross {
-    fn eval<R: Real>(&self, [x, y, z]: [R; 3]) -> [R; 2] {
+    fn eval<R: Real>(&self, [x, y, z]: [R; 3], _: &[R]) -> [R; 2] {
         let sum = x * y + z;
         [sum / (R::one() + sum * sum), R::lit(0.5) * (y - z)]
     }
@@ -22,7 +22,7 @@ struct Tug;
 
 #[kernel]
 impl Kernel<2, 1> for Tug {
-    fn eval<R: Real>(&self, [d, k]: [R; 2]) -> [R; 1] {
+    fn eval<R: Real>(&self, [d, k]: [R; 2], _: &[R]) -> [R; 1] {
         let pull = k * d;
         [pull / (R::one() + pull * pull) * R::lit(0.1)]
     }
@@ -128,7 +128,7 @@ impl Drawn {
 }
 
 impl Model for Drawn {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let parameters = self.parameters.iter();
         let mut arrays: Vec<Array> = parameters.map(|&len| p.parameter(len)).collect();
         let shapes = self.matrices.iter();
@@ -144,8 +144,8 @@ impl Model for Drawn {
                     arrays.extend(states.last());
                 }
                 Operation::Part(part) => arrays.push(p.input(part.len)),
-                Operation::Turn(both) => arrays.extend(p.map(Turn, both.map(|k| arrays[k]))),
-                Operation::Cross(all) => arrays.extend(p.map(Cross, all.map(|k| arrays[k]))),
+                Operation::Turn(both) => arrays.extend(p.map(Turn, both.map(|k| arrays[k]), &[])),
+                Operation::Cross(all) => arrays.extend(p.map(Cross, all.map(|k| arrays[k]), &[])),
                 Operation::Gather { from, indices } => {
                     arrays.push(p.gather(arrays[*from], indices));
                 }
@@ -154,7 +154,7 @@ impl Model for Drawn {
                 }
                 &Operation::Tug { end, per_edge } => {
                     let (ends, per_edge) = ([arrays[end]], [arrays[per_edge]]);
-                    arrays.extend(p.map_edges(&self.graph, Tug, ends, &per_edge));
+                    arrays.extend(p.map_edges(&self.graph, Tug, ends, &per_edge, &[]));
                 }
             }
         }
@@ -165,7 +165,7 @@ impl Model for Drawn {
 }
 
 impl Layer {
-    fn record<R: Real>(&self, p: &mut Program<R>, matrix: Matrix, arrays: &[Array]) -> Array {
+    fn record(&self, p: &mut Program, matrix: Matrix, arrays: &[Array]) -> Array {
         let seen: Vec<Array> = self.seen.iter().map(|&k| arrays[k]).collect();
         let bias = arrays[self.bias];
         match (self.tanh, self.places.contains(&false)) {
@@ -236,11 +236,11 @@ impl Step for Drawn {
                 }
                 &Operation::Turn([x, y]) => {
                     let both = arrays[x].iter().zip(&arrays[y]);
-                    let turned = both.map(|(&x, &y)| Kernel::eval(&Turn, [x, y])[0]);
+                    let turned = both.map(|(&x, &y)| Kernel::eval(&Turn, [x, y], &[])[0]);
                     arrays.push(turned.collect());
                 }
                 &Operation::Cross(all) => {
-                    let cross = |i| Kernel::eval(&Cross, all.map(|k| arrays[k][i]));
+                    let cross = |i| Kernel::eval(&Cross, all.map(|k| arrays[k][i]), &[]);
                     let both: Vec<[R; 2]> = (0..arrays[all[0]].len()).map(cross).collect();
                     arrays.extend([0, 1].map(|k| both.iter().map(|y| y[k]).collect()));
                 }
@@ -266,7 +266,7 @@ impl Drawn {
         let mut sums = vec![R::zero(); self.graph.nodes()];
         let slots = self.graph.slot_of_edge().iter().zip(&self.edges);
         for (&slot, &([tail, head], _)) in slots.filter(|(_, (_, without))| !without) {
-            let [tug] = Kernel::eval(&Tug, [end[head] - end[tail], per_edge[slot]]);
+            let [tug] = Kernel::eval(&Tug, [end[head] - end[tail], per_edge[slot]], &[]);
             sums[tail] += tug;
             sums[head] -= tug;
         }

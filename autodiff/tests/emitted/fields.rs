@@ -47,7 +47,7 @@ impl Rule for Steep {
 
 #[kernel]
 impl Kernel<2, 2> for Fielded {
-    fn eval<R: Real>(&self, [x, y]: [R; 2]) -> [R; 2] {
+    fn eval<R: Real>(&self, [x, y]: [R; 2], _: &[R]) -> [R; 2] {
         let Fielded { case, a, b } = *self;
         let (k, l) = (R::lit(a), R::lit(b));
         let branch = |is_true: bool| if is_true { (k * x).sin() } else { k * x };

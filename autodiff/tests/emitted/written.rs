@@ -10,7 +10,7 @@ impl Bent {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
     pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 2, 3, M>) -> [[R; 2]; M] {
-        let autodiff::Pullback { x, y, y_bar } = at;
+        let autodiff::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1] = x;
         let [r0, _, r2] = y;
         let t5 = R::lit(0.0);
@@ -71,7 +71,7 @@ impl Every {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
     pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 3, 15, M>) -> [[R; 3]; M] {
-        let autodiff::Pullback { x, y, y_bar } = at;
+        let autodiff::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1, x2] = x;
         let [_, _, _, _, r4, _, r6, _, _, _, _, _, _, _, _] = y;
         let t18 = R::lit(0.0);
@@ -423,7 +423,7 @@ impl Held {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
     pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 2, 3, M>) -> [[R; 2]; M] {
-        let autodiff::Pullback { x, y, y_bar } = at;
+        let autodiff::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1] = x;
         let [_, _, _] = y;
         let t5 = R::lit(0.0);
@@ -468,7 +468,7 @@ impl Guarded {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
     pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 2, 12, M>) -> [[R; 2]; M] {
-        let autodiff::Pullback { x, y, y_bar } = at;
+        let autodiff::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1] = x;
         let [r0, _, _, _, _, _, _, r7, r8, _, _, _] = y;
         let t14 = R::lit(0.0);

@@ -60,7 +60,7 @@ impl Net {
 struct Spring;
 #[kernel]
 impl Kernel<3, 1> for Spring {
-    fn eval<R: Real>(&self, [d, k, u]: [R; 3]) -> [R; 1] {
+    fn eval<R: Real>(&self, [d, k, u]: [R; 3], _: &[R]) -> [R; 1] {
         let length = (d * d + R::lit(1e-3)).sqrt();
         [k * (length - R::lit(0.1) * (R::one() + u)) * d / length]
     }
@@ -70,7 +70,7 @@ impl Kernel<3, 1> for Spring {
 struct Move;
 #[kernel]
 impl Kernel<4, 2> for Move {
-    fn eval<R: Real>(&self, [x, v, f, w]: [R; 4]) -> [R; 2] {
+    fn eval<R: Real>(&self, [x, v, f, w]: [R; 4], _: &[R]) -> [R; 2] {
         let v = v * R::lit(0.99) + f * w * R::lit(0.01);
         let v = R::select(x.less(R::lit(-0.2)), v.max(R::zero()), v);
         [x + R::lit(0.01) * v, v]
@@ -78,7 +78,7 @@ impl Kernel<4, 2> for Move {
 }
 
 impl Model for Net {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let k = p.parameter(self.graph.slots());
         let w = p.parameter(NODES);
         let w1 = p.matrix(self.hidden, NODES + 1);
@@ -91,12 +91,12 @@ impl Model for Net {
         let edge_of_slot = self.graph.edge_of_slot();
         let places: Vec<bool> = edge_of_slot.iter().map(Option::is_some).collect();
         let u = p.dense_tanh_spread(w2, &[h], b2, &places);
-        let [f] = p.map_edges(&self.graph, Spring, [x], &[k, u]);
+        let [f] = p.map_edges(&self.graph, Spring, [x], &[k, u], &[]);
         // These gathers move the numbers one way and back. They contain single entries, runs of entries, and empty
         // places.
         let turned = p.gather(f, &Self::turn(1));
         let f = p.gather(turned, &Self::turn(NODES));
-        let [x_next, v_next] = p.map(Move, [x, v, f, w]);
+        let [x_next, v_next] = p.map(Move, [x, v, f, w], &[]);
         p.advance(x, x_next);
         p.advance(v, v_next);
     }

@@ -161,7 +161,7 @@ struct Mapped {
 
 #[kernel]
 impl Kernel<4, 1> for Mapped {
-    fn eval<R: Real>(&self, x: [R; 4]) -> [R; 1] {
+    fn eval<R: Real>(&self, x: [R; 4], _: &[R]) -> [R; 1] {
         [self.formula.values(&x[..self.arguments])[0]]
     }
 }
@@ -170,9 +170,9 @@ impl Kernel<4, 1> for Mapped {
 const COPIES: usize = 9;
 
 impl Model for Mapped {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let x = [(); 4].map(|()| program.state(COPIES));
-        let [y] = program.any().map(self.clone(), x);
+        let [y] = program.map(self.clone(), x, &[]);
         for (state, next) in x.into_iter().zip([y, x[1], x[2], x[3]]) {
             program.advance(state, next);
         }

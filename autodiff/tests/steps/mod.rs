@@ -8,7 +8,7 @@ use autodiff::{Dual, Function, Kernel, Model, Real, Rollout, Tape, Var, gradient
 pub(crate) const STEPS: usize = if cfg!(miri) { 2 } else { 5 };
 
 /// A step that is defined both as a program and in plain code.
-pub(crate) trait Step: Model {
+pub(crate) trait Step: Model + Clone {
     /// Returns the length of the state, followed by the lengths of the parameters.
     fn shapes(&self) -> Vec<usize>;
     /// Converts the given parameters to the form that the program takes.
@@ -125,7 +125,7 @@ pub(crate) struct Turn;
 
 #[kernel]
 impl Kernel<2, 1> for Turn {
-    fn eval<R: Real>(&self, [x, y]: [R; 2]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x, y]: [R; 2], _: &[R]) -> [R; 1] {
         [x * R::lit(0.9) + y / (R::one() + y * y) * R::lit(0.6)]
     }
 }

@@ -160,17 +160,17 @@ struct Populations;
 
 #[kernel]
 impl Kernel<6, 2> for Populations {
-    fn eval<R: Real>(&self, [x, y, a, b, c, d]: [R; 6]) -> [R; 2] {
+    fn eval<R: Real>(&self, [x, y, a, b, c, d]: [R; 6], _: &[R]) -> [R; 2] {
         let h = R::lit(0.01);
         [x + h * x * (a - b * y), y + h * y * (c * x - d)]
     }
 }
 
 impl Model for Populations {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let [a, b, c, d] = [(); 4].map(|()| program.parameter(1));
         let [x, y] = [(); 2].map(|()| program.state(1));
-        let next = program.map(Populations, [x, y, a, b, c, d]);
+        let next = program.map(Populations, [x, y, a, b, c, d], &[]);
         program.advance(x, next[0]);
         program.advance(y, next[1]);
     }
@@ -181,7 +181,7 @@ fn scalar_tapes() -> CountTable {
         let mut state = [R::lit(3.0), R::one()];
         for _ in 0..STEPS {
             let ([x, y], [a, b, c, d]) = (state, [rates[0], rates[1], rates[2], rates[3]]);
-            state = Populations.eval([x, y, a, b, c, d]);
+            state = Populations.eval([x, y, a, b, c, d], &[]);
         }
         state[0]
     }

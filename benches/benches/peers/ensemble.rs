@@ -76,20 +76,20 @@ mod ours {
 
     #[kernel]
     impl Kernel<3, 2> for Pendulum {
-        fn eval<R: Real>(&self, [angle, speed, torque]: [R; 3]) -> [R; 2] {
+        fn eval<R: Real>(&self, [angle, speed, torque]: [R; 3], _: &[R]) -> [R; 2] {
             let speed = speed + lit(STEP) * (torque - angle.sin());
             [angle + lit(STEP) * speed, speed]
         }
     }
 
     impl Model for Pendulum {
-        fn record<R: Real>(&self, program: &mut Program<R>) {
+        fn record(&self, program: &mut Program) {
             let (w1, b1) = (program.matrix(HIDDEN, 2), program.parameter(HIDDEN));
             let (w2, b2) = (program.matrix(1, HIDDEN), program.parameter(1));
             let (angle, speed) = (program.state(1), program.state(1));
             let hidden = program.dense_tanh(w1, &[angle, speed], b1);
             let torque = program.dense(w2, &[hidden], b2);
-            let next = program.map(Pendulum, [angle, speed, torque]);
+            let next = program.map(Pendulum, [angle, speed, torque], &[]);
             program.advance(angle, next[0]);
             program.advance(speed, next[1]);
         }

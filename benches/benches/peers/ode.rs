@@ -181,16 +181,16 @@ mod ours_rollout {
 
     #[kernel]
     impl Kernel<6, 2> for Populations {
-        fn eval<R: Real>(&self, [x, y, a, b, c, d]: [R; 6]) -> [R; 2] {
+        fn eval<R: Real>(&self, [x, y, a, b, c, d]: [R; 6], _: &[R]) -> [R; 2] {
             step([x, y], [a, b, c, d])
         }
     }
 
     impl Model for Populations {
-        fn record<R: Real>(&self, program: &mut Program<R>) {
+        fn record(&self, program: &mut Program) {
             let [a, b, c, d] = [(); 4].map(|()| program.parameter(1));
             let [x, y] = [(); 2].map(|()| program.state(1));
-            let next = program.map(Populations, [x, y, a, b, c, d]);
+            let next = program.map(Populations, [x, y, a, b, c, d], &[]);
             program.advance(x, next[0]);
             program.advance(y, next[1]);
         }

@@ -70,7 +70,7 @@ struct Observation;
 
 #[kernel]
 impl Kernel<INPUTS, 3> for Observation {
-    fn eval<R: Real>(&self, x: [R; INPUTS]) -> [R; 3] {
+    fn eval<R: Real>(&self, x: [R; INPUTS], _: &[R]) -> [R; 3] {
         let [r0, r1, r2, c0, c1, c2, focal, rest @ ..] = x;
         let [u0, v0, k1, k2, x0, x1, x2, weight] = rest;
         let [p0, p1, p2] = rotation::rotate([r0, r1, r2], [x0 - c0, x1 - c1, x2 - c2]);

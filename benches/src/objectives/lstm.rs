@@ -63,7 +63,7 @@ struct Add;
 
 #[kernel]
 impl Kernel<3, 1> for Gate {
-    fn eval<R: Real>(&self, [x, weight, bias]: [R; 3]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x, weight, bias]: [R; 3], _: &[R]) -> [R; 1] {
         [(R::lit(self.0) * x.fma(weight, bias)).tanh()]
     }
 }
@@ -76,7 +76,7 @@ fn opened<R: Real>(gate: R) -> R {
 
 #[kernel]
 impl Kernel<5, 2> for Cell {
-    fn eval<R: Real>(&self, [cell, forget, input, output, change]: [R; 5]) -> [R; 2] {
+    fn eval<R: Real>(&self, [cell, forget, input, output, change]: [R; 5], _: &[R]) -> [R; 2] {
         let new = cell.fma(opened(forget), opened(input) * change);
         [new, opened(output) * new.tanh()]
     }
@@ -84,14 +84,14 @@ impl Kernel<5, 2> for Cell {
 
 #[kernel]
 impl Kernel<2, 1> for Product {
-    fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
+    fn eval<R: Real>(&self, [a, b]: [R; 2], _: &[R]) -> [R; 1] {
         [a * b]
     }
 }
 
 #[kernel]
 impl Kernel<4, 2> for Prediction {
-    fn eval<R: Real>(&self, [x, weight, bias, next]: [R; 4]) -> [R; 2] {
+    fn eval<R: Real>(&self, [x, weight, bias, next]: [R; 4], _: &[R]) -> [R; 2] {
         let y = x.fma(weight, bias);
         [y.exp(), y * next]
     }
@@ -99,7 +99,7 @@ impl Kernel<4, 2> for Prediction {
 
 #[kernel]
 impl Kernel<4, 1> for Add {
-    fn eval<R: Real>(&self, [loss, matched, normaliser, ones]: [R; 4]) -> [R; 1] {
+    fn eval<R: Real>(&self, [loss, matched, normaliser, ones]: [R; 4], _: &[R]) -> [R; 1] {
         [loss + matched - ones * normaliser.ln()]
     }
 }
@@ -108,7 +108,7 @@ impl Model for Cells {
     /// The parameters are the vectors of the file in order, and then three constants that the sums need: a row of ones,
     /// a two and a zero. The state has the hidden and cell values of each layer, then the loss. The inputs are the
     /// character, the next character, and the number of ones in the next character.
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let weights: Vec<Array> = (0..PER_LAYER * self.layers + 3)
             .map(|_| program.parameter(self.bits))
             .collect();
@@ -123,28 +123,28 @@ impl Model for Cells {
         let count = program.input(1);
 
         let (layers, ends) = weights.split_at(PER_LAYER * self.layers);
-        let [mut x] = program.map(Product, [character, ends[0]]);
+        let [mut x] = program.map(Product, [character, ends[0]], &[]);
         for (weights, state) in layers.chunks(PER_LAYER).zip(states.chunks(2)) {
             x = layer(program, x, [weights, state]);
         }
-        let [exponential, matched] = program.map(Prediction, [x, ends[1], ends[2], next]);
+        let [exponential, matched] = program.map(Prediction, [x, ends[1], ends[2], next], &[]);
         let normaliser = program.dense(ones, &[exponential], two);
         let matched = program.dense(ones, &[matched], zero);
-        let [total] = program.map(Add, [loss, matched, normaliser, count]);
+        let [total] = program.map(Add, [loss, matched, normaliser, count], &[]);
         program.advance(loss, total);
     }
 }
 
 /// Records the step of one layer and returns its new hidden values.
-fn layer<R: Real>(program: &mut Program<R>, x: Array, [weights, state]: [&[Array]; 2]) -> Array {
+fn layer(program: &mut Program, x: Array, [weights, state]: [&[Array]; 2]) -> Array {
     let (hidden, cell) = (state[0], state[1]);
     let mut gate = |scale, from, k: usize| {
-        let [gate] = program.map(Gate(scale), [from, weights[k], weights[k + 4]]);
+        let [gate] = program.map(Gate(scale), [from, weights[k], weights[k + 4]], &[]);
         gate
     };
     let (forget, input) = (gate(0.5, x, 0), gate(0.5, hidden, 1));
     let (output, change) = (gate(0.5, x, 2), gate(1.0, hidden, 3));
-    let next = program.map(Cell, [cell, forget, input, output, change]);
+    let next = program.map(Cell, [cell, forget, input, output, change], &[]);
     program.advance(cell, next[0]);
     program.advance(hidden, next[1]);
     next[1]

@@ -27,7 +27,7 @@ struct Last(f64);
 
 #[kernel]
 impl Kernel<3, 2> for Stage {
-    fn eval<R: Real>(&self, [x, before, y]: [R; 3]) -> [R; 2] {
+    fn eval<R: Real>(&self, [x, before, y]: [R; 3], _: &[R]) -> [R; 2] {
         let slope = x * before;
         [slope, slope.fma(R::lit(self.0), y)]
     }
@@ -35,7 +35,7 @@ impl Kernel<3, 2> for Stage {
 
 #[kernel]
 impl Kernel<6, 1> for Last {
-    fn eval<R: Real>(&self, [x, before, y, k1, k2, k3]: [R; 6]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x, before, y, k1, k2, k3]: [R; 6], _: &[R]) -> [R; 1] {
         let sum = R::lit(2.0).fma(k2 + k3, x.fma(before, k1));
         [sum.fma(R::lit(self.0 / 6.0), y)]
     }
@@ -49,19 +49,19 @@ struct Chain {
 }
 
 impl Model for Chain {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let x = program.parameter(self.len);
         let y = program.state(self.len);
         let before: Vec<_> = (0..self.len).map(|i| i.checked_sub(1)).collect();
-        let stage = |program: &mut Program<R>, at: Array, time: f64| {
+        let stage = |program: &mut Program, at: Array, time: f64| {
             let before = program.gather(at, &before);
-            program.map(Stage(time), [x, before, y])
+            program.map(Stage(time), [x, before, y], &[])
         };
         let [k1, at] = stage(program, y, 0.5 * self.dt);
         let [k2, at] = stage(program, at, 0.5 * self.dt);
         let [k3, at] = stage(program, at, self.dt);
         let before = program.gather(at, &before);
-        let [next] = program.map(Last(self.dt), [x, before, y, k1, k2, k3]);
+        let [next] = program.map(Last(self.dt), [x, before, y, k1, k2, k3], &[]);
         program.advance(y, next);
     }
 }

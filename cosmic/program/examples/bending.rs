@@ -13,8 +13,7 @@
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use autodiff::arrays::{UniformKernel, Uniforms};
-use autodiff::{AnyProgram, Array, Kernel, Real};
+use autodiff::{Array, Kernel, Real};
 use cosmic::geometry::{Matrix, Vector};
 use cosmic::kernel;
 use cosmic::lattice::Lattice;
@@ -69,10 +68,10 @@ impl Hinge {
 }
 
 #[kernel]
-impl UniformKernel<8, 1> for Hinge {
+impl Kernel<8, 1> for Hinge {
     const UNIFORMS: usize = 1;
 
-    fn eval_with<R: Real>(&self, x: [R; 8], settings: &Uniforms<R>) -> [R; 1] {
+    fn eval<R: Real>(&self, x: [R; 8], settings: &[R]) -> [R; 1] {
         let [x0, y0, x1, y1, x2, y2, first, second] = x;
         let ([ax, ay], [bx, by]) = ([x1 - x0, y1 - y0], [x2 - x1, y2 - y1]);
         let length = |d: [R; 2]| Vector::new(d).softened_norm(self.softening);
@@ -90,7 +89,7 @@ struct Couple {
 
 #[kernel]
 impl Kernel<6, 2> for Couple {
-    fn eval<R: Real>(&self, [dx, dy, left_0, left_1, right_0, right_1]: [R; 6]) -> [R; 2] {
+    fn eval<R: Real>(&self, [dx, dy, left_0, left_1, right_0, right_1]: [R; 6], _: &[R]) -> [R; 2] {
         let square = dx * dx + dy * dy + R::lit(self.softening);
         let turn = (left_0 + left_1 - (right_0 + right_1)) / square;
         [turn * dy, -turn * dx]
@@ -148,7 +147,12 @@ impl Force for BentBars {
         vec![StepInput { name, value }]
     }
 
-    fn record(&self, p: &mut AnyProgram, step: &Step, given: &Given<Array>) -> Vector<Array> {
+    fn record(
+        &self,
+        p: &mut autodiff::Program,
+        step: &Step,
+        given: &Given<Array>,
+    ) -> Vector<Array> {
         let slots = step.graph.slot_of_edge();
         let of_pairs = |of: &dyn Fn(&Pair) -> usize| -> Vec<Option<usize>> {
             self.pairs.iter().map(|pair| Some(of(pair))).collect()
@@ -163,7 +167,7 @@ impl Force for BentBars {
         });
         let (dt, softening) = (step.dt, step.softening);
         let inputs = [x0, y0, x1, y1, x2, y2, first, second];
-        let [torque] = p.map_with(Hinge { dt, softening }, inputs, &given.inputs);
+        let [torque] = p.map(Hinge { dt, softening }, inputs, &given.inputs);
         // The pairs at both ends of every bar whose first bar it is, then those whose second bar it is.
         let mut at_ends = vec![vec![None; step.graph.slots()]; 4];
         for (k, pair) in self.pairs.iter().enumerate() {
@@ -174,7 +178,7 @@ impl Force for BentBars {
         }
         let torques = [0, 1, 2, 3].map(|k| p.gather(torque, &at_ends[k]));
         let ends = step.nodes.x.array();
-        Vector::new(p.map_edges(step.graph, Couple { softening }, ends, &torques))
+        Vector::new(p.map_edges(step.graph, Couple { softening }, ends, &torques, &[]))
     }
 
     /// Adds a bound to each of the three nodes. If `g` has the derivatives of the angle with respect to their positions,

@@ -19,7 +19,7 @@ struct Wave;
 
 #[kernel]
 impl Kernel<5, 1> for Wave {
-    fn eval<R: Real>(&self, [sin, cos, a, b, c]: [R; 5]) -> [R; 1] {
+    fn eval<R: Real>(&self, [sin, cos, a, b, c]: [R; 5], _: &[R]) -> [R; 1] {
         [(a * sin + b * cos + c).tanh()]
     }
 }
@@ -41,7 +41,7 @@ impl Policy for Rhythm {
         let clock = step.clock();
         let [sin, cos] = [0, 1].map(|k| step.for_every_edge(clock, k));
         let [a, b, c] = ["sine", "cosine", "shift"].map(|name| step.per_edge(name));
-        step.program().map(Wave, [sin, cos, a, b, c])[0]
+        step.program().map(Wave, [sin, cos, a, b, c], &[])[0]
     }
 }
 
@@ -57,7 +57,7 @@ struct Feel;
 
 #[kernel]
 impl Kernel<5, 2> for Feel {
-    fn eval<R: Real>(&self, [x0, y0, x1, y1, rest]: [R; 5]) -> [R; 2] {
+    fn eval<R: Real>(&self, [x0, y0, x1, y1, rest]: [R; 5], _: &[R]) -> [R; 2] {
         let ([dx, dy], tiny) = ([x1 - x0, y1 - y0], R::lit(1e-6));
         let length = (dx * dx + dy * dy + tiny).sqrt();
         let touch = (R::lit(-100.0) * y0).exp() + (R::lit(-100.0) * y1).exp();
@@ -70,7 +70,7 @@ struct WaveWithReflex;
 
 #[kernel]
 impl Kernel<9, 1> for WaveWithReflex {
-    fn eval<R: Real>(&self, [sin, cos, a, b, c, d, e, stretch, touch]: [R; 9]) -> [R; 1] {
+    fn eval<R: Real>(&self, [sin, cos, a, b, c, d, e, stretch, touch]: [R; 9], _: &[R]) -> [R; 1] {
         [(a * sin + b * cos + c + d * stretch + e * touch).tanh()]
     }
 }
@@ -87,11 +87,11 @@ impl Policy for Reflex {
         let [tail, head] = step.ends().map(|end| end.x.array());
         let rest = step.rest_lengths();
         let inputs = [tail[0], tail[1], head[0], head[1], rest];
-        let [stretch, touch] = step.program().map(Feel, inputs);
+        let [stretch, touch] = step.program().map(Feel, inputs, &[]);
         let names = ["sine", "cosine", "shift", "stretch", "touch"];
         let [a, b, c, d, e] = names.map(|name| step.per_edge(name));
         let inputs = [sin, cos, a, b, c, d, e, stretch, touch];
-        step.program().map(WaveWithReflex, inputs)[0]
+        step.program().map(WaveWithReflex, inputs, &[])[0]
     }
 }
 

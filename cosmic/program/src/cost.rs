@@ -1,9 +1,9 @@
 //! The cost of an optimisation, which is announced before the work begins.
 
-use crate::output::counted;
-use crate::runs::pool;
 use cosmic::codesign::CoDesign;
 use cosmic::error::Result;
+use cosmic::numbers::counted;
+use cosmic::parallel::pool;
 use cosmic::record::RunPlan;
 use cosmic::scene::{Scene, UnstableStep};
 use cosmic_lab::check;

@@ -17,8 +17,8 @@ use super::sticking::Sticking;
 impl Flying<NoGround> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 4, M>, _uniforms: &autodiff::arrays::Uniforms<R>) -> [[R; 7]; M] {
-        let autodiff::Pullback { x, y, y_bar } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 4, M>) -> [[R; 7]; M] {
+        let autodiff::Pullback { x, y, y_bar, .. } = at;
         let [_, _, _, _, x4, x5, x6] = x;
         let [_, _, _, _] = y;
         let t17 = R::lit(self.flight.decay);
@@ -44,7 +44,7 @@ impl Drifting<NoGround> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
     pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 4, 4, M>) -> [[R; 4]; M] {
-        let autodiff::Pullback { x, y, y_bar } = at;
+        let autodiff::Pullback { x, y, y_bar, .. } = at;
         let [_, _, _, _] = x;
         let [_, _, _, _] = y;
         let t9 = R::lit(self.drift.dt);
@@ -62,13 +62,13 @@ impl Drifting<NoGround> {
 impl Flying<Sticking> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 4, M>, uniforms: &autodiff::arrays::Uniforms<R>) -> [[R; 7]; M] {
-        let autodiff::Pullback { x, y, y_bar } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 4, M>) -> [[R; 7]; M] {
+        let autodiff::Pullback { x, y, y_bar, .. } = at;
         let [_, x1, x2, x3, x4, x5, x6] = x;
         let [_, _, _, _] = y;
         let t11 = R::lit(0.0);
-        let t12 = uniforms[0];
-        let t13 = uniforms[1];
+        let t12 = at.uniforms[0];
+        let t13 = at.uniforms[1];
         let t14 = x6.fma(x4, t12);
         let t16 = x6.fma(x5, t13);
         let t17 = R::lit(self.flight.decay);
@@ -133,7 +133,7 @@ impl Drifting<Sticking> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
     pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 4, 4, M>) -> [[R; 4]; M] {
-        let autodiff::Pullback { x, y, y_bar } = at;
+        let autodiff::Pullback { x, y, y_bar, .. } = at;
         let [_, x1, x2, x3] = x;
         let [_, _, _, _] = y;
         let t8 = R::lit(0.0);
@@ -189,14 +189,14 @@ impl Drifting<Sticking> {
 impl Flying<Coulomb> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 4, M>, uniforms: &autodiff::arrays::Uniforms<R>) -> [[R; 7]; M] {
-        let autodiff::Pullback { x, y, y_bar } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 4, M>) -> [[R; 7]; M] {
+        let autodiff::Pullback { x, y, y_bar, .. } = at;
         let [_, x1, x2, x3, x4, x5, x6] = x;
         let [_, _, _, _] = y;
         let t11 = R::lit(0.0);
-        let t12 = uniforms[0];
-        let t13 = uniforms[1];
-        let t14 = uniforms[2];
+        let t12 = at.uniforms[0];
+        let t13 = at.uniforms[1];
+        let t14 = at.uniforms[2];
         let t15 = x6.fma(x4, t12);
         let t16 = R::lit(1.0);
         let t17 = x6.fma(x5, t13);
@@ -300,12 +300,12 @@ impl Flying<Coulomb> {
 impl Drifting<Coulomb> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 4, 4, M>, uniforms: &autodiff::arrays::Uniforms<R>) -> [[R; 4]; M] {
-        let autodiff::Pullback { x, y, y_bar } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 4, 4, M>) -> [[R; 4]; M] {
+        let autodiff::Pullback { x, y, y_bar, .. } = at;
         let [_, x1, x2, x3] = x;
         let [_, _, _, _] = y;
         let t8 = R::lit(0.0);
-        let t9 = uniforms[0];
+        let t9 = at.uniforms[0];
         let t10 = R::lit(self.drift.dt);
         let t11 = t10.fma(x3, x1);
         let t12 = R::lit(1.0);
@@ -399,7 +399,7 @@ impl Tension<Hooke> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
     pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 6, 2, M>) -> [[R; 6]; M] {
-        let autodiff::Pullback { x, y, y_bar } = at;
+        let autodiff::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1, x2, x3, x4, x5] = x;
         let [_, _] = y;
         let t9 = R::lit(self.softening);
@@ -450,7 +450,7 @@ impl Total {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
     pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 5, 1, M>) -> [[R; 5]; M] {
-        let autodiff::Pullback { x, y, y_bar } = at;
+        let autodiff::Pullback { x, y, y_bar, .. } = at;
         let [_, _, _, _, _] = x;
         let [_] = y;
         let mut x_bar = [[R::zero(); 5]; M];
@@ -465,13 +465,13 @@ impl Total {
 impl Bump {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 11, 4, M>, uniforms: &autodiff::arrays::Uniforms<R>) -> [[R; 11]; M] {
-        let autodiff::Pullback { x, y, y_bar } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 11, 4, M>) -> [[R; 11]; M] {
+        let autodiff::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1, x2, x3, x4, x5, x6, x7, x8, x9, x10] = x;
         let [_, _, _, _] = y;
         let t15 = R::lit(0.0);
-        let t16 = uniforms[0];
-        let t17 = uniforms[1];
+        let t16 = at.uniforms[0];
+        let t17 = at.uniforms[1];
         let t18 = R::lit(self.softening);
         let t19 = x4 - x2;
         let t20 = R::lit(1.0);
@@ -630,7 +630,7 @@ impl Sum {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
     pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 2, 1, M>) -> [[R; 2]; M] {
-        let autodiff::Pullback { x, y, y_bar } = at;
+        let autodiff::Pullback { x, y, y_bar, .. } = at;
         let [_, _] = x;
         let [_] = y;
         let mut x_bar = [[R::zero(); 2]; M];
@@ -645,12 +645,12 @@ impl Sum {
 impl FirstPass {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 8, 5, M>, uniforms: &autodiff::arrays::Uniforms<R>) -> [[R; 8]; M] {
-        let autodiff::Pullback { x, y, y_bar } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 8, 5, M>) -> [[R; 8]; M] {
+        let autodiff::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1, x2, x3, x4, x5, x6, x7] = x;
         let [_, _, r2, _, _] = y;
         let t13 = R::lit(0.0);
-        let t14 = uniforms[0];
+        let t14 = at.uniforms[0];
         let t15 = R::lit(0.5);
         let t16 = t15.less(x4);
         let t17 = x3 * x6;
@@ -747,12 +747,12 @@ impl FirstPass {
 impl NextPass {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 19, 8, M>, uniforms: &autodiff::arrays::Uniforms<R>) -> [[R; 19]; M] {
-        let autodiff::Pullback { x, y, y_bar } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 19, 8, M>) -> [[R; 19]; M] {
+        let autodiff::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1, x2, x3, x4, x5, x6, x7, x8, x9, x10, x11, _, _, x14, x15, x16, x17, x18] = x;
         let [_, _, r2, r3, _, _, _, _] = y;
         let t27 = R::lit(0.0);
-        let t28 = uniforms[0];
+        let t28 = at.uniforms[0];
         let t29 = R::lit(1.0);
         let t30 = R::lit(1e-30);
         let t31 = R::lit(self.dt);
@@ -1001,7 +1001,7 @@ impl Equation {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
     pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 15, 8, M>) -> [[R; 15]; M] {
-        let autodiff::Pullback { x, y, y_bar } = at;
+        let autodiff::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1, x2, x3, x4, x5, _, _, x8, x9, x10, x11, x12, x13, x14] = x;
         let [_, _, _, _, _, _, _, _] = y;
         let t24 = x2 + x0;
@@ -1102,7 +1102,7 @@ impl Linear {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
     pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 5, M>) -> [[R; 7]; M] {
-        let autodiff::Pullback { x, y, y_bar } = at;
+        let autodiff::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1, x2, x3, x4, x5, x6] = x;
         let [_, _, _, _, _] = y;
         let t12 = R::lit(0.0);
@@ -1221,7 +1221,7 @@ impl Impulse {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
     pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 2, M>) -> [[R; 7]; M] {
-        let autodiff::Pullback { x, y, y_bar } = at;
+        let autodiff::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1, _, _, x4, x5, x6] = x;
         let [_, _] = y;
         let mut x_bar = [[R::zero(); 7]; M];

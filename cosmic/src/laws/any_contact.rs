@@ -2,7 +2,7 @@
 
 use std::fmt::Debug;
 
-use autodiff::{AnyProgram, Array};
+use autodiff::{Array, Program};
 
 use super::contact::{Contact, Drifting, Flat, Flying};
 use super::hold::{Grip, Landing};
@@ -23,17 +23,17 @@ pub(crate) trait AnyContact: Debug + Send + Sync {
     /// Records a step of all nodes with the kernel [`Flying`], and returns the nodes after it.
     fn fly(
         &self,
-        p: &mut AnyProgram,
+        p: &mut Program,
         flight: Flight,
         terrain: Option<&Terrain>,
         pushed: Pushed,
     ) -> Particle<Array>;
     /// Records the largest friction of the law, as an array of one number. `any` is an array of one number.
-    fn grip(&self, p: &mut AnyProgram, any: Array, settings: &[Array]) -> Array;
+    fn grip(&self, p: &mut Program, any: Array, settings: &[Array]) -> Array;
     /// Records the end of an implicit step with the kernel [`Landing`], and returns the nodes after it.
     fn land(
         &self,
-        p: &mut AnyProgram,
+        p: &mut Program,
         dt: f64,
         terrain: Option<&Terrain>,
         node: [Array; 9],
@@ -42,7 +42,7 @@ pub(crate) trait AnyContact: Debug + Send + Sync {
     /// Records a drift of all nodes with the kernel [`Drifting`], and returns the nodes after it.
     fn drift(
         &self,
-        p: &mut AnyProgram,
+        p: &mut Program,
         drift: Drift,
         terrain: Option<&Terrain>,
         nodes: Particle<Array>,
@@ -68,9 +68,9 @@ macro_rules! map_over {
         Particle::new(match $terrain.cloned().filter(|_| C::HAS_GROUND) {
             None => {
                 let $ground = Flat;
-                $p.map_with($kernel, $node, $settings)
+                $p.map($kernel, $node, $settings)
             }
-            Some($ground) => $p.map_with($kernel, $node, $settings),
+            Some($ground) => $p.map($kernel, $node, $settings),
         })
     };
 }
@@ -96,7 +96,7 @@ impl<C: Contact> AnyContact for C {
     }
     fn fly(
         &self,
-        p: &mut AnyProgram,
+        p: &mut Program,
         flight: Flight,
         terrain: Option<&Terrain>,
         pushed: Pushed,
@@ -116,12 +116,12 @@ impl<C: Contact> AnyContact for C {
             pushed.uniforms
         )
     }
-    fn grip(&self, p: &mut AnyProgram, any: Array, settings: &[Array]) -> Array {
-        p.map_with(Grip(self.clone()), [any], settings)[0]
+    fn grip(&self, p: &mut Program, any: Array, settings: &[Array]) -> Array {
+        p.map(Grip(self.clone()), [any], settings)[0]
     }
     fn land(
         &self,
-        p: &mut AnyProgram,
+        p: &mut Program,
         dt: f64,
         terrain: Option<&Terrain>,
         node: [Array; 9],
@@ -142,7 +142,7 @@ impl<C: Contact> AnyContact for C {
     }
     fn drift(
         &self,
-        p: &mut AnyProgram,
+        p: &mut Program,
         drift: Drift,
         terrain: Option<&Terrain>,
         nodes: Particle<Array>,

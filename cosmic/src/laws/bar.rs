@@ -1,7 +1,7 @@
 //! Force laws along bars: the trait [`BarForce`] and the kernels of its laws.
 
-use autodiff::arrays::{UniformKernel, Uniforms, vjp_by_duals_with};
-use autodiff::{Pullback, Real};
+use autodiff::arrays::vjp_by_duals;
+use autodiff::{Kernel, Pullback, Real};
 
 use super::law::Law;
 use crate::geometry::Vector;
@@ -133,9 +133,8 @@ pub trait BarForce: Law {
     fn tension_vjp<R: Real, const M: usize>(
         tension: &Tension<Self>,
         at: Pullback<R, 6, 2, M>,
-        settings: &Uniforms<R>,
     ) -> [[R; 6]; M] {
-        vjp_by_duals_with(tension, at, settings)
+        vjp_by_duals(tension, at)
     }
 }
 
@@ -160,7 +159,7 @@ impl<L: BarForce> Tension<L> {
         &self,
         edge: EdgeVector<R, D>,
         given: [R; 4],
-        settings: &Uniforms<R>,
+        settings: &[R],
     ) -> Vector<R, D> {
         let length = edge.length(self.softening);
         let rate = match L::NEEDS_RATE {
@@ -174,10 +173,10 @@ impl<L: BarForce> Tension<L> {
 }
 
 #[kernel]
-impl<L: BarForce> UniformKernel<6, 2> for Tension<L> {
+impl<L: BarForce> Kernel<6, 2> for Tension<L> {
     const UNIFORMS: usize = L::COUNT;
 
-    fn eval_with<R: Real>(&self, x: [R; 6], settings: &Uniforms<R>) -> [R; 2] {
+    fn eval<R: Real>(&self, x: [R; 6], settings: &[R]) -> [R; 2] {
         let [dx, dy, given @ ..] = x;
         let edge = EdgeVector {
             d: Vector::new([dx, dy]),
@@ -187,12 +186,8 @@ impl<L: BarForce> UniformKernel<6, 2> for Tension<L> {
         impulse.array()
     }
 
-    fn vjp_with<R: Real, const M: usize>(
-        &self,
-        at: Pullback<R, 6, 2, M>,
-        settings: &Uniforms<R>,
-    ) -> [[R; 6]; M] {
-        L::tension_vjp(self, at, settings)
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 6, 2, M>) -> [[R; 6]; M] {
+        L::tension_vjp(self, at)
     }
 }
 
@@ -202,10 +197,10 @@ impl<L: BarForce> UniformKernel<6, 2> for Tension<L> {
 pub struct MovingTension<L>(pub Tension<L>);
 
 #[kernel]
-impl<L: BarForce> UniformKernel<8, 2> for MovingTension<L> {
+impl<L: BarForce> Kernel<8, 2> for MovingTension<L> {
     const UNIFORMS: usize = L::COUNT;
 
-    fn eval_with<R: Real>(&self, x: [R; 8], settings: &Uniforms<R>) -> [R; 2] {
+    fn eval<R: Real>(&self, x: [R; 8], settings: &[R]) -> [R; 2] {
         let [dx, dy, dvx, dvy, given @ ..] = x;
         let edge = EdgeVector {
             d: Vector::new([dx, dy]),

@@ -6,8 +6,7 @@
 
 use std::sync::Arc;
 
-use autodiff::arrays::{UniformKernel, Uniforms};
-use autodiff::{AnyProgram, Array, Graph, Kernel, Pullback, Real};
+use autodiff::{Array, Graph, Kernel, Program, Pullback, Real};
 
 use super::force::{Force, Given, LatticeForce, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};
@@ -131,10 +130,10 @@ impl Bump {
 }
 
 #[kernel]
-impl UniformKernel<11, 4> for Bump {
+impl Kernel<11, 4> for Bump {
     const UNIFORMS: usize = 2;
 
-    fn eval_with<R: Real>(&self, x: [R; 11], law: &Uniforms<R>) -> [R; 4] {
+    fn eval<R: Real>(&self, x: [R; 11], law: &[R]) -> [R; 4] {
         let [kx, ky, ix, iy, jx, jy, of_bar, of_node, most, first, last] = x;
         let near = Near {
             node: Vector::new([kx, ky]),
@@ -148,12 +147,8 @@ impl UniformKernel<11, 4> for Bump {
         [ax, ay, bx, by]
     }
 
-    fn vjp_with<R: Real, const M: usize>(
-        &self,
-        at: Pullback<R, 11, 4, M>,
-        law: &Uniforms<R>,
-    ) -> [[R; 11]; M] {
-        self.emitted_vjp(at, law)
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 11, 4, M>) -> [[R; 11]; M] {
+        self.emitted_vjp(at)
     }
 }
 
@@ -163,7 +158,7 @@ struct Passed;
 
 #[kernel]
 impl Kernel<2, 2> for Passed {
-    fn eval<R: Real>(&self, impulse: [R; 2]) -> [R; 2] {
+    fn eval<R: Real>(&self, impulse: [R; 2], _: &[R]) -> [R; 2] {
         impulse
     }
 }
@@ -174,7 +169,7 @@ pub struct Total;
 
 #[kernel]
 impl Kernel<5, 1> for Total {
-    fn eval<R: Real>(&self, [a, b, c, d, e]: [R; 5]) -> [R; 1] {
+    fn eval<R: Real>(&self, [a, b, c, d, e]: [R; 5], _: &[R]) -> [R; 1] {
         [a + b + (c + d) + e]
     }
 
@@ -184,11 +179,11 @@ impl Kernel<5, 1> for Total {
 }
 
 /// Adds numbers to `sum`: for each list of `places`, its places in `x` say which number is added to each entry.
-fn add_gathered(p: &mut AnyProgram, sum: Array, x: Array, places: &[Vec<Option<usize>>]) -> Array {
+fn add_gathered(p: &mut Program, sum: Array, x: Array, places: &[Vec<Option<usize>>]) -> Array {
     let none = vec![None; sum.len()];
     places.chunks(AT_ONCE).fold(sum, |sum, chunk| {
         let [a, b, c, d] = [0, 1, 2, 3].map(|k| p.gather(x, chunk.get(k).unwrap_or(&none)));
-        let [sum] = p.map(Total, [sum, a, b, c, d]);
+        let [sum] = p.map(Total, [sum, a, b, c, d], &[]);
         sum
     })
 }
@@ -290,7 +285,7 @@ impl KeptApart {
 /// The sum of impulses at the nodes. `pairs` has the pairs and, for each of their two ends, the two components of its
 /// impulses: those on the end if it comes before the node of the pair, and the opposite ones otherwise.
 fn at_nodes(
-    p: &mut AnyProgram,
+    p: &mut Program,
     nodes: usize,
     pairs: &[&Apart],
     impulses: [[Array; 2]; 2],
@@ -326,7 +321,7 @@ fn at_nodes(
             add_gathered(p, sum, impulse[axis], rounds)
         })
     });
-    Vector::new(p.map_edges(&graph, Passed, [], &of_links))
+    Vector::new(p.map_edges(&graph, Passed, [], &of_links, &[]))
 }
 
 impl Force for KeptApart {
@@ -345,7 +340,7 @@ impl Force for KeptApart {
         step_inputs(&self.law)
     }
 
-    fn record(&self, p: &mut AnyProgram, step: &Step, given: &Given<Array>) -> Vector<Array> {
+    fn record(&self, p: &mut Program, step: &Step, given: &Given<Array>) -> Vector<Array> {
         let (graph, nodes) = (step.graph, step.graph.nodes());
         let in_use = graph.edge_of_slot();
         let has_bar = |edge: usize| in_use[graph.slot_of_edge()[edge]].is_some();
@@ -382,7 +377,7 @@ impl Force for KeptApart {
         let [most, first, last] = [0, 1, 2].map(|k| p.gather(given.constants[k], &places));
         let ([kx, ky], [ix, iy], [jx, jy]) = (node.0, from.0, to.0);
         let inputs = [kx, ky, ix, iy, jx, jy, of_bar, of_node, most, first, last];
-        let [ax, ay, bx, by] = p.map_with(self.bump(step.dt), inputs, &given.inputs);
+        let [ax, ay, bx, by] = p.map(self.bump(step.dt), inputs, &given.inputs);
         at_nodes(p, nodes, &pairs, [[ax, ay], [bx, by]])
     }
 

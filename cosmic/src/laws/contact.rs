@@ -2,8 +2,8 @@
 
 use std::fmt::Debug;
 
-use autodiff::arrays::{UniformKernel, Uniforms, vjp_by_duals_with};
-use autodiff::{Pullback, Real};
+use autodiff::arrays::vjp_by_duals;
+use autodiff::{Kernel, Pullback, Real};
 
 use super::law::Law;
 use super::motion::{Drift, Flight, Particle};
@@ -112,9 +112,8 @@ pub trait Contact: Law {
     fn flying_vjp<R: Real, const M: usize>(
         flying: &Flying<Self>,
         at: Pullback<R, 7, 4, M>,
-        given: &Uniforms<R>,
     ) -> [[R; 7]; M] {
-        vjp_by_duals_with(flying, at, given)
+        vjp_by_duals(flying, at)
     }
 
     /// The adjoint of the kernel [`Drifting`] over flat ground. As for [`flying_vjp`](Contact::flying_vjp), the default
@@ -123,32 +122,28 @@ pub trait Contact: Law {
     fn drifting_vjp<R: Real, const M: usize>(
         drifting: &Drifting<Self>,
         at: Pullback<R, 4, 4, M>,
-        settings: &Uniforms<R>,
     ) -> [[R; 4]; M] {
-        vjp_by_duals_with(drifting, at, settings)
+        vjp_by_duals(drifting, at)
     }
 }
 
-/// Defines the methods of an `impl` of [`Contact`] that call the generated adjoints of the law. The argument is `_` for
-/// a law without settings, and `settings, settings` for a law with settings.
+/// Defines the methods of an `impl` of [`Contact`] that call the generated adjoints of the law.
 macro_rules! emitted_adjoints {
-    ($settings:pat $(, $given:ident)?) => {
+    () => {
         #[inline(always)]
         fn flying_vjp<R: Real, const M: usize>(
             flying: &Flying<Self>,
             at: autodiff::Pullback<R, 7, 4, M>,
-            given: &autodiff::arrays::Uniforms<R>,
         ) -> [[R; 7]; M] {
-            flying.emitted_vjp(at, given)
+            flying.emitted_vjp(at)
         }
 
         #[inline(always)]
         fn drifting_vjp<R: Real, const M: usize>(
             drifting: &Drifting<Self>,
             at: autodiff::Pullback<R, 4, 4, M>,
-            $settings: &autodiff::arrays::Uniforms<R>,
         ) -> [[R; 4]; M] {
-            drifting.emitted_vjp(at $(, $given)?)
+            drifting.emitted_vjp(at)
         }
     };
 }
@@ -191,9 +186,8 @@ pub trait Underfoot: Clone + Debug + Send + Sync + Sized + 'static {
     fn flying_vjp<C: Contact, R: Real, const M: usize>(
         flying: &Flying<C, Self>,
         at: Pullback<R, 7, 4, M>,
-        given: &Uniforms<R>,
     ) -> [[R; 7]; M] {
-        vjp_by_duals_with(flying, at, given)
+        vjp_by_duals(flying, at)
     }
 
     /// The adjoint of the kernel [`Drifting`] over this ground.
@@ -201,9 +195,8 @@ pub trait Underfoot: Clone + Debug + Send + Sync + Sized + 'static {
     fn drifting_vjp<C: Contact, R: Real, const M: usize>(
         drifting: &Drifting<C, Self>,
         at: Pullback<R, 4, 4, M>,
-        settings: &Uniforms<R>,
     ) -> [[R; 4]; M] {
-        vjp_by_duals_with(drifting, at, settings)
+        vjp_by_duals(drifting, at)
     }
 }
 
@@ -248,17 +241,15 @@ impl Underfoot for Flat {
     fn flying_vjp<C: Contact, R: Real, const M: usize>(
         flying: &Flying<C>,
         at: Pullback<R, 7, 4, M>,
-        given: &Uniforms<R>,
     ) -> [[R; 7]; M] {
-        C::flying_vjp(flying, at, given)
+        C::flying_vjp(flying, at)
     }
 
     fn drifting_vjp<C: Contact, R: Real, const M: usize>(
         drifting: &Drifting<C>,
         at: Pullback<R, 4, 4, M>,
-        settings: &Uniforms<R>,
     ) -> [[R; 4]; M] {
-        C::drifting_vjp(drifting, at, settings)
+        C::drifting_vjp(drifting, at)
     }
 }
 
@@ -309,14 +300,10 @@ pub struct Flying<C, G = Flat> {
 }
 
 #[kernel]
-impl<C: Contact, G: Underfoot> UniformKernel<7, 4> for Flying<C, G> {
+impl<C: Contact, G: Underfoot> Kernel<7, 4> for Flying<C, G> {
     const UNIFORMS: usize = 2 + C::COUNT;
 
-    fn eval_with<R: Real>(
-        &self,
-        [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7],
-        given: &Uniforms<R>,
-    ) -> [R; 4] {
+    fn eval<R: Real>(&self, [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7], given: &[R]) -> [R; 4] {
         let (node, impulse) = (Particle::new([x, y, vx, vy]), Vector::new([jx, jy]));
         let gravity = Vector::new([given[0], given[1]]);
         let v = (self.flight).velocity(node.v, impulse, inverse_mass, gravity);
@@ -325,12 +312,8 @@ impl<C: Contact, G: Underfoot> UniformKernel<7, 4> for Flying<C, G> {
         node.array()
     }
 
-    fn vjp_with<R: Real, const M: usize>(
-        &self,
-        at: Pullback<R, 7, 4, M>,
-        given: &Uniforms<R>,
-    ) -> [[R; 7]; M] {
-        G::flying_vjp(self, at, given)
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 7, 4, M>) -> [[R; 7]; M] {
+        G::flying_vjp(self, at)
     }
 }
 
@@ -347,20 +330,16 @@ pub struct Drifting<C, G = Flat> {
 }
 
 #[kernel]
-impl<C: Contact, G: Underfoot> UniformKernel<4, 4> for Drifting<C, G> {
+impl<C: Contact, G: Underfoot> Kernel<4, 4> for Drifting<C, G> {
     const UNIFORMS: usize = C::COUNT;
 
-    fn eval_with<R: Real>(&self, node: [R; 4], settings: &Uniforms<R>) -> [R; 4] {
+    fn eval<R: Real>(&self, node: [R; 4], settings: &[R]) -> [R; 4] {
         let (law, node) = (self.contact.of(settings), Particle::new(node));
         let node = G::drift::<C, R, 2>(&self.ground, &law, &self.drift, node);
         node.array()
     }
 
-    fn vjp_with<R: Real, const M: usize>(
-        &self,
-        at: Pullback<R, 4, 4, M>,
-        settings: &Uniforms<R>,
-    ) -> [[R; 4]; M] {
-        G::drifting_vjp(self, at, settings)
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 4, 4, M>) -> [[R; 4]; M] {
+        G::drifting_vjp(self, at)
     }
 }

@@ -63,5 +63,5 @@ impl Contact for Coulomb {
         Self { friction }
     }
 
-    emitted_adjoints! { settings, settings }
+    emitted_adjoints! {}
 }

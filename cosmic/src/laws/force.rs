@@ -4,7 +4,7 @@ use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use autodiff::{AnyProgram, Array, Graph, Kernel, Pullback, Real};
+use autodiff::{Array, Graph, Kernel, Program, Pullback, Real};
 
 use super::law::{Law, StepInput};
 use super::motion::Particle;
@@ -106,7 +106,7 @@ pub struct Given<A> {
     /// The arrays of [`Force::constants`].
     pub constants: Vec<A>,
     /// The numbers of [`Force::inputs`], each as an array of one number. Kernels take them as
-    /// [uniform inputs](autodiff::arrays::Uniforms).
+    /// [uniform inputs](autodiff::Kernel::UNIFORMS).
     pub inputs: Vec<A>,
 }
 
@@ -146,14 +146,14 @@ pub trait Force: Debug + Send + Sync {
     }
 
     /// Records the impulses of this force on all nodes over a step (N s).
-    fn record(&self, p: &mut AnyProgram, step: &Step, given: &Given<Array>) -> Vector<Array>;
+    fn record(&self, p: &mut Program, step: &Step, given: &Given<Array>) -> Vector<Array>;
 
     /// Records the tension that this force adds to every bar, with its slopes, for an implicit step. Returns the sum with
     /// `before`, the tensions of earlier forces. `None` if this force does not act along bars: an implicit step then takes
     /// its impulses from [`record`](Force::record), as if they did not change during the step.
     fn record_slopes(
         &self,
-        _p: &mut AnyProgram,
+        _p: &mut Program,
         _step: &Step,
         _given: &Given<Array>,
         _before: Option<Tensions>,
@@ -242,7 +242,7 @@ pub struct Sum;
 
 #[kernel]
 impl Kernel<2, 1> for Sum {
-    fn eval<R: Real>(&self, [a, b]: [R; 2]) -> [R; 1] {
+    fn eval<R: Real>(&self, [a, b]: [R; 2], _: &[R]) -> [R; 1] {
         [a + b]
     }
 
@@ -253,12 +253,14 @@ impl Kernel<2, 1> for Sum {
 
 /// Records the sum of `impulses` and `before`, the impulses of earlier forces.
 pub(crate) fn add<const D: usize>(
-    p: &mut AnyProgram,
+    p: &mut Program,
     before: Option<Vector<Array, D>>,
     impulses: Vector<Array, D>,
 ) -> Vector<Array, D> {
     let Some(before) = before else {
         return impulses;
     };
-    before.zip_with(impulses, |before, impulse| p.map(Sum, [before, impulse])[0])
+    before.zip_with(impulses, |before, impulse| {
+        p.map(Sum, [before, impulse], &[])[0]
+    })
 }

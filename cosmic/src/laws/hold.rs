@@ -5,7 +5,6 @@
 //! which of these stick, and how friction brakes the others. After the last pass, the nodes move. The choices have no
 //! derivative; everything else has one. `tests/data/implicit/README.md` explains the algorithm, and why it is as it is.
 
-use autodiff::arrays::{UniformKernel, Uniforms};
 use autodiff::{Kernel, Pullback, Real};
 
 use super::contact::{Contact, Impact, Underfoot};
@@ -78,10 +77,10 @@ fn mask<R: Real>(number: R) -> R::Mask {
 pub(super) struct Grip<C>(pub(super) C);
 
 #[kernel]
-impl<C: Contact> UniformKernel<1, 1> for Grip<C> {
+impl<C: Contact> Kernel<1, 1> for Grip<C> {
     const UNIFORMS: usize = C::COUNT;
 
-    fn eval_with<R: Real>(&self, _: [R; 1], settings: &Uniforms<R>) -> [R; 1] {
+    fn eval<R: Real>(&self, _: [R; 1], settings: &[R]) -> [R; 1] {
         [C::grip(&self.0.of(settings))]
     }
 }
@@ -97,7 +96,7 @@ pub(crate) struct Meet<G> {
 
 #[kernel]
 impl<G: Underfoot> Kernel<6, 5> for Meet<G> {
-    fn eval<R: Real>(&self, [x, y, wx, wy, segment, is_held]: [R; 6]) -> [R; 5] {
+    fn eval<R: Real>(&self, [x, y, wx, wy, segment, is_held]: [R; 6], _: &[R]) -> [R; 5] {
         let node = Particle::new([x, y, wx, wy]);
         let (meets, met) = self.ground.meets(node, self.dt);
         let is_new = meets & !mask(is_held);
@@ -164,13 +163,13 @@ pub struct FirstPass {
 }
 
 #[kernel]
-impl UniformKernel<8, 5> for FirstPass {
+impl Kernel<8, 5> for FirstPass {
     const UNIFORMS: usize = 1;
 
-    fn eval_with<R: Real>(
+    fn eval<R: Real>(
         &self,
         [vx, vy, wx, wy, is_new, tx, ty, height]: [R; 8],
-        given: &Uniforms<R>,
+        given: &[R],
     ) -> [R; 5] {
         let (v, moving, meets) = (Vector::new([vx, vy]), Vector::new([wx, wy]), mask(is_new));
         let seen = Seen::new(Vector::new([tx, ty]), height, meets, moving, self.dt);
@@ -184,12 +183,8 @@ impl UniformKernel<8, 5> for FirstPass {
         [truth(rests), impact, slip, ex, ey]
     }
 
-    fn vjp_with<R: Real, const M: usize>(
-        &self,
-        at: Pullback<R, 8, 5, M>,
-        given: &Uniforms<R>,
-    ) -> [[R; 8]; M] {
-        self.emitted_vjp(at, given)
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 8, 5, M>) -> [[R; 8]; M] {
+        self.emitted_vjp(at)
     }
 }
 
@@ -205,10 +200,10 @@ pub struct NextPass {
 }
 
 #[kernel]
-impl UniformKernel<19, 8> for NextPass {
+impl Kernel<19, 8> for NextPass {
     const UNIFORMS: usize = 1;
 
-    fn eval_with<R: Real>(&self, input: [R; 19], given: &Uniforms<R>) -> [R; 8] {
+    fn eval<R: Real>(&self, input: [R; 19], given: &[R]) -> [R; 8] {
         let [vx, vy, wx, wy, is_new, tx, ty, height, rest @ ..] = input;
         let [
             inverse_mass,
@@ -271,12 +266,8 @@ impl UniformKernel<19, 8> for NextPass {
         ]
     }
 
-    fn vjp_with<R: Real, const M: usize>(
-        &self,
-        at: Pullback<R, 19, 8, M>,
-        given: &Uniforms<R>,
-    ) -> [[R; 19]; M] {
-        self.emitted_vjp(at, given)
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 19, 8, M>) -> [[R; 19]; M] {
+        self.emitted_vjp(at)
     }
 }
 
@@ -289,7 +280,7 @@ pub struct Equation;
 
 #[kernel]
 impl Kernel<15, 8> for Equation {
-    fn eval<R: Real>(&self, input: [R; 15]) -> [R; 8] {
+    fn eval<R: Real>(&self, input: [R; 15], _: &[R]) -> [R; 8] {
         let [
             ex,
             ey,
@@ -339,8 +330,8 @@ pub(crate) struct FreeEquation;
 
 #[kernel]
 impl Kernel<7, 5> for FreeEquation {
-    fn eval<R: Real>(&self, [vx, vy, fx, fy, jx, jy, inverse_mass]: [R; 7]) -> [R; 5] {
-        let reaction = Reaction.eval([vx, vy, fx, fy, jx, jy, inverse_mass]);
+    fn eval<R: Real>(&self, [vx, vy, fx, fy, jx, jy, inverse_mass]: [R; 7], _: &[R]) -> [R; 5] {
+        let reaction = Reaction.eval([vx, vy, fx, fy, jx, jy, inverse_mass], &[]);
         let mass = inverse_mass.recip();
         [-reaction[0], -reaction[1], mass, R::zero(), mass]
     }
@@ -353,7 +344,7 @@ pub(crate) struct Reaction;
 
 #[kernel]
 impl Kernel<7, 2> for Reaction {
-    fn eval<R: Real>(&self, [wx, wy, fx, fy, jx, jy, inverse_mass]: [R; 7]) -> [R; 2] {
+    fn eval<R: Real>(&self, [wx, wy, fx, fy, jx, jy, inverse_mass]: [R; 7], _: &[R]) -> [R; 2] {
         let (moving, free) = (Vector::new([wx, wy]), Vector::new([fx, fy]));
         residual(moving, free, Vector::new([jx, jy]), inverse_mass).array()
     }
@@ -374,13 +365,13 @@ pub(super) struct Landing<C, G> {
 }
 
 #[kernel]
-impl<C: Contact, G: Underfoot> UniformKernel<9, 4> for Landing<C, G> {
+impl<C: Contact, G: Underfoot> Kernel<9, 4> for Landing<C, G> {
     const UNIFORMS: usize = C::COUNT;
 
-    fn eval_with<R: Real>(
+    fn eval<R: Real>(
         &self,
         [x, y, wx, wy, segment, is_held, sticks, slip, slid]: [R; 9],
-        settings: &Uniforms<R>,
+        settings: &[R],
     ) -> [R; 4] {
         let (node, zero) = (Particle::new([x, y, wx, wy]), R::zero());
         let (law, drift) = (self.contact.of(settings), Drift { dt: self.dt });

@@ -1,6 +1,5 @@
 //! Hooke's law: the tension of a bar is proportional to the change of its length.
 
-use autodiff::arrays::Uniforms;
 use autodiff::{Pullback, Real};
 
 use super::bar::{Bar, BarForce, Tension};
@@ -32,7 +31,6 @@ impl BarForce for Hooke {
     fn tension_vjp<R: Real, const M: usize>(
         tension: &Tension<Self>,
         at: Pullback<R, 6, 2, M>,
-        _: &Uniforms<R>,
     ) -> [[R; 6]; M] {
         tension.emitted_vjp(at)
     }

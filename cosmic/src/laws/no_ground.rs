@@ -33,5 +33,5 @@ impl Contact for NoGround {
         node.after(R::lit(drift.dt))
     }
 
-    emitted_adjoints! { _ }
+    emitted_adjoints! {}
 }

@@ -3,8 +3,7 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use autodiff::arrays::{UniformKernel, Uniforms};
-use autodiff::{AnyProgram, Array, Dual, Real};
+use autodiff::{Array, Dual, Kernel, Program, Real};
 
 use super::force::{AnyForce, Force, Given, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};
@@ -75,7 +74,7 @@ impl<L: NodeForce, const D: usize> NodeKernel<L, D> {
         &self,
         Particle { x, v }: Particle<R, D>,
         [inverse_mass, weight, time]: [R; 3],
-        settings: &Uniforms<R>,
+        settings: &[R],
     ) -> Vector<R, D> {
         let node = Node {
             x,
@@ -91,13 +90,13 @@ impl<L: NodeForce, const D: usize> NodeKernel<L, D> {
 }
 
 #[kernel]
-impl<L: NodeForce> UniformKernel<7, 2> for NodeKernel<L> {
+impl<L: NodeForce> Kernel<7, 2> for NodeKernel<L> {
     const UNIFORMS: usize = L::COUNT;
 
-    fn eval_with<R: Real>(
+    fn eval<R: Real>(
         &self,
         [x, y, vx, vy, inverse_mass, weight, time]: [R; 7],
-        settings: &Uniforms<R>,
+        settings: &[R],
     ) -> [R; 2] {
         let node = Particle::new([x, y, vx, vy]);
         let impulse = self.impulse(node, [inverse_mass, weight, time], settings);
@@ -191,7 +190,7 @@ impl<L: NodeForce> Force for OnNodes<L> {
         L::NEEDS_TIME
     }
 
-    fn record(&self, p: &mut AnyProgram, step: &Step, given: &Given<Array>) -> Vector<Array> {
+    fn record(&self, p: &mut Program, step: &Step, given: &Given<Array>) -> Vector<Array> {
         let kernel = NodeKernel {
             law: self.law.clone(),
             dt: step.dt,
@@ -200,7 +199,7 @@ impl<L: NodeForce> Force for OnNodes<L> {
         let ([x, y, vx, vy], weight) = (step.nodes.array(), given.constants[0]);
         let time = step.time.unwrap_or(weight);
         let node = [x, y, vx, vy, step.inverse_mass, weight, time];
-        Vector::new(p.map_with(kernel, node, &given.inputs))
+        Vector::new(p.map(kernel, node, &given.inputs))
     }
 
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull> {

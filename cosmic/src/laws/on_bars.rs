@@ -3,7 +3,7 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use autodiff::{AnyProgram, Array, Dual};
+use autodiff::{Array, Dual, Program};
 
 use super::bar::{Bar, BarForce, MovingTension, Tension};
 use super::force::{AnyForce, Force, Given, Pose, Pull, RestingBar, Step, Sum};
@@ -107,7 +107,7 @@ impl<L: BarForce> Force for OnBars<L> {
         step_inputs(&self.0)
     }
 
-    fn record(&self, p: &mut AnyProgram, step: &Step, given: &Given<Array>) -> Vector<Array> {
+    fn record(&self, p: &mut Program, step: &Step, given: &Given<Array>) -> Vector<Array> {
         let tension = Tension {
             law: self.0.clone(),
             dt: step.dt,
@@ -118,16 +118,16 @@ impl<L: BarForce> Force for OnBars<L> {
         Vector::new(if L::NEEDS_RATE {
             let ends = step.nodes.array();
             let moving = MovingTension(tension);
-            p.map_edges_with(step.graph, moving, ends, &edge, &given.inputs)
+            p.map_edges(step.graph, moving, ends, &edge, &given.inputs)
         } else {
             let ends = step.nodes.x.array();
-            p.map_edges_with(step.graph, tension, ends, &edge, &given.inputs)
+            p.map_edges(step.graph, tension, ends, &edge, &given.inputs)
         })
     }
 
     fn record_slopes(
         &self,
-        p: &mut AnyProgram,
+        p: &mut Program,
         step: &Step,
         given: &Given<Array>,
         before: Option<Tensions>,
@@ -142,7 +142,7 @@ impl<L: BarForce> Force for OnBars<L> {
         let Some(before) = before.map(Tensions::array) else {
             return Some(own.into());
         };
-        let sum = [0, 1, 2].map(|k| p.map(Sum, [before[k], own[k]])[0]);
+        let sum = [0, 1, 2].map(|k| p.map(Sum, [before[k], own[k]], &[])[0]);
         Some(sum.into())
     }
 

@@ -1,7 +1,7 @@
 //! The tension of bars, and how it changes with the length and its rate: what an implicit step needs of forces along
 //! bars.
 
-use autodiff::arrays::{MOST_UNIFORMS, UniformKernel, Uniforms};
+use autodiff::arrays::MOST_UNIFORMS;
 use autodiff::{Array, Dual, Kernel, Pullback, Real};
 
 use super::bar::{Bar, BarForce};
@@ -63,7 +63,7 @@ impl<L: BarForce> Slopes<L> {
         &self,
         [length, rate]: [R; 2],
         given: [R; 4],
-        settings: &Uniforms<R>,
+        settings: &[R],
     ) -> Dual<R, 2> {
         let mut constants = [Dual::<R, 2>::constant(R::zero()); MOST_UNIFORMS];
         for k in 0..L::COUNT {
@@ -80,14 +80,10 @@ impl<L: BarForce> Slopes<L> {
 }
 
 #[kernel]
-impl<L: BarForce> UniformKernel<8, 3> for Slopes<L> {
+impl<L: BarForce> Kernel<8, 3> for Slopes<L> {
     const UNIFORMS: usize = L::COUNT;
 
-    fn eval_with<R: Real>(
-        &self,
-        [dx, dy, dvx, dvy, given @ ..]: [R; 8],
-        settings: &Uniforms<R>,
-    ) -> [R; 3] {
+    fn eval<R: Real>(&self, [dx, dy, dvx, dvy, given @ ..]: [R; 8], settings: &[R]) -> [R; 3] {
         let edge = edge([dx, dy, dvx, dvy]);
         let length = edge.length(self.softening);
         let rate = edge.rate(length);
@@ -131,7 +127,11 @@ pub struct Linear {
 
 #[kernel]
 impl Kernel<7, 5> for Linear {
-    fn eval<R: Real>(&self, [dx, dy, dvx, dvy, tension, by_length, by_rate]: [R; 7]) -> [R; 5] {
+    fn eval<R: Real>(
+        &self,
+        [dx, dy, dvx, dvy, tension, by_length, by_rate]: [R; 7],
+        _: &[R],
+    ) -> [R; 5] {
         let (zero, dt, edge) = (R::zero(), R::lit(self.dt), edge([dx, dy, dvx, dvy]));
         let length = edge.length(self.softening);
         let u = edge.d / length;
@@ -156,7 +156,7 @@ pub struct Impulse;
 
 #[kernel]
 impl Kernel<7, 2> for Impulse {
-    fn eval<R: Real>(&self, [ex, ey, jx, jy, xx, xy, yy]: [R; 7]) -> [R; 2] {
+    fn eval<R: Real>(&self, [ex, ey, jx, jy, xx, xy, yy]: [R; 7], _: &[R]) -> [R; 2] {
         let changed = Symmetric::new([xx, xy, yy]) * Vector::new([ex, ey]);
         (Vector::new([jx, jy]) + changed).array()
     }

@@ -36,5 +36,5 @@ impl Contact for Sticking {
         }
     }
 
-    emitted_adjoints! { _ }
+    emitted_adjoints! {}
 }

@@ -1,7 +1,6 @@
 //! A policy with a gait for each direction, which the observed goal blends.
 
-use autodiff::arrays::Kernel;
-use autodiff::{Array, Real};
+use autodiff::{Array, Kernel, Real};
 
 use super::block::Block;
 use super::policy::{Policy, Sizes};
@@ -54,7 +53,7 @@ impl Gate {
 
 #[kernel]
 impl Kernel<2, 1> for Gate {
-    fn eval<R: Real>(&self, [unit, goal]: [R; 2]) -> [R; 1] {
+    fn eval<R: Real>(&self, [unit, goal]: [R; 2], _: &[R]) -> [R; 1] {
         // Not `map`, which is not inlined into the loop around a kernel.
         let [a, b, c] = self.0;
         let (a, b, c) = (R::lit(a), R::lit(b), R::lit(c));
@@ -103,6 +102,6 @@ impl Policy for Gaits {
 fn gated(step: &mut PolicyStep, units: Array, gate: Gate) -> Array {
     let goal = step.observed_goal().expect("goals are given");
     let goal = step.program().gather(goal, &vec![Some(0); units.len()]);
-    let [gated] = step.program().map(gate, [units, goal]);
+    let [gated] = step.program().map(gate, [units, goal], &[]);
     gated
 }

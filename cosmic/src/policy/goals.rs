@@ -2,8 +2,7 @@
 
 use std::ops::Range;
 
-use autodiff::Real;
-use autodiff::arrays::Kernel;
+use autodiff::{Kernel, Real};
 
 use crate::geometry::Vector;
 use crate::kernel;
@@ -119,7 +118,7 @@ pub(crate) struct Hold;
 
 #[kernel]
 impl Kernel<2, 1> for Hold {
-    fn eval<R: Real>(&self, [goal, holds]: [R; 2]) -> [R; 1] {
+    fn eval<R: Real>(&self, [goal, holds]: [R; 2], _: &[R]) -> [R; 1] {
         [holds * goal]
     }
 }
@@ -129,7 +128,7 @@ pub(crate) struct Pick;
 
 #[kernel]
 impl Kernel<3, 1> for Pick {
-    fn eval<R: Real>(&self, [sum, goal, holds]: [R; 3]) -> [R; 1] {
+    fn eval<R: Real>(&self, [sum, goal, holds]: [R; 3], _: &[R]) -> [R; 1] {
         [sum + holds * goal]
     }
 }
@@ -139,7 +138,7 @@ pub(super) struct Offset;
 
 #[kernel]
 impl Kernel<2, 1> for Offset {
-    fn eval<R: Real>(&self, [goal, place]: [R; 2]) -> [R; 1] {
+    fn eval<R: Real>(&self, [goal, place]: [R; 2], _: &[R]) -> [R; 1] {
         [goal - place]
     }
 }
@@ -154,7 +153,7 @@ pub(crate) struct Towards {
 
 #[kernel]
 impl Kernel<2, 1> for Towards {
-    fn eval<R: Real>(&self, [this, other]: [R; 2]) -> [R; 1] {
+    fn eval<R: Real>(&self, [this, other]: [R; 2], _: &[R]) -> [R; 1] {
         let scale = R::lit(self.scale);
         let (this, other) = (scale * this, scale * other);
         [this / (R::one() + this * this + other * other).sqrt()]
@@ -165,5 +164,8 @@ impl Kernel<2, 1> for Towards {
 pub(super) fn towards<R: Real>(offset: Vector<R>, scale: f64) -> Vector<R> {
     let kernel = Towards { scale };
     let [along, up] = [offset.forward(), offset.up()];
-    Vector::upright(kernel.eval([along, up])[0], kernel.eval([up, along])[0])
+    Vector::upright(
+        kernel.eval([along, up], &[])[0],
+        kernel.eval([up, along], &[])[0],
+    )
 }

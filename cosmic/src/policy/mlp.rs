@@ -171,7 +171,7 @@ impl<R: Real> Network<R> {
     pub fn activation(&self, inputs: &[R], goal: R) -> Vec<R> {
         let mut hidden = self.first.outputs(inputs);
         for (unit, &gate) in hidden.iter_mut().zip(&self.gates) {
-            [*unit] = Gate(gate).eval([*unit, goal]);
+            [*unit] = Gate(gate).eval([*unit, goal], &[]);
         }
         self.second.outputs(&hidden)
     }

@@ -31,6 +31,6 @@ pub use policy::{Policy, Sizes};
 pub use saved::Weights;
 pub use sensing::{Sight, clock, observation};
 pub use step::PolicyStep;
-pub(crate) use step::{Declared, Given, Outputs, Recording, Seen};
+pub(crate) use step::{Given, Outputs, Seen};
 pub use tempo::{TEMPO, frequency};
 pub(crate) use tempo::{Turn, ahead, ticks};

@@ -1,6 +1,6 @@
 //! The part of a step that a policy records, and the parameters that this part needs.
 
-use autodiff::{AnyProgram, Array, Graph, Matrix, Program, Real};
+use autodiff::{Array, Graph, Program, Real};
 
 use super::block::{Block, Controller, Shape};
 use super::fold::Fold;
@@ -120,80 +120,9 @@ impl Given {
     }
 }
 
-/// An observation in which each node is weighted by its presence.
-pub(crate) struct Weighted {
-    /// One array with the weighted offsets of the nodes from their mean, the weighted velocities, and the clock.
-    all: Array,
-    /// The weighted mean position of the nodes.
-    mean: Array,
-}
-
-/// The operations of a [`Program`] that a policy uses, for a program of any number type.
-pub(crate) trait Recording {
-    fn parameter(&mut self, len: usize) -> Array;
-    fn matrix(&mut self, rows: usize, columns: usize) -> Matrix;
-    fn dense_tanh(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array;
-    fn dense_tanh_spread(&mut self, m: Matrix, x: &[Array], b: Array, places: &[bool]) -> Array;
-    /// Records an observation in which the nodes are weighted by `presence`. `senses` selects whether it includes
-    /// positions, and whether it includes velocities.
-    fn weighted(&mut self, presence: Array, senses: Senses, seen: &Seen) -> Weighted;
-    fn any(&mut self) -> AnyProgram<'_>;
-}
-
-impl<R: Real> Recording for Program<R> {
-    fn parameter(&mut self, len: usize) -> Array {
-        self.parameter(len)
-    }
-    fn matrix(&mut self, rows: usize, columns: usize) -> Matrix {
-        self.matrix(rows, columns)
-    }
-    fn dense_tanh(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array {
-        self.dense_tanh(matrix, x, bias)
-    }
-    fn dense_tanh_spread(&mut self, m: Matrix, x: &[Array], b: Array, places: &[bool]) -> Array {
-        self.dense_tanh_spread(m, x, b, places)
-    }
-    fn weighted(&mut self, presence: Array, senses: Senses, seen: &Seen) -> Weighted {
-        let x: Vec<Array> = seen.nodes.x.into_iter().filter(|_| senses.x).collect();
-        let v: Vec<Array> = seen.nodes.v.into_iter().filter(|_| senses.v).collect();
-        let [all, mean] = self.weighted(presence, &x, &v, &[seen.clock]);
-        Weighted { all, mean }
-    }
-    fn any(&mut self) -> AnyProgram<'_> {
-        self.any()
-    }
-}
-
-/// A program that only declares arrays and records no operations. It is used to list the parameters of a policy.
-pub(crate) struct Declared(pub(crate) Program<f64>);
-
-impl Recording for Declared {
-    fn parameter(&mut self, len: usize) -> Array {
-        self.0.parameter(len)
-    }
-    fn matrix(&mut self, rows: usize, columns: usize) -> Matrix {
-        self.0.matrix(rows, columns)
-    }
-    fn dense_tanh(&mut self, _: Matrix, _: &[Array], bias: Array) -> Array {
-        self.0.state(bias.len())
-    }
-    fn dense_tanh_spread(&mut self, _: Matrix, _: &[Array], _: Array, places: &[bool]) -> Array {
-        self.0.state(places.len())
-    }
-    fn weighted(&mut self, _: Array, _: Senses, seen: &Seen) -> Weighted {
-        Weighted {
-            all: seen.clock,
-            mean: seen.clock,
-        }
-    }
-    fn any(&mut self) -> AnyProgram<'_> {
-        self.0.any()
-    }
-}
-
 /// A step under construction, in which a policy records its part.
 pub struct PolicyStep<'a> {
-    program: &'a mut dyn Recording,
+    program: &'a mut Program,
     blocks: &'a [Block],
     /// Whether the observation depends on positions, and whether it depends on velocities.
     senses: Senses,
@@ -210,7 +139,7 @@ pub struct PolicyStep<'a> {
 
 impl<'a> PolicyStep<'a> {
     pub(crate) fn new(
-        program: &'a mut dyn Recording,
+        program: &'a mut Program,
         blocks: &'a [Block],
         (sight, settings): (Sight, &ControllerSettings),
         mut seen: Seen,
@@ -378,7 +307,7 @@ impl<'a> PolicyStep<'a> {
         let nodes = self.outputs.graph.nodes_of_slot();
         [0, 1].map(|end| {
             let indices: Vec<_> = nodes.iter().map(|of| of.map(|of| of[end])).collect();
-            let gather = |array| self.program.any().gather(array, &indices);
+            let gather = |array| self.program.gather(array, &indices);
             Particle::new(self.seen.nodes.array().map(gather))
         })
     }
@@ -389,8 +318,8 @@ impl<'a> PolicyStep<'a> {
     }
 
     /// The program that the step is recorded into. A policy can map [kernels](autodiff::Kernel) over arrays with it.
-    pub fn program(&mut self) -> AnyProgram<'_> {
-        self.program.any()
+    pub fn program(&mut self) -> &mut Program {
+        self.program
     }
 
     /// Records the observed goal if it is not recorded yet: two numbers, along the ground and normal to it. `None` if the
@@ -415,7 +344,9 @@ impl<'a> PolicyStep<'a> {
         let senses = self.senses;
         let arrays = match presence {
             Some(presence) if senses.x || senses.v => {
-                let Weighted { all, mean } = self.program.weighted(presence, senses, &self.seen);
+                let x: Vec<Array> = nodes.x.into_iter().filter(|_| senses.x).collect();
+                let v: Vec<Array> = nodes.v.into_iter().filter(|_| senses.v).collect();
+                let [all, mean] = self.program.weighted(presence, &x, &v, &[clock]);
                 match goal {
                     Some(goal) => vec![all, self.towards(goal, mean)],
                     None if self.follows_goal && senses.x => vec![all, mean],
@@ -437,10 +368,10 @@ impl<'a> PolicyStep<'a> {
         let kernel = Towards {
             scale: self.goal_scale,
         };
-        let p = &mut self.program();
-        let [offset] = p.map(Offset, [goal, mean]);
+        let p = self.program();
+        let [offset] = p.map(Offset, [goal, mean], &[]);
         let other = p.gather(offset, &[Some(1), Some(0)]);
-        let [seen] = p.map(kernel, [offset, other]);
+        let [seen] = p.map(kernel, [offset, other], &[]);
         seen
     }
 

@@ -3,8 +3,7 @@
 //! The angular frequency is `omega exp(tempo)`, with the number `tempo` of the controller. An update of `tempo` is thus
 //! a relative change of the frequency, in any units of time.
 
-use autodiff::Real;
-use autodiff::arrays::{UniformKernel, Uniforms};
+use autodiff::{Kernel, Real};
 
 use super::block::Controller;
 use super::sensing::clock;
@@ -53,10 +52,10 @@ pub(crate) fn ahead<R: Real>(
 pub(crate) struct Turn;
 
 #[kernel]
-impl UniformKernel<3, 1> for Turn {
+impl Kernel<3, 1> for Turn {
     const UNIFORMS: usize = 1;
 
-    fn eval_with<R: Real>(&self, [clock, slope, phase]: [R; 3], ahead: &Uniforms<R>) -> [R; 1] {
+    fn eval<R: Real>(&self, [clock, slope, phase]: [R; 3], ahead: &[R]) -> [R; 1] {
         let turn = phase * ahead[0];
         [clock * turn.cos() + slope * turn.sin()]
     }

@@ -3,8 +3,7 @@
 
 use std::sync::Arc;
 
-use autodiff::arrays::{UniformKernel, Uniforms};
-use autodiff::{AnyProgram, Array, Graph, Kernel, Real};
+use autodiff::{Array, Graph, Kernel, Program, Real};
 
 use super::parameters::Parameters;
 use crate::geometry::Vector;
@@ -100,7 +99,7 @@ impl Meter {
     /// add up to the change of the kinetic energy, except for rounding.
     pub(super) fn after(
         self,
-        p: &mut AnyProgram,
+        p: &mut Program,
         graph: &Graph,
         moving: Vector<Array>,
         [jx, jy]: [Array; 2],
@@ -114,7 +113,7 @@ impl Meter {
 
 /// Records the tension of every bar in a pose: the sum over all forces along bars.
 pub(super) fn tension(
-    p: &mut AnyProgram,
+    p: &mut Program,
     step: &Step,
     forces: &[Arc<dyn Force>],
     given: &Parameters<Array>,
@@ -135,7 +134,7 @@ struct Work;
 
 #[kernel]
 impl Kernel<6, 2> for Work {
-    fn eval<R: Real>(&self, [dvx, dvy, jx, jy, work, net]: [R; 6]) -> [R; 2] {
+    fn eval<R: Real>(&self, [dvx, dvy, jx, jy, work, net]: [R; 6], _: &[R]) -> [R; 2] {
         let given = -Vector::new([jx, jy]).dot(Vector::new([dvx, dvy]));
         [work + given.max(R::zero()), net + given]
     }
@@ -146,14 +145,10 @@ impl Kernel<6, 2> for Work {
 pub(super) struct Midway(pub(super) Flight);
 
 #[kernel]
-impl UniformKernel<5, 2> for Midway {
+impl Kernel<5, 2> for Midway {
     const UNIFORMS: usize = 2;
 
-    fn eval_with<R: Real>(
-        &self,
-        [vx, vy, jx, jy, inverse_mass]: [R; 5],
-        gravity: &Uniforms<R>,
-    ) -> [R; 2] {
+    fn eval<R: Real>(&self, [vx, vy, jx, jy, inverse_mass]: [R; 5], gravity: &[R]) -> [R; 2] {
         let (v, impulse) = (Vector::new([vx, vy]), Vector::new([jx, jy]));
         let gravity = Vector::new([gravity[0], gravity[1]]);
         let after = self.0.velocity(v, impulse, inverse_mass, gravity);
@@ -171,7 +166,7 @@ pub(super) struct Pulling {
 
 #[kernel]
 impl Kernel<3, 2> for Pulling {
-    fn eval<R: Real>(&self, [dx, dy, tension]: [R; 3]) -> [R; 2] {
+    fn eval<R: Real>(&self, [dx, dy, tension]: [R; 3], _: &[R]) -> [R; 2] {
         let d = Vector::new([dx, dy]);
         let per_length = tension * R::lit(self.dt) / d.softened_norm(self.softening);
         (d * per_length).array()
@@ -188,7 +183,7 @@ pub(super) struct Pulled {
 
 #[kernel]
 impl Kernel<4, 1> for Pulled {
-    fn eval<R: Real>(&self, [dx, dy, jx, jy]: [R; 4]) -> [R; 1] {
+    fn eval<R: Real>(&self, [dx, dy, jx, jy]: [R; 4], _: &[R]) -> [R; 1] {
         let (d, impulse) = (Vector::new([dx, dy]), Vector::new([jx, jy]));
         [d.dot(impulse) / (d.softened_norm(self.softening) * R::lit(self.dt))]
     }

@@ -6,8 +6,7 @@
 
 use std::sync::Arc;
 
-use autodiff::arrays::{UniformKernel, Uniforms};
-use autodiff::{AnyProgram, Array, Kernel, Real};
+use autodiff::{Array, Kernel, Program, Real};
 
 use super::effort::{Meter, Pulled};
 use super::parameters::Parameters;
@@ -73,9 +72,9 @@ struct Bars {
 
 impl Implicit<'_> {
     /// Records the step, and returns the nodes after it. If a meter is given, it is advanced.
-    pub(super) fn record(&self, p: &mut AnyProgram, meter: Option<&mut Meter>) -> Particle<Array> {
+    pub(super) fn record(&self, p: &mut Program, meter: Option<&mut Meter>) -> Particle<Array> {
         let (nodes, falling) = (self.step.nodes, Falling(self.decay));
-        let free = Vector::new(p.map_with(falling, nodes.v.array(), &self.given.contact[..2]));
+        let free = Vector::new(p.map(falling, nodes.v.array(), &self.given.contact[..2]));
         // The kernel of the grip does not read its input; a rest length has no derivative.
         let any = p.gather(self.step.rest_length, &[Some(0)]);
         let has_ground = self.contact.has_ground();
@@ -85,7 +84,7 @@ impl Implicit<'_> {
         let first = Particle { v: free, ..nodes };
         let mut pass = self.pass(p, first, &start, None);
         for _ in 1..self.passes {
-            let moved = p.map(Moved(self.step.dt), both(nodes.x, pass.moving));
+            let moved = p.map(Moved(self.step.dt), both(nodes.x, pass.moving), &[]);
             let base = Particle {
                 x: Vector::new(moved),
                 v: pass.moving,
@@ -101,20 +100,20 @@ impl Implicit<'_> {
 
     /// The velocities with which nodes move. If no node is held, they are shifted so that the momentum of the robot is
     /// exact: with stiff bars, the rounding of the solution is large compared with the momentum of light nodes.
-    fn balanced(&self, p: &mut AnyProgram, start: &Start, pass: &Pass) -> Vector<Array> {
+    fn balanced(&self, p: &mut Program, start: &Start, pass: &Pass) -> Vector<Array> {
         let nodes = self.step.graph.nodes();
         let ([rx, ry], [wx, wy]) = (pass.reaction.array(), pass.moving.array());
-        let [mass, ax, ay] = p.map(PerMass, [rx, ry, self.step.inverse_mass]);
+        let [mass, ax, ay] = p.map(PerMass, [rx, ry, self.step.inverse_mass], &[]);
         let is_held = pass.hold.map_or(start.none, |hold| hold.is_held);
         let [_, means] = p.weighted(mass, &[ax, ay, is_held], &[], &[]);
         let [ax, ay, is_held] = [0, 1, 2].map(|k| p.gather(means, &vec![Some(k); nodes]));
-        Vector::new(p.map(Balanced, [wx, wy, ax, ay, is_held]))
+        Vector::new(p.map(Balanced, [wx, wy, ax, ay, is_held], &[]))
     }
 
     /// Records a pass about the positions and velocities of `base`. `before` is the pass before.
     fn pass(
         &self,
-        p: &mut AnyProgram,
+        p: &mut Program,
         base: Particle<Array>,
         start: &Start,
         before: Option<&Pass>,
@@ -130,12 +129,14 @@ impl Implicit<'_> {
         };
         let impulses = self.impulses(p, base, &bars, change);
         let solved = self.solve(p, [base.v, free, impulses, change], hold.as_ref(), &bars);
-        let change = change.zip_with(solved, |change, solved| p.map(Sum, [change, solved])[0]);
+        let change = change.zip_with(solved, |change, solved| {
+            p.map(Sum, [change, solved], &[])[0]
+        });
         let moving = base
             .v
-            .zip_with(change, |base, change| p.map(Sum, [base, change])[0]);
+            .zip_with(change, |base, change| p.map(Sum, [base, change], &[])[0]);
         let impulses = self.impulses(p, base, &bars, change);
-        let reaction = Vector::new(p.map(Reaction, self.balance(moving, free, impulses)));
+        let reaction = Vector::new(p.map(Reaction, self.balance(moving, free, impulses), &[]));
         Pass {
             moving,
             hold,
@@ -152,7 +153,7 @@ impl Implicit<'_> {
 
     /// Records the meter after a step whose last pass is `pass`. The impulses are those with which bars act on the nodes in
     /// this pass.
-    fn metered(&self, p: &mut AnyProgram, pass: &Pass, before: Meter) -> Meter {
+    fn metered(&self, p: &mut Program, pass: &Pass, before: Meter) -> Meter {
         let ([jx, jy], [xx, xy, yy]) = (pass.bars.impulse.array(), pass.bars.slopes);
         let (graph, per_edge) = (self.step.graph, [jx, jy, xx, xy, yy]);
         let impulse: [Array; 2] =
@@ -162,7 +163,7 @@ impl Implicit<'_> {
             softening: self.step.softening,
         };
         let [tension] = p.map_each_edge(graph, pulled, pass.base.array(), &impulse, &[]);
-        let moving = p.map(Mean, both(self.step.nodes.v, pass.moving));
+        let moving = p.map(Mean, both(self.step.nodes.v, pass.moving), &[]);
         before.after(p, graph, Vector::new(moving), impulse, tension)
     }
 
@@ -186,7 +187,7 @@ impl Implicit<'_> {
     }
 
     /// Linearises the bars at a base, which is the start of the step if `from_start` is true.
-    fn bars(&self, p: &mut AnyProgram, base: Particle<Array>, from_start: bool) -> Bars {
+    fn bars(&self, p: &mut Program, base: Particle<Array>, from_start: bool) -> Bars {
         let (at, mut sum, mut others) = (self.at(base), None, Vec::new());
         for (k, force) in self.forces.iter().enumerate() {
             match force.record_slopes(p, &at, &self.given.forces[k], sum) {
@@ -213,14 +214,14 @@ impl Implicit<'_> {
     /// of forces that do not act along bars.
     fn impulses(
         &self,
-        p: &mut AnyProgram,
+        p: &mut Program,
         base: Particle<Array>,
         bars: &Bars,
         change: Vector<Array>,
     ) -> Vector<Array> {
         let ([jx, jy], [xx, xy, yy]) = (bars.impulse.array(), bars.slopes);
         let per_edge = [jx, jy, xx, xy, yy];
-        let of_bars = p.map_edges(self.step.graph, Impulse, change.array(), &per_edge);
+        let of_bars = p.map_edges(self.step.graph, Impulse, change.array(), &per_edge, &[]);
         let at = self.at(base);
         (bars.others.iter()).fold(Vector::new(of_bars), |sum, &k| {
             let own = self.forces[k].record(p, &at, &self.given.forces[k]);
@@ -232,7 +233,7 @@ impl Implicit<'_> {
     /// of velocity that brings held nodes to the ground. `none` is a zero for every node.
     fn hold(
         &self,
-        p: &mut AnyProgram,
+        p: &mut Program,
         [grip, none]: [Array; 2],
         moving: Vector<Array>,
         before: Option<&Pass>,
@@ -244,7 +245,7 @@ impl Implicit<'_> {
         let ([vx, vy, wx, wy], [tx, ty]) = (both(v, moving), under.tangent.array());
         let node = [vx, vy, wx, wy, under.is_new, tx, ty, under.height];
         let Some((pass, hold)) = before else {
-            let first = p.map_with(FirstPass { dt }, node, &[grip]);
+            let first = p.map(FirstPass { dt }, node, &[grip]);
             let [sticks, impact, slip, ex, ey] = first;
             let hold = Hold {
                 under,
@@ -280,7 +281,7 @@ impl Implicit<'_> {
             xy,
             yy,
         ];
-        let next = p.map_with(NextPass { dt }, node, &[grip]);
+        let next = p.map(NextPass { dt }, node, &[grip]);
         let [is_held, sticks, impact, slip, drag, slid, ex, ey] = next;
         let hold = Hold {
             under,
@@ -295,12 +296,12 @@ impl Implicit<'_> {
     }
 
     /// Finds the ground under every node. `last` has the segment and `is_held` of the pass before.
-    fn under(&self, p: &mut AnyProgram, moving: Vector<Array>, last: [Array; 2]) -> Under<Array> {
+    fn under(&self, p: &mut Program, moving: Vector<Array>, last: [Array; 2]) -> Under<Array> {
         let ([x, y, wx, wy], [segment, is_held]) = (both(self.step.nodes.x, moving), last);
         let (node, dt) = ([x, y, wx, wy, segment, is_held], self.step.dt);
         let [segment, is_new, tx, ty, height] = match self.terrain.cloned() {
-            None => p.map(Meet { ground: Flat, dt }, node),
-            Some(ground) => p.map(Meet { ground, dt }, node),
+            None => p.map(Meet { ground: Flat, dt }, node, &[]),
+            Some(ground) => p.map(Meet { ground, dt }, node, &[]),
         };
         Under {
             segment,
@@ -314,7 +315,7 @@ impl Implicit<'_> {
     /// nodes. Returns the change of velocity that is left.
     fn solve(
         &self,
-        p: &mut AnyProgram,
+        p: &mut Program,
         [base, free, impulses, change]: [Vector<Array>; 4],
         hold: Option<&Hold<Array>>,
         bars: &Bars,
@@ -322,8 +323,8 @@ impl Implicit<'_> {
         let graph = self.step.graph;
         let Some(hold) = hold else {
             let balance = self.balance(base, free, impulses);
-            let [bx, by, block @ ..] = p.map(FreeEquation, balance);
-            return Vector::new(p.solve(graph, &block, &bars.slopes, [bx, by]));
+            let [bx, by, block @ ..] = p.map(FreeEquation, balance, &[]);
+            return Vector::new(p.solve(graph, &block, &bars.slopes, &[], [bx, by]));
         };
         let [vx, vy, fx, fy, jx, jy, inverse_mass] = self.balance(base, free, impulses);
         let ([ex, ey], [tx, ty]) = (change.array(), hold.under.tangent.array());
@@ -344,16 +345,16 @@ impl Implicit<'_> {
             hold.slip,
             hold.drag,
         ];
-        let [bx, by, xx, xy, yy, held @ ..] = p.map(Equation, node);
-        Vector::new(p.solve_held(graph, &[xx, xy, yy], &bars.slopes, &held, [bx, by]))
+        let [bx, by, xx, xy, yy, held @ ..] = p.map(Equation, node, &[]);
+        Vector::new(p.solve(graph, &[xx, xy, yy], &bars.slopes, &held, [bx, by]))
     }
 
     /// Records the end of the step: nodes move with the velocity of the last pass.
-    fn land(&self, p: &mut AnyProgram, last: &Pass) -> Particle<Array> {
+    fn land(&self, p: &mut Program, last: &Pass) -> Particle<Array> {
         let (x, moving, dt) = (self.step.nodes.x, last.moving, self.step.dt);
         let Some(hold) = last.hold else {
             return Particle {
-                x: Vector::new(p.map(Moved(dt), both(x, moving))),
+                x: Vector::new(p.map(Moved(dt), both(x, moving), &[])),
                 v: moving,
             };
         };
@@ -384,10 +385,10 @@ fn both(a: Vector<Array>, b: Vector<Array>) -> [Array; 4] {
 struct Falling(f64);
 
 #[kernel]
-impl UniformKernel<2, 2> for Falling {
+impl Kernel<2, 2> for Falling {
     const UNIFORMS: usize = 2;
 
-    fn eval_with<R: Real>(&self, v: [R; 2], gravity: &Uniforms<R>) -> [R; 2] {
+    fn eval<R: Real>(&self, v: [R; 2], gravity: &[R]) -> [R; 2] {
         let gravity = Vector::new([gravity[0], gravity[1]]);
         Vector::new(v).fma(R::lit(self.0), gravity).array()
     }
@@ -398,7 +399,7 @@ struct Moved(f64);
 
 #[kernel]
 impl Kernel<4, 2> for Moved {
-    fn eval<R: Real>(&self, node: [R; 4]) -> [R; 2] {
+    fn eval<R: Real>(&self, node: [R; 4], _: &[R]) -> [R; 2] {
         Particle::new(node).after(R::lit(self.0)).x.array()
     }
 }
@@ -408,7 +409,7 @@ struct Mean;
 
 #[kernel]
 impl Kernel<4, 2> for Mean {
-    fn eval<R: Real>(&self, [vx, vy, wx, wy]: [R; 4]) -> [R; 2] {
+    fn eval<R: Real>(&self, [vx, vy, wx, wy]: [R; 4], _: &[R]) -> [R; 2] {
         // A closure in a `map` would not be inlined, so its instructions would be calls.
         let half = R::lit(0.5);
         [half * (vx + wx), half * (vy + wy)]
@@ -420,7 +421,7 @@ struct PerMass;
 
 #[kernel]
 impl Kernel<3, 3> for PerMass {
-    fn eval<R: Real>(&self, [jx, jy, inverse_mass]: [R; 3]) -> [R; 3] {
+    fn eval<R: Real>(&self, [jx, jy, inverse_mass]: [R; 3], _: &[R]) -> [R; 3] {
         [inverse_mass.recip(), jx * inverse_mass, jy * inverse_mass]
     }
 }
@@ -431,7 +432,7 @@ struct Balanced;
 
 #[kernel]
 impl Kernel<5, 2> for Balanced {
-    fn eval<R: Real>(&self, [wx, wy, ax, ay, is_held]: [R; 5]) -> [R; 2] {
+    fn eval<R: Real>(&self, [wx, wy, ax, ay, is_held]: [R; 5], _: &[R]) -> [R; 2] {
         let (moving, mean) = (Vector::new([wx, wy]), Vector::new([ax, ay]));
         let holds = R::zero().less(is_held);
         Vector::select(holds, moving, moving - mean).array()

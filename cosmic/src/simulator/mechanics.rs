@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use autodiff::{AnyProgram, Array, Graph, Program, Real};
+use autodiff::{Array, Graph, Program, Real};
 
 use super::effort::{self, Meter, Midway, Pulling};
 use super::implicit::Implicit;
@@ -136,16 +136,15 @@ impl Mechanics {
     }
 
     /// Records the mechanical part of a step and returns the nodes after it. `meter` is advanced if it is given.
-    pub(super) fn record<R: Real>(
+    pub(super) fn record(
         &self,
-        p: &mut Program<R>,
+        p: &mut Program,
         graph: &Graph,
         mut nodes: Particle<Array>,
         given: &Parameters<Array>,
         Actuation { activation, time }: Actuation,
         mut meter: Option<&mut Meter>,
     ) -> Particle<Array> {
-        let p = &mut p.any();
         let terrain = self.terrain.as_ref();
         for _ in 0..self.substeps {
             if let Some(drift) = self.first {
@@ -202,7 +201,7 @@ impl Mechanics {
     /// Records the meter after an explicit push in which nodes get these impulses (N s).
     fn metered(
         &self,
-        p: &mut AnyProgram,
+        p: &mut Program,
         step: &Step,
         given: &Parameters<Array>,
         impulses: Vector<Array>,
@@ -217,7 +216,7 @@ impl Mechanics {
         let pulls = p.map_each_edge(step.graph, pulling, positions, &[tension], &[]);
         let ([vx, vy], [jx, jy]) = (step.nodes.v.array(), impulses.array());
         let node = [vx, vy, jx, jy, given.inverse_mass];
-        let moving = p.map_with(Midway(self.flight), node, &given.contact[..2]);
+        let moving = p.map(Midway(self.flight), node, &given.contact[..2]);
         before.after(p, step.graph, Vector::new(moving), pulls, tension)
     }
 }

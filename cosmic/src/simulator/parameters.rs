@@ -61,15 +61,18 @@ pub(super) trait Road {
     fn shared(&mut self, numbers: &[f64]) -> Self::Array;
 }
 
-/// Declares an array of the program for each parameter.
-impl<R: Real> Road for Program<R> {
-    type Number = R;
+/// Declares an array of the program for each parameter. It needs no numbers, so their type does not matter.
+impl Road for Program {
+    type Number = f64;
     type Array = Array;
 
-    fn of_body(&mut self, len: usize, _: impl Fn(&Body<R>) -> Vec<R>) -> Array {
+    fn of_body(&mut self, len: usize, _: impl Fn(&Body<f64>) -> Vec<f64>) -> Array {
         self.parameter(len)
     }
-    fn of_surroundings<const N: usize>(&mut self, _: impl Fn(&Surroundings<R>) -> [R; N]) -> Array {
+    fn of_surroundings<const N: usize>(
+        &mut self,
+        _: impl Fn(&Surroundings<f64>) -> [f64; N],
+    ) -> Array {
         self.parameter(N)
     }
     fn of_start(&mut self, len: usize) -> Array {

@@ -178,7 +178,7 @@ impl Simulator {
 
 /// Runs a rollout from several starts. Each parameter in `numbers` has one list per start, or one list that all starts
 /// share.
-pub(super) fn run_together<M: Model, R: Real>(
+pub(super) fn run_together<M: Model + Clone, R: Real>(
     rollout: &Rollout<M>,
     starts: &[&[R]],
     numbers: &[Vec<Vec<R>>],

@@ -11,8 +11,8 @@ use crate::geometry::{Ground, Vector};
 use crate::lattice::{Body, Lattice, Mirror};
 use crate::laws::{Particle, StepInput};
 use crate::policy::{
-    self, Block, Controller, Declared, Fold, Given, Goals, Hold, Mean, Outputs, Pick, Policy,
-    PolicyStep, Recording, Seen, Turn, ahead, blocks_of, ticks,
+    self, Block, Controller, Fold, Given, Goals, Hold, Mean, Outputs, Pick, Policy, PolicyStep,
+    Seen, Turn, ahead, blocks_of, ticks,
 };
 use crate::scene::{ControllerSettings, GoalKind, PhysicsSettings};
 
@@ -109,8 +109,7 @@ impl Robot {
             blocks: blocks.into(),
             given: Arc::new([]),
         };
-        let mut declared = Declared(Program::default());
-        let p = &mut declared.0;
+        let p = &mut Program::default();
         let seen = Seen {
             nodes: self.state(p),
             rest_length: p.state(self.graph.slots()),
@@ -118,7 +117,7 @@ impl Robot {
             presence: None,
             goal: self.goals.as_ref().map(|_| p.state(2)),
         };
-        let (_, given) = driver.record(&mut declared, settings, seen, self.outputs());
+        let (_, given) = driver.record(p, settings, seen, self.outputs());
         driver.given = given.into();
         driver
     }
@@ -191,7 +190,7 @@ impl Robot {
     }
 
     /// Declares the state of the nodes.
-    fn state<R: Real>(&self, p: &mut Program<R>) -> Particle<Array> {
+    fn state(&self, p: &mut Program) -> Particle<Array> {
         Particle::new([(); 4].map(|()| p.state(self.graph.nodes())))
     }
 
@@ -317,9 +316,9 @@ impl Robot {
     /// Records the activation of every slot as a function of the state and the [ticks](ticks()) of the clock. If the
     /// robot has no actuators, activations have no effect: the policy is not recorded, and any array of the right length
     /// is returned.
-    pub(super) fn activation<R: Real>(
+    pub(super) fn activation(
         &self,
-        p: &mut Program<R>,
+        p: &mut Program,
         given: &Parameters<Array>,
         state: Particle<Array>,
         clock: &[Array],
@@ -337,7 +336,7 @@ impl Robot {
         let clock = match *ticks {
             [clock, slope, phase] => {
                 let ahead = p.parameter(1);
-                p.map_with(Turn, [clock, slope, phase], &[ahead])[0]
+                p.map(Turn, [clock, slope, phase], &[ahead])[0]
             }
             _ => ticks[0],
         };
@@ -345,8 +344,8 @@ impl Robot {
         let pairs = given.goals.iter().zip(legs);
         let sum = pairs.fold(None, |sum: Option<Array>, (&goal, &holds)| {
             let [sum] = match sum {
-                None => p.map(Hold, [goal, holds]),
-                Some(sum) => p.map(Pick, [sum, goal, holds]),
+                None => p.map(Hold, [goal, holds], &[]),
+                Some(sum) => p.map(Pick, [sum, goal, holds], &[]),
             };
             Some(sum)
         });
@@ -368,7 +367,7 @@ impl Driver {
     /// Records the policy. Returns the activation of every slot, and the parameters that the policy declares.
     fn record(
         &self,
-        p: &mut dyn Recording,
+        p: &mut Program,
         settings: &ControllerSettings,
         seen: Seen,
         outputs: Outputs,
@@ -381,7 +380,7 @@ impl Driver {
 }
 
 impl Model for Robot {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let given = self.parameters(p);
         let state = self.state(p);
         let efforts = (self.is_metered).then(|| [(); 4].map(|()| p.state(self.graph.slots())));
@@ -408,15 +407,6 @@ impl Model for Robot {
             }
         }
     }
-
-    // These two methods are not generic. They are therefore compiled once, in this crate, and not again in every crate
-    // that runs robots.
-    fn record_f64(&self, p: &mut Program<f64>) {
-        self.record(p);
-    }
-    fn record_f32(&self, p: &mut Program<f32>) {
-        self.record(p);
-    }
 }
 
 /// A model that only evaluates the policy. Its state consists of the state of the nodes, the clock, and a number for
@@ -426,7 +416,7 @@ impl Model for Robot {
 pub(super) struct Activations(pub(super) Robot);
 
 impl Model for Activations {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let given = self.0.parameters(p);
         let state = self.0.state(p);
         let clock: Vec<Array> = (0..self.0.pairs()).map(|_| p.state(2)).collect();

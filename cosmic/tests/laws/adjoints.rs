@@ -27,7 +27,7 @@ use super::sticking::Sticking;
 
 /// The expressions for the uniform inputs of a contact kernel in the generated code: both components of gravity, then
 /// one setting of the contact law.
-const UNIFORMS: [&str; 3] = ["uniforms[0]", "uniforms[1]", "uniforms[2]"];
+const UNIFORMS: [&str; 3] = ["at.uniforms[0]", "at.uniforms[1]", "at.uniforms[2]"];
 
 /// Generates the code of two adjoint functions for the contact law `name`: the adjoint of a step, and the adjoint of a
 /// drift.
@@ -92,8 +92,8 @@ fn adjoints_are_fresh() {
                 "self.shortest",
                 "self.softening > 0",
                 "self.dt",
-                "uniforms[0]",
-                "uniforms[1]",
+                "at.uniforms[0]",
+                "at.uniforms[1]",
             ],
             |v| Fixed {
                 kernel: Bump {
@@ -108,11 +108,11 @@ fn adjoints_are_fresh() {
     ];
     let given = |v: &[f64]| v[1..].to_vec();
     let implicit = [
-        adjoint("FirstPass", &["self.dt", "uniforms[0]"], |v| Fixed {
+        adjoint("FirstPass", &["self.dt", "at.uniforms[0]"], |v| Fixed {
             kernel: FirstPass { dt: v[0] },
             uniforms: given(v),
         }),
-        adjoint("NextPass", &["self.dt", "uniforms[0]"], |v| Fixed {
+        adjoint("NextPass", &["self.dt", "at.uniforms[0]"], |v| Fixed {
             kernel: NextPass { dt: v[0] },
             uniforms: given(v),
         }),

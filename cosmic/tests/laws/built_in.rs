@@ -83,7 +83,7 @@ fn stops_at_both_ends_of_the_stroke() {
         if (length - 0.1_f64).abs() > 0.035 {
             is_right(&tension, given);
         } else {
-            assert_eq!(tension.eval(given), [0.0; 2]);
+            assert_eq!(tension.eval(given, &[]), [0.0; 2]);
         }
     }
 }
@@ -223,7 +223,7 @@ fn the_forces_of_bumpers_are_the_slope_of_the_energy() {
             uniforms: bump().uniforms,
         };
         let at = [a, b, c, d, e, f, 400.0, 900.0, 1.0, 1.0, 1.0];
-        let [ix, iy, jx, jy] = kernel.eval(at);
+        let [ix, iy, jx, jy] = kernel.eval(at, &[]);
         let pulls = [-(ix + jx), -(iy + jy), ix, iy, jx, jy];
         for (k, pull) in pulls.into_iter().enumerate() {
             let moved = |by: f64| {
@@ -239,6 +239,6 @@ fn the_forces_of_bumpers_are_the_slope_of_the_energy() {
         // The same pair, which may push only from 0.1 mm on.
         let [.., _, first, last] = at;
         let far = [a, b, c, d, e, f, 400.0, 900.0, 1e-4, first, last];
-        assert_eq!(kernel.eval(far), [0.0; 4]);
+        assert_eq!(kernel.eval(far, &[]), [0.0; 4]);
     }
 }

@@ -108,7 +108,7 @@ fn wide_valley() -> Terrain {
 
 /// Returns the node `[x, y, vx, vy]` after a drift over [`valley`].
 fn over_valley<C: Contact>(contact: C, node: [f64; 4]) -> [f64; 4] {
-    drifting(contact, valley()).eval(node)
+    drifting(contact, valley()).eval(node, &[])
 }
 
 /// The height of a node above the line through the slope that leads down into the valley, m.
@@ -197,14 +197,14 @@ fn a_second_impact_within_a_step() {
     // A node that comes down the steep side stops in the corner too.
     for node in [SLIDER, [0.5003, 0.0022, -0.1, -1.5]] {
         let cornered = drifting(Coulomb::default(), valley());
-        assert_eq!(cornered.eval(node)[2..], [0.0, 0.0]);
+        assert_eq!(cornered.eval(node, &[])[2..], [0.0, 0.0]);
         let by_node = adjoint(&cornered, node, [1.0, -0.4, 1.0, 1.0]);
         assert!(by_node.iter().all(|bar| bar.abs() < 1e-14), "{by_node:?}");
     }
 
     // In a wider corner, the law also responds on the second side, and the node moves on along that side.
     let wide = drifting(Coulomb::default(), wide_valley());
-    let [x, y, vx, vy] = wide.eval(SLIDER);
+    let [x, y, vx, vy] = wide.eval(SLIDER, &[]);
     assert!(x > 0.5 && (y - 0.25 * (x - 0.5)).abs() < 1e-15);
     // The node slides down with the velocity (0.7, -0.7). After the corner, the component along (4, 1) / sqrt 17
     // remains.
@@ -216,7 +216,7 @@ fn a_second_impact_within_a_step() {
 /// A node that bounces off one side of a valley also bounces off the other side.
 #[test]
 fn a_user_s_law_responds_at_every_impact() {
-    let [x, y, vx, vy] = drifting(Bouncing {}, wide_valley()).eval(SLIDER);
+    let [x, y, vx, vy] = drifting(Bouncing {}, wide_valley()).eval(SLIDER, &[]);
     // The velocity (0.5, -0.9) is (0.7, -0.7) along the slope plus (-0.2, -0.2) into it. Half of the second part is
     // reflected, which gives (0.8, -0.6). On the other side, this is 2.6 / 17 (4, 1) along the side and -3.2 / 17 (-1,
     // 4) into it.
@@ -243,7 +243,7 @@ fn segments_end_at_their_corners() {
 fn points_on_a_line_are_no_corners() {
     let points = (0..40).map(|k| [0.1 + 1e-4 * f64::from(k), 0.3 - 0.5e-4 * f64::from(k)]);
     let slope = terrain(&points.collect::<Vec<_>>());
-    let [x, _, vx, vy] = drifting(Coulomb::default(), slope).eval([0.1005, 0.2998, 1.0, -0.9]);
+    let [x, _, vx, vy] = drifting(Coulomb::default(), slope).eval([0.1005, 0.2998, 1.0, -0.9], &[]);
     // Of the velocity (1, -0.9), the component along (2, -1) / sqrt 5 remains. The points are 1e-4 apart and rounded at
     // 3e-17, so the direction between them is exact to 1e-12.
     assert!((vx - 2.0 * 2.9 / 5.0).abs() < 1e-11 && (vy + 0.5 * vx).abs() < 1e-11);

@@ -13,7 +13,7 @@ pub(super) fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
     x: [f64; I],
     y_bar: [f64; O],
 ) -> [f64; I] {
-    let [x_bar] = kernel.vjp(Pullback::new(kernel, x, [y_bar]));
+    let [x_bar] = kernel.vjp(Pullback::new(kernel, x, &[], [y_bar]));
     x_bar
 }
 
@@ -26,14 +26,17 @@ pub(super) fn verdict<K: Kernel<I, O>, const I: usize, const O: usize>(
 ) -> Verdict {
     let y_bar: [f64; O] = std::array::from_fn(|k| 1.0 - 0.4 * k as f64);
     let value = |x: &[f64]| {
-        let y = kernel.eval::<f64>(std::array::from_fn(|i| x[i]));
+        let y = kernel.eval::<f64>(std::array::from_fn(|i| x[i]), &[]);
         y.iter().zip(y_bar).map(|(y, bar)| y * bar).sum()
     };
     let forward = |direction: &[f64]| {
-        let y = kernel.eval::<Dual<f64, 1>>(std::array::from_fn(|i| Dual {
-            value: x[i],
-            tangent: [direction[i]],
-        }));
+        let y = kernel.eval::<Dual<f64, 1>>(
+            std::array::from_fn(|i| Dual {
+                value: x[i],
+                tangent: [direction[i]],
+            }),
+            &[],
+        );
         y.iter().zip(y_bar).map(|(y, bar)| y.tangent[0] * bar).sum()
     };
     let gradient = adjoint(kernel, x, y_bar).map(|bar| bar * (1.0 + wrong_by));

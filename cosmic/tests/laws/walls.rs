@@ -31,8 +31,8 @@ const DOWN: [[f64; 2]; 2] = [[-1.0, 0.125], [-1.0, 0.0]];
 /// The node after a drift over [`UP`]. The mirror image of the node must end at the mirror image of that place.
 fn after<C: Contact>(contact: C, node: [f64; 4]) -> [f64; 4] {
     let mirrored = |[x, y, vx, vy]: [f64; 4]| [-x, y, -vx, vy];
-    let up = drifting(contact.clone(), &UP).eval(node);
-    let down = drifting(contact, &DOWN).eval(mirrored(node));
+    let up = drifting(contact.clone(), &UP).eval(node, &[]);
+    let down = drifting(contact, &DOWN).eval(mirrored(node), &[]);
     assert_eq!(up, mirrored(down), "{node:?}");
     up
 }
@@ -161,7 +161,7 @@ const WALKERS: [[f64; 4]; 8] = [
 fn derivatives_at_walls() {
     let (mut moving, mut in_foot) = (0, 0);
     let mut check = |drift: Fixed<Drifting<Coulomb, Terrain>>, node: [f64; 4]| {
-        let [x, y, vx, vy] = drift.eval(node);
+        let [x, y, vx, vy] = drift.eval(node, &[]);
         // The height of the foot has a rounding error.
         if y.abs() < 1e-12 && [x.abs(), vx, vy] == [1.0, 0.0, 0.0] {
             // A node that ends in the foot has no slope. Sines and cosines of walls are rounded.
@@ -196,7 +196,7 @@ fn kinks_at_walls() {
             value: node[i],
             tangent: [f64::from(u8::from(i == k))],
         };
-        let moved = drift.eval::<Dual<f64, 1>>(std::array::from_fn(seed));
+        let moved = drift.eval::<Dual<f64, 1>>(std::array::from_fn(seed), &[]);
         moved.map(|number| number.tangent[0])
     };
     // The rows are: leaning on the wall, where the time of impact is clamped to 0; in line with the wall, which is free;
@@ -264,8 +264,8 @@ fn a_wall_is_the_limit_of_steep_slopes() {
             continue;
         }
         let law = Coulomb { friction: 0.3 };
-        let at_wall = drifting(law.clone(), &wall).eval(node);
-        let on_slope = drifting(law, &slope).eval(node);
+        let at_wall = drifting(law.clone(), &wall).eval(node, &[]);
+        let on_slope = drifting(law, &slope).eval(node, &[]);
         let off = (0..4).map(|k| (at_wall[k] - on_slope[k]).abs());
         // The slope is turned by at most 1e-6, because its height is at least 1 mm, and speeds are at most 2 m/s.
         assert!(
@@ -289,8 +289,8 @@ fn a_thin_pillar_stops_a_fast_node() {
             [0.5 + width, 0.0],
         ];
         let node = [0.1, 0.1, 400.0, 0.0];
-        assert_eq!(drifting(Sticking {}, &pillar).eval(node)[0], 0.5);
-        let back = drifting(Sticking {}, &pillar).eval([0.9, 0.1, -400.0, 0.0]);
+        assert_eq!(drifting(Sticking {}, &pillar).eval(node, &[])[0], 0.5);
+        let back = drifting(Sticking {}, &pillar).eval([0.9, 0.1, -400.0, 0.0], &[]);
         assert_eq!(back[0], 0.5 + width);
     }
 }

@@ -1,6 +1,5 @@
 //! A program with every operation that can be printed. Tests check its text and run it on a device.
 
-use autodiff::arrays::{UniformKernel, Uniforms};
 use autodiff::{Array, Graph, Kernel, Model, Program, Real, lit};
 use cosmic::kernel;
 
@@ -8,10 +7,10 @@ use cosmic::kernel;
 struct Spring;
 
 #[kernel]
-impl UniformKernel<3, 2> for Spring {
+impl Kernel<3, 2> for Spring {
     const UNIFORMS: usize = 1;
 
-    fn eval_with<R: Real>(&self, [dx, dv, k]: [R; 3], u: &Uniforms<R>) -> [R; 2] {
+    fn eval<R: Real>(&self, [dx, dv, k]: [R; 3], u: &[R]) -> [R; 2] {
         [
             k * dx.tanh() + u[0] * dv,
             R::select(dx.less(0.0), dv, dv * dx.exp()),
@@ -24,7 +23,7 @@ struct Elongation;
 
 #[kernel]
 impl Kernel<2, 1> for Elongation {
-    fn eval<R: Real>(&self, [dx, rest]: [R; 2]) -> [R; 1] {
+    fn eval<R: Real>(&self, [dx, rest]: [R; 2], _: &[R]) -> [R; 1] {
         [(dx * dx + lit(1e-6)).sqrt() - rest]
     }
 }
@@ -34,7 +33,7 @@ struct Move;
 
 #[kernel]
 impl Kernel<4, 2> for Move {
-    fn eval<R: Real>(&self, [x, v, force, push]: [R; 4]) -> [R; 2] {
+    fn eval<R: Real>(&self, [x, v, force, push]: [R; 4], _: &[R]) -> [R; 2] {
         let v = (v + lit(0.01) * (force + push)).max(-10.0);
         [x + lit(0.01) * v, v]
     }
@@ -51,7 +50,7 @@ impl Every {
 }
 
 impl Model for Every {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let (nodes, slots) = (self.0.nodes(), self.0.slots());
         let [stiffness, rest] = [(); 2].map(|()| p.parameter(slots));
         let (damping, weights) = (p.parameter(1), p.parameter(nodes));
@@ -65,11 +64,11 @@ impl Model for Every {
         let push: Array =
             p.dense_tanh_spread(second, &[hidden], zeros, &[true, false, true, true, false]);
         let push = p.gather(push, &[Some(0), None, Some(2), Some(2), Some(3)]);
-        let [pull, _] = p.map_edges_with(&self.0, Spring, [x, v], &[stiffness], &[damping]);
+        let [pull, _] = p.map_edges(&self.0, Spring, [x, v], &[stiffness], &[damping]);
         let [longer] = p.map_each_edge(&self.0, Elongation, [x], &[rest], &[]);
         let sum = p.sum_at_nodes(&self.0, longer);
-        let [x_next, v_next] = p.map(Move, [x, v, pull, push]);
-        let [_, v_next] = p.map(Move, [x_next, v_next, sum, push]);
+        let [x_next, v_next] = p.map(Move, [x, v, pull, push], &[]);
+        let [_, v_next] = p.map(Move, [x_next, v_next, sum, push], &[]);
         p.advance(x, x_next);
         p.advance(v, v_next);
     }

@@ -14,26 +14,22 @@ use crate::real::Real;
 use crate::simd::{Lane, Vectorized, lanes};
 
 /// The declaration of a dense layer in a step.
-pub(crate) struct Layer<'a> {
+pub(crate) struct Layer {
     pub(crate) matrix: Matrix,
-    pub(crate) x: &'a [Array],
+    pub(crate) x: Vec<Array>,
     pub(crate) bias: Array,
     pub(crate) output: Array,
     /// For each element of the output, whether a row of the matrix computes it. The other elements are zero.
-    pub(crate) places: &'a [bool],
+    pub(crate) places: Vec<bool>,
     pub(crate) tanh: bool,
 }
 
 pub(crate) struct DenseLayer<R> {
-    pub(crate) matrix: Matrix,
+    layer: Layer,
     /// The inputs, with adjacent arrays joined. If one array remains, it is read in place.
-    pub(crate) inputs: Vec<Array>,
-    pub(crate) inputs_active: Vec<usize>,
-    pub(crate) bias: Array,
-    pub(crate) output: Array,
+    inputs: Vec<Array>,
     /// The positions of the rows' results in the output; `None` if every element of the output is the result of a row.
     spread: Option<Spread<R>>,
-    pub(crate) tanh: bool,
     /// `W`, stored for the product `W x`.
     weights: PackedMatrix<R>,
     /// `W^T`, stored for the product `W^T y_bar`.
@@ -98,18 +94,21 @@ impl<R: Real> Spread<R> {
     }
 }
 
+impl Layer {
+    /// The inputs, with adjacent arrays joined.
+    pub(crate) fn inputs(&self) -> Vec<Array> {
+        joined(&self.x)
+    }
+}
+
 impl<R: Real> DenseLayer<R> {
     pub(crate) fn new(layer: Layer) -> Self {
         let (matrix, starts) = (layer.matrix, layer.output.starts);
         let columns = matrix.columns;
         Self {
-            inputs: joined(layer.x),
-            inputs_active: layer.x.iter().map(|a| a.id).collect(),
-            spread: Spread::new(layer.places, starts),
-            matrix,
-            bias: layer.bias,
-            output: layer.output,
-            tanh: layer.tanh,
+            inputs: layer.inputs(),
+            spread: Spread::new(&layer.places, starts),
+            layer,
             weights: PackedMatrix::zero(matrix.rows, columns, starts),
             transposed: PackedMatrix::zero(columns, matrix.rows, starts),
             weights_bar: vec![R::zero(); matrix.rows * columns],
@@ -121,47 +120,6 @@ impl<R: Real> DenseLayer<R> {
                 bias: true,
             },
         }
-    }
-
-    /// For each row of the matrix, the element of the output that holds its result.
-    #[cfg(feature = "wgsl")]
-    pub(crate) fn places(&self) -> Vec<usize> {
-        let Some(spread) = &self.spread else {
-            return (0..self.matrix.rows).collect();
-        };
-        let width = lanes::<R>();
-        let lanes = spread.lanes.iter().enumerate();
-        let of_lane = |(k, lane): (usize, &LaneOfRows)| {
-            let bits = lane.bits;
-            let held = (0..width).filter(move |lane| bits >> lane & 1 == 1);
-            held.map(move |lane| k * width + lane)
-        };
-        lanes.flat_map(of_lane).collect()
-    }
-
-    /// Copies the matrix, which is row-major in the parameters, into both packed copies.
-    pub(crate) fn load(&mut self, parameters: &[&[R]]) {
-        let given = parameters[self.matrix.parameter];
-        let columns = self.matrix.columns;
-        self.weights.each(|row, column, entries| {
-            let below = given[row * columns + column..].iter().step_by(columns);
-            for (entry, &weight) in entries.iter_mut().zip(below) {
-                *entry = weight;
-            }
-        });
-        self.transposed.each(|column, row, entries| {
-            let beside = &given[row * columns + column..][..entries.len()];
-            entries.copy_from_slice(beside);
-        });
-    }
-
-    /// Adds the cotangent of the matrix, in row-major order, to `parameter_bars`. Call it after the last reverse step.
-    pub(crate) fn matrix_bars(&mut self, parameter_bars: &mut [Vec<R>]) {
-        self.batch.flush(&mut self.weights_bar);
-        R::vectorize(AddTo {
-            to: &mut parameter_bars[self.matrix.parameter],
-            bar: &self.weights_bar,
-        });
     }
 
     /// Adds `W^T y_bar` to the cotangents of the inputs.
@@ -219,34 +177,62 @@ fn input<'a, R: Real>(
 
 impl<R: Real> Operation<R> for DenseLayer<R> {
     fn outputs(&self) -> Vec<Array> {
-        vec![self.output]
+        vec![self.layer.output]
+    }
+
+    /// Copies the matrix, which is row-major in the parameters, into both packed copies.
+    fn load(&mut self, parameters: &[&[R]]) {
+        let Matrix {
+            parameter, columns, ..
+        } = self.layer.matrix;
+        let given = parameters[parameter];
+        self.weights.each(|row, column, entries| {
+            let below = given[row * columns + column..].iter().step_by(columns);
+            for (entry, &weight) in entries.iter_mut().zip(below) {
+                *entry = weight;
+            }
+        });
+        self.transposed.each(|column, row, entries| {
+            let beside = &given[row * columns + column..][..entries.len()];
+            entries.copy_from_slice(beside);
+        });
+    }
+
+    fn matrix_bars(&mut self, parameter_bars: &mut [Vec<R>]) {
+        self.batch.flush(&mut self.weights_bar);
+        R::vectorize(AddTo {
+            to: &mut parameter_bars[self.layer.matrix.parameter],
+            bar: &self.weights_bar,
+        });
     }
 
     fn forward(&mut self, parameters: &[R], row: &mut [R]) {
-        let (row, output) = row.split_at_mut(self.output.start);
+        let Layer {
+            bias, output: to, ..
+        } = self.layer;
+        let (row, output) = row.split_at_mut(to.start);
         let values = StepValues { parameters, row };
         let mut product = MatrixProduct {
             matrix: &self.weights,
             x: input(&self.inputs, &mut self.packed, values),
             output: Epilogue {
-                bias: Some(values.get(self.bias)),
-                tanh: self.tanh,
+                bias: Some(values.get(bias)),
+                tanh: self.layer.tanh,
                 ..Epilogue::plain(&mut [])
             },
         };
         match &mut self.spread {
             None => {
-                product.output.y = &mut output[..self.output.len];
+                product.output.y = &mut output[..to.len];
                 product.run();
             }
             Some(Spread { lanes, places, .. }) if !places.is_empty() => {
-                (product.output.y, product.output.places) =
-                    (&mut output[..self.output.len], places);
+                (product.output.y, product.output.places) = (&mut output[..to.len], places);
                 product.run();
                 R::vectorize(Gaps { lanes, output });
             }
             Some(Spread { lanes, y, .. }) => {
-                product.output.y = &mut y[..self.bias.len];
+                product.output.y = &mut y[..bias.len];
                 product.run();
                 R::vectorize(SetOut { lanes, y, output });
             }
@@ -254,19 +240,19 @@ impl<R: Real> Operation<R> for DenseLayer<R> {
     }
 
     fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>) {
-        let start = self.output.start;
+        let start = self.layer.output.start;
         let (y, bar) = (&values.row[start..], &bars.row[start..]);
         R::vectorize(BeforeTanh {
             y,
             bar,
-            rows: self.output.len,
+            rows: self.layer.output.len,
             lanes: self.spread.as_ref().map(|spread| &spread.lanes[..]),
-            tanh: self.tanh,
+            tanh: self.layer.tanh,
             y_bar: self.batch.current_mut(),
         });
         if self.active.bias {
             R::vectorize(AddTo {
-                to: bars.get_mut(self.bias),
+                to: bars.get_mut(self.layer.bias),
                 bar: self.batch.current(),
             });
         }
@@ -280,9 +266,9 @@ impl<R: Real> Operation<R> for DenseLayer<R> {
 
     fn set_active(&mut self, arrays: &[bool], parameters: &[bool]) {
         self.active = Active {
-            inputs: self.inputs_active.iter().any(|&id| arrays[id]),
-            weights: parameters[self.matrix.parameter],
-            bias: arrays[self.bias.id],
+            inputs: self.layer.x.iter().any(|x| arrays[x.id]),
+            weights: parameters[self.layer.matrix.parameter],
+            bias: arrays[self.layer.bias.id],
         };
         // `set_active` is called at the beginning of each sweep, so the sums over the steps start at zero here.
         self.weights_bar.fill(R::zero());

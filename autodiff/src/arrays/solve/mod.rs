@@ -24,7 +24,18 @@ pub(crate) fn triangle(n: usize) -> Vec<[usize; 2]> {
 /// The largest number of unknowns per node if some directions are held.
 pub(crate) const MOST_UNKNOWNS: usize = 4;
 
-/// Implements [`Program::solve`](crate::Program::solve).
+/// The declaration of linear equations in a step: see [`Program::solve`](crate::Program::solve).
+pub(crate) struct Equations {
+    pub(crate) graph: Graph,
+    pub(crate) nodes: Vec<Array>,
+    pub(crate) edges: Vec<Array>,
+    pub(crate) held: Vec<Array>,
+    pub(crate) b: Vec<Array>,
+    /// The solution: an array for each unknown of a node.
+    pub(crate) x: Vec<Array>,
+}
+
+/// Solves [`Equations`].
 pub(crate) struct Solve<R> {
     entries: Vec<Entry>,
     edges: Vec<SlotEdge>,
@@ -140,15 +151,16 @@ fn lanes_of(graph: &Graph, lanes: usize) -> (Vec<LaneOfEdges>, Vec<bool>) {
 }
 
 impl<R: Real> Solve<R> {
-    /// Creates the operation from the arrays of the nodes, of the edges, of the right-hand side and of the held
-    /// directions, and its outputs. `starts` rollouts run together.
-    pub(crate) fn new(
-        graph: &Graph,
-        [nodes, edges, b, held]: [&[Array]; 4],
-        outputs: &[Array],
-        starts: usize,
-    ) -> Self {
-        let width = lanes::<R>();
+    pub(crate) fn new(equations: Equations) -> Self {
+        let Equations {
+            graph,
+            nodes,
+            edges,
+            held,
+            b,
+            x: outputs,
+        } = equations;
+        let (width, starts) = (lanes::<R>(), outputs[0].starts);
         assert!(
             starts <= width,
             "a register has one lane or more for each start"
@@ -169,8 +181,8 @@ impl<R: Real> Solve<R> {
         let beside = (order::bandwidth(&places, &pairs) + 1) * unknowns - 1;
         let band = Band::new(graph.nodes() * unknowns, beside);
         let places: Vec<usize> = places.iter().map(|place| place * unknowns).collect();
-        let arrays = nodes.iter().zip(edges);
-        let entry = |([row, column], (&nodes, &edges)): ([usize; 2], (&Array, &Array))| {
+        let arrays = nodes.into_iter().zip(edges);
+        let entry = |([row, column], (nodes, edges)): ([usize; 2], (Array, Array))| {
             let own = |place: &usize| band.index(place + column, place + row);
             let mut between = Vec::new();
             for edge in &edges_by_slot {
@@ -202,13 +214,13 @@ impl<R: Real> Solve<R> {
             width,
             edges: edges_by_slot,
             slots: graph.slots(),
-            held: held.to_vec(),
+            held,
             holds: vec![false; graph.nodes()],
             is_oblique: vec![false; graph.nodes()],
             free: vec![R::zero(); graph.nodes() * starts * unknowns * unknowns],
-            b: b.to_vec(),
             is_active: vec![true; b.len()],
-            outputs: outputs.to_vec(),
+            b,
+            outputs,
             matrix: Aligned::zeros(band.len() * starts),
             recent: Aligned::zeros(band.len_of_recent() * starts),
             side: Aligned::zeros(band.len_of_side() * starts),

@@ -4,6 +4,7 @@ use std::cell::RefCell;
 use std::fmt;
 use std::panic::Location;
 
+use crate::record::line;
 use crate::steps::step;
 
 /// Where an infinity or NaN comes from: the operation whose value or partial is infinite or NaN.
@@ -61,7 +62,8 @@ pub(super) fn count() {
     });
 }
 
-/// Records an origin of an infinity or NaN. Does nothing outside a trace.
+/// Records an origin of an infinity or NaN. Does nothing outside a trace. The place of a recorded operation is the line
+/// that was recorded.
 pub(super) fn note(
     operation: &'static str,
     place: &'static Location<'static>,
@@ -73,7 +75,7 @@ pub(super) fn note(
             operation,
             number: trace.operations,
             step: step(),
-            place,
+            place: line().unwrap_or(place),
             numbers,
         });
         trace.found.len() as Origin - 1

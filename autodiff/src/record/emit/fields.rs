@@ -50,7 +50,10 @@ struct Course {
 impl Course {
     fn of<K: Kernel<I, O>, const I: usize, const O: usize>(kernel: &K) -> Self {
         let (results, recording) = record(Recording::verbatim(), || {
-            kernel.eval(from_fn(Symbol::input)).map(|y| y.0).to_vec()
+            kernel
+                .eval(from_fn(Symbol::input), &[])
+                .map(|y| y.0)
+                .to_vec()
         });
         let ops = recording.ops;
         Self { ops, results }

@@ -60,7 +60,7 @@ use super::recording::{Recording, current, record};
 use super::symbol::Symbol;
 use crate::arrays::Kernel;
 use crate::reverse::{Tape, Var};
-use print::{Formula, Printer, UNIFORMS};
+use print::{Formula, Printer};
 
 /// The end of the expression of a field that is promised to be positive.
 const POSITIVE: &str = " > 0";
@@ -70,10 +70,9 @@ const POSITIVE: &str = " > 0";
 /// computed again. Numbers that do not depend on the cotangents are computed once for all rows of cotangents.
 ///
 /// `fields` are the expressions with which the printed code reads the kernel's constants (such as `self.dt`). `build`
-/// makes a kernel whose fields have the given values, in that order. For a
-/// [`UniformKernel`](crate::arrays::UniformKernel), `build` makes a [`Fixed`](crate::arrays::Fixed) kernel, and the
-/// uniform inputs are fields named `uniforms[0]`, `uniforms[1]` and so on. The method then has a second argument,
-/// `uniforms`, and `vjp_with` must call it.
+/// makes a kernel whose fields have the given values, in that order. For a kernel with uniform inputs, `build` makes a
+/// [`Fixed`](crate::arrays::Fixed) kernel, and the uniform inputs are fields named `at.uniforms[0]`, `at.uniforms[1]` and so
+/// on.
 ///
 /// ```
 /// use autodiff::{Kernel, Real, emit, kernel};
@@ -83,7 +82,7 @@ const POSITIVE: &str = " > 0";
 /// }
 /// #[kernel]
 /// impl Kernel<2, 1> for Decay {
-///     fn eval<R: Real>(&self, [x, rate]: [R; 2]) -> [R; 1] {
+///     fn eval<R: Real>(&self, [x, rate]: [R; 2], _: &[R]) -> [R; 1] {
 ///         [x - R::lit(self.dt) * rate * x]
 ///     }
 /// }
@@ -119,6 +118,12 @@ pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
     fields: &[&str],
     build: impl Fn(&[f64]) -> K,
 ) -> String {
+    const {
+        assert!(
+            K::UNIFORMS == 0,
+            "the uniform inputs of an emitted kernel must be `Fixed`"
+        );
+    }
     fields::check(name, fields, &build);
     // Several runs with different values, of both signs and different sizes. They detect fields that decide the
     // derivative of a fused function. `fields::check` cannot detect these, because it only records `eval`, in which
@@ -145,7 +150,7 @@ pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
         let (formula, recording) = record(recording, || {
             let kernel = build(&values);
             pulled_back([I, O], |x| {
-                kernel.eval(from_fn::<_, I, _>(|k| x[k])).to_vec()
+                kernel.eval(from_fn::<_, I, _>(|k| x[k]), &[]).to_vec()
             })
         });
         Printer::new(&recording, &formula, &named).print()
@@ -156,14 +161,7 @@ pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
          for all values; write a separate kernel for each case"
     );
     let body: String = text.lines().map(|l| format!("        {l}\n")).collect();
-    let takes_uniforms = fields.iter().any(|field| field.starts_with(UNIFORMS));
-    let given = match (takes_uniforms, text.contains(UNIFORMS)) {
-        (false, _) => "",
-        (true, true) => ", uniforms: &autodiff::arrays::Uniforms<R>",
-        (true, false) => ", _uniforms: &autodiff::arrays::Uniforms<R>",
-    };
-    let signature =
-        format!("&self, at: autodiff::Pullback<R, {I}, {O}, M>{given}) -> [[R; {I}]; M]");
+    let signature = format!("&self, at: autodiff::Pullback<R, {I}, {O}, M>) -> [[R; {I}]; M]");
     format!(
         "impl {name} {{\n    #[inline(always)]\n    #[allow(clippy::needless_range_loop)]\n    \
          pub(crate) fn emitted_vjp<R: Real, const M: usize>({signature} {{\n{body}    }}\n}}\n"

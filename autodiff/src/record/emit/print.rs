@@ -16,7 +16,7 @@ pub(crate) struct Formula {
 
 /// The names of uniform inputs begin with this text. The printed code receives uniform inputs as numbers of type `R`,
 /// not as literals.
-pub(super) const UNIFORMS: &str = "uniforms[";
+const UNIFORMS: &str = "at.uniforms[";
 
 pub(super) struct Printer<'a> {
     recording: &'a Recording,
@@ -69,7 +69,7 @@ impl<'a> Printer<'a> {
         let [before, inside] = [false, true].map(|of_bars| self.statements(of_bars));
         let inside: String = inside.lines().map(|line| format!("    {line}\n")).collect();
         format!(
-            "let autodiff::Pullback {{ x, y, y_bar }} = at;\nlet [{}] = x;\nlet [{}] = y;\n{before}\
+            "let autodiff::Pullback {{ x, y, y_bar, .. }} = at;\nlet [{}] = x;\nlet [{}] = y;\n{before}\
              let mut x_bar = [[R::zero(); {inputs}]; M];\nfor m in 0..M {{\n    \
              let [{}] = y_bar[m];\n{inside}    x_bar[m] = {};\n}}\nx_bar",
             names('x', x),

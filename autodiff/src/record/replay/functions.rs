@@ -9,10 +9,9 @@ use crate::rule;
 use crate::simd::Lane;
 
 /// Returns the values and the partials of a function of one number. The partials are only valid if `differentiates` is
-/// true. `differentiates` may only be true if `REVERSE` is. Short functions have their own loops. All others are
-/// compiled once for all block lengths.
+/// true. Short functions have their own loops. All others are compiled once for all block lengths.
 #[inline(always)]
-pub(super) fn forward_unary<R: Real, L: Lane<R>, const W: usize, const REVERSE: bool>(
+pub(super) fn forward_unary<R: Real, L: Lane<R>, const W: usize>(
     (f, differentiates): (Unary, bool),
     x: Block<L, W>,
     memory: &mut Aligned<R>,
@@ -44,9 +43,7 @@ pub(super) fn forward_unary<R: Real, L: Lane<R>, const W: usize, const REVERSE: 
                 (y[w], partials[w]) = (x[w].detach(), L::zero());
             }
         }
-        _ if const { REVERSE } && differentiates => {
-            [y, partials] = Elementwise::apply(Function::Unary(f), [x], memory)
-        }
+        _ if differentiates => [y, partials] = Elementwise::apply(Function::Unary(f), [x], memory),
         _ => [y] = Elementwise::apply(Function::UnaryValue(f), [x], memory),
     }
     (y, partials)

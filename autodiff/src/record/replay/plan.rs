@@ -2,6 +2,7 @@
 
 use crate::product::Strided;
 use crate::real::Real;
+use crate::record::lines::Line;
 use crate::record::operation::{Op, Place, Run};
 use crate::record::recording::{Recording, record};
 use crate::record::symbol::Symbol;
@@ -11,9 +12,11 @@ use crate::record::symbol::Symbol;
 #[derive(Debug)]
 pub(crate) struct Plan {
     pub(super) steps: Vec<Step>,
+    /// The lines of the steps in the source code.
+    pub(super) lines: Vec<Line>,
     /// The places of the results. A result is either a step or a shared argument. Shared arguments are numbered as in
     /// `read`.
-    pub(super) results: Vec<Place>,
+    pub(crate) results: Vec<Place>,
     pub(super) layers: Vec<Layer>,
     /// The shared arguments that are results or are read outside of layers. Shared places in `steps` and `results` are
     /// indices into this list. `None` if there are no layers; then these places are indices into all shared arguments.
@@ -134,17 +137,12 @@ impl Plan {
             code(&inputs, &shared)
         });
         let results = results.iter().map(|symbol| symbol.0).collect();
-        (!recording.unfit).then(|| Self::new(&recording.ops, results))
+        (!recording.unfit).then(|| Self::new(recording, results))
     }
 
-    /// The number of results of the recorded code.
-    pub(crate) fn results(&self) -> usize {
-        self.results.len()
-    }
-
-    fn new(ops: &[Op], mut results: Vec<Place>) -> Self {
-        let layers = layers(ops);
-        let mut steps: Vec<Step> = ops.iter().copied().map(Step::Single).collect();
+    fn new(recording: Recording, mut results: Vec<Place>) -> Self {
+        let layers = layers(&recording.ops);
+        let mut steps: Vec<Step> = recording.ops.into_iter().map(Step::Single).collect();
         for (number, layer) in layers.iter().enumerate() {
             for row in 0..layer.rows {
                 steps[layer.place(row)] = Step::Row;
@@ -154,6 +152,7 @@ impl Plan {
         let read = (!layers.is_empty()).then(|| count_read(&mut steps, &mut results));
         Self {
             steps,
+            lines: recording.lines,
             results,
             layers,
             read,

@@ -1,11 +1,10 @@
 //! Replays a recorded function at many points.
 
-use std::marker::PhantomData;
-
 use super::block::Block;
 use super::plan::Plan;
 use super::sweep::{Replay, WIDE};
-use crate::real::{ByType, Real};
+use crate::real::{Real, of_floats};
+use crate::record::lines::replaying;
 use crate::simd::{Lane, Vectorized, WIDEST};
 
 /// A recorded function, the points at which to replay it, and what to compute.
@@ -47,14 +46,17 @@ pub(crate) struct Replayed<R> {
 }
 
 impl<'a, R: Real> Points<'a, R> {
-    /// Runs the replay. For floats it uses the code that is compiled in this crate.
+    /// Runs the replay. With the feature `data`, this crate compiles it for floats. Without it, each crate compiles the
+    /// replays that it needs.
     pub(crate) fn replay(self) -> Replayed<R> {
-        R::by_type(Compiled(PhantomData), self)
-    }
-
-    /// Like [`replay`](Self::replay), but for other number types, `REVERSE` tells whether the reverse sweep is compiled.
-    pub(crate) fn replay_other<const REVERSE: bool>(self) -> Replayed<R> {
-        R::by_type(Other::<REVERSE>(PhantomData), self)
+        if const { !R::IS_FLOAT } {
+            let _replaying = replaying();
+            return R::vectorize(self);
+        }
+        type Replay<R> = fn(Points<R>) -> Replayed<R>;
+        let replay: Replay<R> =
+            of_floats(replay_double as Replay<f64>, replay_single as Replay<f32>);
+        replay(self)
     }
 
     fn width(&self) -> usize {
@@ -65,43 +67,16 @@ impl<'a, R: Real> Points<'a, R> {
     }
 }
 
-/// The compiled replays. With the feature `data`, this crate compiles the replays for floats. Without it, each crate
-/// compiles the replays that it needs.
-struct Compiled<'a>(PhantomData<&'a ()>);
-
-impl<'a> ByType for Compiled<'a> {
-    type Of<R: Real> = Points<'a, R>;
-    type Output<R: Real> = Replayed<R>;
-    #[cfg_attr(feature = "data", inline(never))]
-    #[cfg_attr(not(feature = "data"), inline)]
-    fn f64(self, points: Points<f64>) -> Replayed<f64> {
-        f64::vectorize(points)
-    }
-    #[cfg_attr(feature = "data", inline(never))]
-    #[cfg_attr(not(feature = "data"), inline)]
-    fn f32(self, points: Points<f32>) -> Replayed<f32> {
-        f32::vectorize(points)
-    }
-    fn other<R: Real>(self, points: Points<R>) -> Replayed<R> {
-        R::vectorize(points)
-    }
+#[cfg_attr(feature = "data", inline(never))]
+#[cfg_attr(not(feature = "data"), inline)]
+fn replay_double(points: Points<f64>) -> Replayed<f64> {
+    f64::vectorize(points)
 }
 
-/// A replay whose reverse sweep is only compiled if `REVERSE` is true, except for floats.
-struct Other<'a, const REVERSE: bool>(PhantomData<&'a ()>);
-
-impl<'a, const REVERSE: bool> ByType for Other<'a, REVERSE> {
-    type Of<R: Real> = Points<'a, R>;
-    type Output<R: Real> = Replayed<R>;
-    fn f64(self, points: Points<f64>) -> Replayed<f64> {
-        points.replay()
-    }
-    fn f32(self, points: Points<f32>) -> Replayed<f32> {
-        points.replay()
-    }
-    fn other<R: Real>(self, points: Points<R>) -> Replayed<R> {
-        points.in_blocks::<R, 1, REVERSE>()
-    }
+#[cfg_attr(feature = "data", inline(never))]
+#[cfg_attr(not(feature = "data"), inline)]
+fn replay_single(points: Points<f32>) -> Replayed<f32> {
+    f32::vectorize(points)
 }
 
 impl<R: Real> Vectorized<R> for Points<'_, R> {
@@ -112,17 +87,17 @@ impl<R: Real> Vectorized<R> for Points<'_, R> {
         // Number types without SIMD registers gain little from blocks, and another copy of the code would be compiled
         // for each.
         if const { L::N > 1 } && self.count > L::N {
-            self.in_blocks::<L, WIDE, true>()
+            self.in_blocks::<L, WIDE>()
         } else {
-            self.in_blocks::<L, 1, true>()
+            self.in_blocks::<L, 1>()
         }
     }
 }
 
 impl<R: Real> Points<'_, R> {
-    /// Runs the replay with blocks of `W` registers. The reverse sweep is only compiled if `REVERSE` is true.
+    /// Runs the replay with blocks of `W` registers.
     #[inline(always)]
-    fn in_blocks<L: Lane<R>, const W: usize, const REVERSE: bool>(self) -> Replayed<R> {
+    fn in_blocks<L: Lane<R>, const W: usize>(self) -> Replayed<R> {
         let (count, width) = (self.count, self.width());
         let by_inputs = matches!(self.wanted, Wanted::ByInputs(_));
         let passive = if by_inputs { 0 } else { width };
@@ -141,12 +116,9 @@ impl<R: Real> Points<'_, R> {
                 }
                 replay.set_input(input, block);
             }
-            replay.forward::<REVERSE>();
+            replay.forward();
             for (k, result) in replayed.results.iter_mut().enumerate() {
                 append(result, replay.result(k), count);
-            }
-            if const { !REVERSE } {
-                continue;
             }
             match self.wanted {
                 Wanted::Results => continue,

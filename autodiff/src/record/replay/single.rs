@@ -4,15 +4,33 @@
 use super::elementwise::{Function, single};
 use super::plan::{Plan, Step};
 use crate::pool::{self, Pooled};
-use crate::real::{ByType, Mask, Real};
+use crate::real::{Mask, Real, of_floats};
 use crate::record::arithmetic::{binary, holds, logic, number, unary};
 use crate::record::operation::{Binary, Op, Place, Unary};
 
 impl Plan {
     /// Returns the first result and its gradient at the inputs `x`. The recorded code must have no shared arguments.
-    /// For floats, it uses the code that is compiled in this crate.
+    /// With the feature `data`, this crate compiles the replay for floats. Without it, each crate compiles the replays that
+    /// it needs.
     pub(crate) fn value_and_gradient<R: Real>(&self, x: &[R]) -> (R, Vec<R>) {
-        R::by_type(Compiled(self), x)
+        if const { !R::IS_FLOAT } {
+            return self.at_point(x);
+        }
+        type Replay<R> = fn(&Plan, &[R]) -> (R, Vec<R>);
+        let replay: Replay<R> = of_floats(Self::double as Replay<f64>, Self::single as Replay<f32>);
+        replay(self, x)
+    }
+
+    #[cfg_attr(feature = "data", inline(never))]
+    #[cfg_attr(not(feature = "data"), inline)]
+    fn double(&self, x: &[f64]) -> (f64, Vec<f64>) {
+        self.at_point(x)
+    }
+
+    #[cfg_attr(feature = "data", inline(never))]
+    #[cfg_attr(not(feature = "data"), inline)]
+    fn single(&self, x: &[f32]) -> (f32, Vec<f32>) {
+        self.at_point(x)
     }
 
     #[inline(always)]
@@ -224,27 +242,5 @@ fn reverse_several<R: Real>(op: Op, bar: R, values: &[R], bars: &mut [R]) {
         Op::Sum(x, len) => (0..len as usize).for_each(|j| add(x.at(j), bar)),
         Op::Binary(_, [_, soft]) => add(soft, bar),
         Op::Input(_) | Op::Constant(_) | Op::Always(_) | Op::Logic(..) | Op::Unary(..) => {}
-    }
-}
-
-/// The replay of a plan. With the feature `data`, this crate compiles it for floats. Without it, each crate compiles
-/// the replays that it needs.
-struct Compiled<'a>(&'a Plan);
-
-impl<'a> ByType for Compiled<'a> {
-    type Of<R: Real> = &'a [R];
-    type Output<R: Real> = (R, Vec<R>);
-    #[cfg_attr(feature = "data", inline(never))]
-    #[cfg_attr(not(feature = "data"), inline)]
-    fn f64(self, x: &[f64]) -> (f64, Vec<f64>) {
-        self.0.at_point(x)
-    }
-    #[cfg_attr(feature = "data", inline(never))]
-    #[cfg_attr(not(feature = "data"), inline)]
-    fn f32(self, x: &[f32]) -> (f32, Vec<f32>) {
-        self.0.at_point(x)
-    }
-    fn other<R: Real>(self, x: &[R]) -> (R, Vec<R>) {
-        self.0.at_point(x)
     }
 }

@@ -10,6 +10,7 @@ use super::plan::{Plan, Step};
 use crate::pool;
 use crate::real::Real;
 use crate::record::arithmetic::{holds, logic};
+use crate::record::lines::begin_line;
 use crate::record::operation::{Binary, Op, Place, Run, Unary};
 use crate::simd::{Lane, WIDEST};
 
@@ -106,11 +107,14 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         self.add(places[1], parts[1]);
     }
 
-    /// Computes all operations at a block of points. The code for partials is only compiled if `REVERSE` is true.
+    /// Computes all operations at a block of points.
     #[inline(always)]
-    pub(super) fn forward<const REVERSE: bool>(&mut self) {
+    pub(super) fn forward(&mut self) {
         let mut y = [L::zero(); W];
         for place in self.inputs..self.plan.steps.len() {
+            if const { !R::IS_FLOAT } {
+                begin_line(self.plan.lines[place]);
+            }
             let op = match &self.plan.steps[place] {
                 Step::Single(op) => op,
                 Step::Layer(number) => {
@@ -126,8 +130,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                     let x = self.get(x);
                     let memory = &mut *self.memory;
                     let f = (f, self.differentiates);
-                    (y, memory.partials[place]) =
-                        forward_unary::<_, _, _, REVERSE>(f, x, &mut memory.rows);
+                    (y, memory.partials[place]) = forward_unary(f, x, &mut memory.rows);
                 }
                 Op::Binary(f, [a, b]) => {
                     let (a, b) = (self.get(a), self.get(b));

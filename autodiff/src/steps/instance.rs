@@ -1,32 +1,67 @@
-//! Runs a recorded program, forward and in reverse.
+//! Runs a recorded program, forward and in reverse, with numbers of one type.
 
-use super::passes::{Forward, Reverse};
-use super::program::{Control, Program};
-use crate::arrays::{Aligned, Array, Bars, Parameter, RowLayout, StepValues, repeated};
+use super::operation::StepOperation;
+use super::program::Program;
+use crate::arrays::{Aligned, Array, Bars, Operation, Parameter, RowLayout, StepValues, repeated};
 use crate::real::Real;
 use crate::simd::{WIDEST, prefetch};
 
 /// Rows are set to zero piece by piece. This is the number of cotangents in a piece.
 const ZEROED: usize = 128;
 
-impl<R: Real> Program<R> {
+/// A program that runs with numbers of type `R`.
+pub(crate) struct Instance<R: Real> {
+    /// The declarations. Their operations are in `operations`.
+    pub(super) program: Program,
+    operations: Vec<Box<dyn Operation<R>>>,
+    /// For each parameter, whether each start (initial state) has its own values for it. The method `load` sets it.
+    own: Vec<bool>,
+    controls: Vec<Control<R>>,
+    pub(super) layout: RowLayout,
+    /// How many numbers of a later row each operation prefetches. It is a multiple of the length of a cache line.
+    prefetch_len: usize,
+}
+
+/// The numbers of an array whose values differ from step to step.
+struct Control<R> {
+    array: Array,
+    /// The values: `array.len` numbers for each step, one step after the other.
+    values: Vec<R>,
+    /// The cotangents in the same order; `None` if they are not needed.
+    bars: Option<Vec<R>>,
+}
+
+impl<R: Real> Instance<R> {
     /// Ends the recording and decides how rows lie in memory.
     ///
     /// # Panics
-    /// If a part of the state was not advanced.
+    /// If a part of the state was not advanced, or if a kernel must be replayed but cannot be recorded.
     #[track_caller]
-    pub(crate) fn finish(mut self) -> Self {
-        self.assert_advanced();
-        let next: Vec<Array> = self.next.iter().copied().flatten().collect();
-        self.layout = RowLayout::new(&self.states, &next, self.ends[1]);
-        let share = self.layout.stride.div_ceil(self.operations.len().max(1));
-        self.prefetch_len = share.next_multiple_of(Aligned::<R>::LINE);
-        self
+    pub(crate) fn new(mut program: Program) -> Self {
+        program.assert_advanced();
+        let next: Vec<Array> = program.next.iter().copied().flatten().collect();
+        let layout = RowLayout::new(&program.states, &next, program.ends[1]);
+        let operations = std::mem::take(&mut program.operations).into_iter();
+        let operations: Vec<_> = operations.map(StepOperation::compiled).collect();
+        let share = layout.stride.div_ceil(operations.len().max(1));
+        let control = |&array: &Array| Control {
+            array,
+            values: Vec::new(),
+            bars: None,
+        };
+        Self {
+            prefetch_len: share.next_multiple_of(Aligned::<R>::LINE),
+            controls: program.controls.iter().map(control).collect(),
+            own: Vec::new(),
+            operations,
+            layout,
+            program,
+        }
     }
 
     /// Returns zeros for the arrays of the parameters, with room for reads past the last array.
     pub(crate) fn parameters(&self) -> Aligned<R> {
-        Aligned::zeros(self.ends[0] + self.padding())
+        Aligned::zeros(self.program.ends[0] + self.padding())
     }
 
     /// Returns zeros for the cotangents of the parameters and of a row.
@@ -36,12 +71,12 @@ impl<R: Real> Program<R> {
 
     /// How many numbers beyond the end of the last array an access of a whole register may reach.
     fn padding(&self) -> usize {
-        2 * WIDEST * self.starts + self.margin
+        2 * WIDEST * self.program.starts + self.program.margin
     }
 
     /// How many numbers a step may access, counted from the beginning of its row.
     pub(crate) fn row_len(&self) -> usize {
-        self.layout.reach.max(self.ends[1]) + self.padding()
+        self.layout.reach.max(self.program.ends[1]) + self.padding()
     }
 
     /// The distance from the beginning of one row to the beginning of the next.
@@ -51,7 +86,7 @@ impl<R: Real> Program<R> {
 
     /// The number of scalars in the state, for all starts together.
     pub(crate) fn state_len(&self) -> usize {
-        self.states.iter().map(|a| a.len).sum()
+        self.program.states.iter().map(|a| a.len).sum()
     }
 
     /// Loads the parameters of a rollout over `steps` steps and checks their lengths. Where `own` is true, `parameters`
@@ -64,16 +99,18 @@ impl<R: Real> Program<R> {
         own: &[bool],
         steps: usize,
     ) {
-        let [given, declared] = [parameters.len(), self.parameters.len()];
+        let [given, declared] = [parameters.len(), self.program.parameters.len()];
         assert_eq!(
             given, declared,
             "the program has {declared} parameters, but {given} were given"
         );
         self.own = vec![false; parameters.len()];
         self.own[..own.len()].copy_from_slice(own);
-        for (at, (declared, given)) in self.parameters.iter().zip(parameters).enumerate() {
+        let starts = self.program.starts;
+        let all = self.program.parameters.iter().zip(parameters);
+        for (at, (declared, given)) in all.enumerate() {
             let own = self.own[at];
-            let given_starts = if own { self.starts } else { 1 };
+            let given_starts = if own { starts } else { 1 };
             let len = match declared {
                 Parameter::Array(a) => a.len(),
                 Parameter::Control(k) => steps.saturating_mul(self.controls[*k].array.len()),
@@ -93,7 +130,7 @@ impl<R: Real> Program<R> {
                 numbers, len,
                 "parameter {at} of the program has {len} numbers{over}, but {numbers} were given"
             );
-            let times = self.starts / given_starts;
+            let times = starts / given_starts;
             match declared {
                 Parameter::Array(array) => {
                     values[array.range()].copy_from_slice(&repeated(given, times));
@@ -102,13 +139,15 @@ impl<R: Real> Program<R> {
                 Parameter::Matrix(_) => {}
             }
         }
-        self.pass_forward(Forward::Load(parameters));
+        for operation in &mut self.operations {
+            operation.load(parameters);
+        }
     }
 
     /// Marks the arrays that carry derivatives. `parameters` says which parameters do; the state always does.
     pub(crate) fn set_active(&mut self, parameters: &[bool]) {
-        let mut active = vec![false; self.arrays.len()];
-        for (declared, &wanted) in self.parameters.iter().zip(parameters) {
+        let mut active = vec![false; self.program.arrays.len()];
+        for (declared, &wanted) in self.program.parameters.iter().zip(parameters) {
             match declared {
                 Parameter::Array(a) => active[a.id] = wanted,
                 Parameter::Control(k) => {
@@ -119,7 +158,7 @@ impl<R: Real> Program<R> {
                 Parameter::Matrix(_) => {}
             }
         }
-        for state in &self.states {
+        for state in &self.program.states {
             active[state.id] = true;
         }
         for operation in &mut self.operations {
@@ -148,9 +187,15 @@ impl<R: Real> Program<R> {
 
     /// Writes the inputs and controls of one step into the step's row. `all` holds the inputs of all steps.
     pub(crate) fn set_inputs(&self, row: &mut [R], all: &[f64], step: usize) {
-        let mut given = all[step * self.inputs_len..][..self.inputs_len].iter();
-        for part in &self.inputs {
-            let places = row[part.range()].chunks_exact_mut(self.starts);
+        let Program {
+            inputs,
+            inputs_len: len,
+            starts,
+            ..
+        } = &self.program;
+        let mut given = all[step * len..][..*len].iter();
+        for part in inputs {
+            let places = row[part.range()].chunks_exact_mut(*starts);
             for (to, &x) in places.zip(&mut given) {
                 to.fill(R::lit(x));
             }
@@ -172,7 +217,7 @@ impl<R: Real> Program<R> {
     /// Prefetches a part of a row that will be needed soon. Each operation of a step prefetches another part: if the
     /// whole row were requested at once, the operation's own loads would have to wait.
     #[inline(always)]
-    pub(super) fn prefetch(&self, operation: usize, row: *const R) {
+    fn prefetch(&self, operation: usize, row: *const R) {
         let first = operation * self.prefetch_len;
         let left = self.layout.stride.saturating_sub(first);
         prefetch(row.wrapping_add(first), self.prefetch_len.min(left));
@@ -181,11 +226,12 @@ impl<R: Real> Program<R> {
     /// Computes a step. The new state is written to where the next row begins. `soon` is the row of the next step,
     /// which is prefetched; `None` if the next step uses the same row.
     pub(crate) fn step(&mut self, parameters: &[R], row: &mut [R], soon: Option<*const R>) {
-        self.pass_forward(Forward::Step {
-            parameters,
-            row,
-            soon,
-        });
+        for k in 0..self.operations.len() {
+            if let Some(soon) = soon {
+                self.prefetch(k, soon);
+            }
+            self.operations[k].forward(parameters, row);
+        }
         for (from, to) in &self.layout.moves {
             let to = self.layout.stride + to.start;
             if from.parameter {
@@ -204,7 +250,11 @@ impl<R: Real> Program<R> {
 
     /// The index in the state at which the part `part` begins.
     fn place_in_state(&self, part: Array) -> usize {
-        let before = self.states.iter().take_while(|state| **state != part);
+        let before = self
+            .program
+            .states
+            .iter()
+            .take_while(|state| **state != part);
         before.map(|state| state.len).sum()
     }
 
@@ -228,7 +278,7 @@ impl<R: Real> Program<R> {
         // below.
         let RowLayout { stride, state, .. } = &self.layout;
         // The zeros are written in pieces, because `memset` has a longer start-up time for long ranges.
-        for piece in bars.row[..self.ends[1].min(*stride)].chunks_mut(ZEROED) {
+        for piece in bars.row[..self.program.ends[1].min(*stride)].chunks_mut(ZEROED) {
             piece.fill(R::zero());
         }
         if self.layout.moves.is_empty() {
@@ -247,7 +297,10 @@ impl<R: Real> Program<R> {
             }
         }
         let values = StepValues { parameters, row };
-        self.pass_back(Reverse::Step { values, bars, soon });
+        for k in (0..self.operations.len()).rev() {
+            self.prefetch(k, soon);
+            self.operations[k].reverse(&values, bars);
+        }
         state_bar.clear();
         self.push_state(bars.row, state_bar);
     }
@@ -265,7 +318,7 @@ impl<R: Real> Program<R> {
             if own {
                 bars.to_vec()
             } else {
-                bars.chunks_exact(self.starts).map(sum).collect()
+                bars.chunks_exact(self.program.starts).map(sum).collect()
             }
         };
         let bar = |(declared, &own): (&Parameter, &bool)| match declared {
@@ -275,12 +328,17 @@ impl<R: Real> Program<R> {
                 let Control { values, bars, .. } = &self.controls[*k];
                 match bars {
                     Some(bars) => of_starts(own, bars),
-                    None => vec![R::zero(); values.len() / if own { 1 } else { self.starts }],
+                    None => {
+                        vec![R::zero(); values.len() / if own { 1 } else { self.program.starts }]
+                    }
                 }
             }
         };
-        let mut all: Vec<Vec<R>> = self.parameters.iter().zip(&self.own).map(bar).collect();
-        self.pass_back(Reverse::Matrices(&mut all));
+        let declared = self.program.parameters.iter().zip(&self.own);
+        let mut all: Vec<Vec<R>> = declared.map(bar).collect();
+        for operation in &mut self.operations {
+            operation.matrix_bars(&mut all);
+        }
         all
     }
 }
