@@ -1,12 +1,10 @@
-//! How files store the parameters of a controller. Designs and cases store a matrix as a list of rows, snapshots as one
-//! flat list.
+//! How files store the parameters of a controller: block by block, with a matrix as a list of rows.
 
 use std::borrow::Cow;
 use std::fmt;
 use std::ops::Range;
 
 use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
-use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::block::{Block, Controller, Part, Shape};
@@ -18,13 +16,14 @@ use crate::scene::ControllerSettings;
 /// The block of the network that has one number for each hidden unit: its biases.
 const HIDDEN: &str = NETWORK[1];
 
-/// The parameters of a controller as designs and cases store them: block by block, with a matrix as a list of rows.
+/// The parameters of a controller as files store them: block by block, with a matrix as a list of rows.
 /// Gradients with respect to the parameters have this form too.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weights(Vec<(Cow<'static, str>, Numbers)>);
 
 /// The numbers of a block.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
 enum Numbers {
     Vector(Vec<f64>),
     Rows(Vec<Vec<f64>>),
@@ -206,14 +205,7 @@ impl From<&Network<f64>> for Weights {
 
 impl Serialize for Weights {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(Some(self.0.len()))?;
-        for (name, numbers) in &self.0 {
-            match numbers {
-                Numbers::Vector(vector) => map.serialize_entry(name, vector)?,
-                Numbers::Rows(rows) => map.serialize_entry(name, rows)?,
-            }
-        }
-        map.end()
+        serializer.collect_map(self.0.iter().map(|(name, numbers)| (name, numbers)))
     }
 }
 
@@ -291,96 +283,31 @@ enum Entry {
     Row(Vec<f64>),
 }
 
-/// The key under which a snapshot stores the number of columns of the matrix `name`. For the matrices `w1` and `w2`,
-/// this is `inputs` and `hidden`: in the first snapshots, blocks had no names.
-fn columns_key(name: &str) -> Cow<'static, str> {
-    match name {
-        "w1" => Cow::Borrowed("inputs"),
-        "w2" => Cow::Borrowed("hidden"),
-        _ => Cow::Owned(format!("{name}_columns")),
-    }
-}
-
-/// Writes the number of columns of each matrix first, then every block as a flat list.
 impl Serialize for Controller<f64> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(None)?;
-        let mut columns: Vec<_> = self
-            .blocks()
-            .filter_map(|(name, shape, _)| match shape {
-                Shape::Matrix { columns, .. } => Some((columns_key(name), columns)),
-                Shape::Vector(_) => None,
-            })
-            .collect();
-        columns.sort();
-        for (key, columns) in columns {
-            map.serialize_entry(&*key, &columns)?;
-        }
-        for (name, _, range) in self.blocks() {
-            map.serialize_entry(name, &self.numbers()[range])?;
-        }
-        map.end()
+        Weights::from(self).serialize(serializer)
     }
 }
 
 impl<'de> Deserialize<'de> for Controller<f64> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_map(FlatBlocks)
-    }
-}
-
-struct FlatBlocks;
-
-impl<'de> Visitor<'de> for FlatBlocks {
-    type Value = Controller<f64>;
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("the blocks of a controller")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Controller<f64>, A::Error> {
-        let (mut columns, mut blocks) = (Vec::new(), Vec::new());
-        while let Some(key) = map.next_key::<String>()? {
-            match map.next_value()? {
-                FlatEntry::Columns(count) => columns.push((key, count)),
-                FlatEntry::Numbers(numbers) => blocks.push((key, numbers)),
-            }
-        }
-        let mut numbers = Vec::new();
-        let mut parts = Vec::new();
-        for (name, block) in blocks {
-            let key = columns_key(&name);
-            let columns = columns.iter().find(|(other, _)| *other == *key);
-            let len = block.len();
-            let shape = match columns {
-                None => Shape::Vector(len),
-                Some(&(_, columns)) if columns > 0 && len.is_multiple_of(columns) => {
-                    let rows = len / columns;
-                    Shape::Matrix { rows, columns }
-                }
-                Some((_, columns)) => {
-                    let says =
-                        format!("`{name}` has {len} entries; they must fill rows of {columns}");
-                    return Err(A::Error::custom(says));
+        let (mut parts, mut all) = (Vec::new(), Vec::new());
+        for (name, numbers) in Weights::deserialize(deserializer)?.0 {
+            let (shape, numbers) = match numbers {
+                Numbers::Vector(vector) => (Shape::Vector(vector.len()), vector),
+                Numbers::Rows(matrix) => {
+                    let (rows, columns) = (matrix.len(), matrix[0].len());
+                    if matrix.iter().any(|row| row.len() != columns) {
+                        return Err(D::Error::custom(format!(
+                            "the rows of `{name}` differ in length"
+                        )));
+                    }
+                    (Shape::Matrix { rows, columns }, matrix.concat())
                 }
             };
-            parts.push(Part {
-                name: Cow::Owned(name),
-                shape,
-            });
-            numbers.extend(block);
+            parts.push(Part { name, shape });
+            all.extend(numbers);
         }
-        Ok(Controller::of_parts(parts.into(), numbers))
+        Ok(Controller::of_parts(parts.into(), all))
     }
-}
-
-/// A value in a controller whose blocks are stored as flat lists: a number of columns, or a list of numbers.
-#[derive(Deserialize)]
-#[serde(
-    untagged,
-    expecting = "expected a number of columns or a list of numbers"
-)]
-enum FlatEntry {
-    Columns(usize),
-    Numbers(Vec<f64>),
 }

@@ -13,25 +13,20 @@ fn controller() -> Controller<f64> {
     Controller::new(&blocks(), (0..11).map(|k| 0.5 * f64::from(k)).collect())
 }
 
-/// The text of a snapshot has not changed since the first version.
 #[test]
-fn a_snapshot_has_flat_blocks_and_two_sizes() {
-    let text = serde_json::to_string(&controller()).unwrap();
-    let expected = "{\"hidden\":2,\"inputs\":3,\"w1\":[0.0,0.5,1.0,1.5,2.0,2.5],\"b1\":[3.0,3.5],\
-                    \"w2\":[4.0,4.5],\"b2\":[5.0]}";
-    assert_eq!(text, expected);
-    let read: Controller<f64> = serde_json::from_str(&text).unwrap();
-    assert_eq!(read, controller());
-}
-
-#[test]
-fn a_design_has_rows() {
+fn matrices_are_lists_of_rows() {
     let text = serde_json::to_string(&Weights::from(&controller())).unwrap();
     let expected = "{\"w1\":[[0.0,0.5,1.0],[1.5,2.0,2.5]],\"b1\":[3.0,3.5],\"w2\":[[4.0,4.5]],\
                     \"b2\":[5.0]}";
     assert_eq!(text, expected);
     let read: Weights = serde_json::from_str(&text).unwrap();
     assert_eq!(read.controller(&blocks(), "a file").unwrap(), controller());
+    assert_eq!(serde_json::to_string(&controller()).unwrap(), text);
+    let read: Controller<f64> = serde_json::from_str(&text).unwrap();
+    assert_eq!(read, controller());
+    let ragged = serde_json::from_str::<Controller<f64>>("{\"w1\":[[0.0],[1.0,2.0]]}");
+    let says = ragged.unwrap_err().to_string();
+    assert!(says.contains("the rows of `w1` differ in length"), "{says}");
 }
 
 #[test]
