@@ -6,7 +6,6 @@ use std::path::Path;
 use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::design::{Material, filled};
-use cosmic::error::Error;
 use cosmic::lattice::{Lattice, Truss};
 use cosmic::scene::{AnyDesign, Scene};
 use cosmic::simulator::Span;
@@ -103,67 +102,6 @@ fn a_truss_file_has_rest_lengths() {
     let truss = Truss::read(&path).unwrap();
     assert_eq!(truss.rest, [0.1, 0.1, 0.1]);
     assert_eq!(Truss::parse("copy", &truss.to_json()).unwrap(), truss);
-}
-
-#[test]
-fn wrong_bars_are_refused() {
-    let with = |keys: &str| {
-        let text = format!(
-            r#"{{"format": "cosmic-truss", "version": 1, "nodes": [[0, 0], [1, 0], [0, 1]],
-             "edges": [[0, 1], [1, 2], [0, 2]], {keys}}}"#
-        );
-        Truss::parse("my.json", &text)
-    };
-    for (keys, says) in [
-        (
-            r#""rest": [1, 1]"#,
-            "`rest`: expected 3 numbers, one for every edge, found 2",
-        ),
-        (
-            r#""rest": [1, 0, 1]"#,
-            "`rest[1]`: expected a number above 0 m",
-        ),
-        (
-            r#""stiffness": [1, 1, -2]"#,
-            "`stiffness[2]`: expected a number above 0 N/m",
-        ),
-        (
-            r#""skeleton": [0, 3]"#,
-            "`skeleton[1]`: expected an edge below 3, found 3",
-        ),
-        (
-            r#""skeleton": [0, 1], "actuator": [1]"#,
-            "`actuator`: edge 1 is also in `skeleton`",
-        ),
-        (
-            r#""keep": [2], "forbid": [2]"#,
-            "`forbid`: edge 2 is also in `keep`",
-        ),
-        (
-            r#""actuator": [0], "tie": [[0, 1]]"#,
-            "edges 0 and 1 are under different rules",
-        ),
-    ] {
-        let error = with(keys).unwrap_err().to_string();
-        assert!(error.contains(says), "{error}");
-    }
-    assert!(with(r#""keep": [2, 2], "skeleton": [0], "actuator": [1]"#).is_ok());
-}
-
-#[test]
-fn three_coordinates_are_named() {
-    let text = r#"{"format": "cosmic-truss", "version": 1,
-        "nodes": [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0.1]], "edges": [[0, 1], [1, 2]]}"#;
-    let error = Truss::parse("cube.json", text).unwrap_err();
-    let says = error.to_string();
-    assert!(
-        says.contains("`nodes[0]` has three coordinates: [0.0, 0.0, 0.0]"),
-        "{says}"
-    );
-    assert!(
-        matches!(error, Error::Malformed { line: 2, .. }),
-        "{error:?}"
-    );
 }
 
 /// Text in UTF-16, with and without a byte order mark, is named in every file that people write.
