@@ -5,11 +5,8 @@
 //! [`scaled`] multiplies every key by the dimension of its unit. Keys without a unit are dimensionless. So are constants:
 //! the perturbation of a start counts in the scale of the lattice, and so do the bounds on gradients.
 
-use cosmic::case::Case;
 use cosmic::codesign::{CoDesign, Delivery};
-use cosmic::geometry::Vector;
 use cosmic::scene::{Scene, TaskKind};
-use cosmic::simulator::{Span, Trajectory};
 
 /// The factors by which a scene is scaled.
 #[derive(Clone, Copy, Debug)]
@@ -133,67 +130,6 @@ fn scene(world: &str) -> Scene {
         threshold_over = [2, 6]
     ";
     scene.with("small", small).unwrap()
-}
-
-/// The states of the robot with which the optimisation of a scene begins.
-fn rollout(scene: &Scene, steps: usize) -> Trajectory<f64> {
-    let case = Case::of_scene(scene, 4).unwrap();
-    let span = Span::from_start((0..=steps).step_by(16).collect());
-    (case.task().simulator).rollout(&case.body(), &case.controller, &case.start, &span)
-}
-
-/// Pairs of vectors of a trajectory, the positions and the velocities of all states, with the factor between the two.
-fn pairs(
-    a: &Trajectory<f64>,
-    b: &Trajectory<f64>,
-    factors: Factors,
-) -> Vec<(Vector<f64>, Vector<f64>)> {
-    let states = a.states.iter().zip(&b.states);
-    let (length, speed) = (factors.length, factors.of("m/s"));
-    let of_states = states.flat_map(|(a, b)| {
-        let x = a.x.iter().zip(&b.x).map(move |(a, b)| (*a * length, *b));
-        let v = a.v.iter().zip(&b.v).map(move |(a, b)| (*a * speed, *b));
-        x.chain(v).collect::<Vec<_>>()
-    });
-    of_states.collect()
-}
-
-#[test]
-fn a_rollout_scales_bit_for_bit_with_powers_of_two() {
-    for world in WORLDS {
-        let scene = scene(world);
-        let seen = rollout(&scene, 192);
-        let moved = seen.position(192) - seen.position(0);
-        assert!(moved.norm() > 1e-3, "{world}: the robot must move");
-        for exponent in -3..=3 {
-            let factors = Factors {
-                length: 4_f64.powi(exponent),
-                mass: 2_f64.powi(2 * exponent - 1),
-            };
-            let other = rollout(&scaled(&scene, factors), 192);
-            for (expected, found) in pairs(&seen, &other, factors) {
-                assert_eq!(expected, found, "{world}: {factors:?}");
-            }
-        }
-    }
-}
-
-/// With other factors, numbers are rounded differently, and the motion magnifies the differences. Over this short
-/// horizon it does so by less than 1e5, so 1e-11 is left of rounding at 1e-16.
-#[test]
-fn a_rollout_scales_up_to_rounding_with_other_factors() {
-    for world in WORLDS {
-        let scene = scene(world);
-        let seen = rollout(&scene, 48);
-        for length in [0.01, 0.1, 10.0, 100.0] {
-            let factors = Factors { length, mass: 3.0 };
-            let other = rollout(&scaled(&scene, factors), 48);
-            let off = pairs(&seen, &other, factors).into_iter();
-            let off = off.map(|(expected, found)| (expected - found).norm());
-            let off = off.fold(0.0, f64::max) / length;
-            assert!(off < 1e-11, "{world}: {factors:?}: {off:e}");
-        }
-    }
 }
 
 /// Optimises a scene with a fixed seed.
