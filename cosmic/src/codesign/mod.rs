@@ -68,5 +68,5 @@ pub use review::Review;
 pub use schedule::{Pass, Phase, Schedule};
 pub use settle::settle;
 pub use slope::{At, Slope};
-pub use slopes::Sought;
+pub use slopes::Variables;
 pub use standstill::Standstill;

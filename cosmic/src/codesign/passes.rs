@@ -6,7 +6,7 @@ use super::reach::Reached;
 use super::schedule::{Phase, Schedule};
 use super::settle::settle;
 use super::slope::Slope;
-use super::slopes::Sought;
+use super::slopes::Variables;
 use crate::design::{Design, clamp};
 use crate::optimiser::{Linearisation, bound_norm};
 use crate::projection::Projection;
@@ -55,7 +55,7 @@ impl CoDesign {
         };
         let judged = |slope: &Slope| {
             self.evaluator
-                .judged(slope.displacement, Sought::Design(seen), &at)
+                .judged(slope.displacement, Variables::Design(seen), &at)
         };
         record.displacement_horizon = first.map(judged);
         record.stuck = first.is_some_and(|slope| slope.stuck);
@@ -114,17 +114,18 @@ impl CoDesign {
         let full = self.is_evaluated(now);
         let trust = progress.settled.as_ref().map_or(1.0, |s| s.trust);
         let rate = trust * now.learning_rate();
-        let sought = if rate == 0.0 {
-            Sought::Nothing(&design)
+        let variables = if rate == 0.0 {
+            Variables::Nothing(&design)
         } else {
-            Sought::Controller(&design)
+            Variables::Controller(&design)
         };
         let ([slope], evaluated) = rayon::join(
-            || self.evaluator.slopes([sought], &at),
+            || self.evaluator.slopes([variables], &at),
             || known.or_else(|| full.then(|| self.evaluator.evaluate(progress))),
         );
         note_displacement(record, evaluated);
-        record.displacement_horizon = Some(self.evaluator.judged(slope.displacement, sought, &at));
+        record.displacement_horizon =
+            Some(self.evaluator.judged(slope.displacement, variables, &at));
         record.merit_horizon = self.evaluator.merit_horizon(&slope);
         record.loss_horizon = Some(slope.loss);
         record.stuck = slope.stuck;

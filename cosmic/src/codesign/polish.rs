@@ -11,7 +11,7 @@ use super::progress::Progress;
 use super::reach::Reached;
 use super::schedule::Schedule;
 use super::slope::Slope;
-use super::slopes::Sought;
+use super::slopes::Variables;
 use crate::design::{Design, LayoutRules, Material, flipped};
 use crate::projection::Holds;
 
@@ -56,7 +56,7 @@ fn finalists(
     let Evaluator { scene, task, .. } = evaluator;
     let schedule = &scene.schedule;
     let [Slope { gradient, .. }] =
-        evaluator.slopes([Sought::Shares], &evaluator.point(progress, now));
+        evaluator.slopes([Variables::Shares], &evaluator.point(progress, now));
     if !gradient.iter().all(|slope| slope.is_finite()) {
         return Vec::new();
     }

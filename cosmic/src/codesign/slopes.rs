@@ -18,7 +18,7 @@ use crate::task::{Horizon, Task, together};
 
 /// The variables that the loss is differentiated with respect to.
 #[derive(Clone, Copy)]
-pub enum Sought<'a> {
+pub enum Variables<'a> {
     /// The design vectors. The given projection is applied to them.
     Design(Projection),
     /// The shares of the materials in each edge of a layout. They are the design vectors of the layout (D7).
@@ -29,7 +29,7 @@ pub enum Sought<'a> {
     Nothing(&'a Design<Mixture<f64>>),
 }
 
-impl Sought<'_> {
+impl Variables<'_> {
     pub(super) fn blocks(&self) -> &'static [Block] {
         match self {
             Self::Design(_) | Self::Shares => DESIGN,
@@ -103,7 +103,7 @@ impl Evaluator {
     /// projection; `None` for a projection that has no share in the update. The two rollouts run in SIMD lanes on one
     /// thread if that is possible, otherwise on two threads.
     pub fn design_slopes(&self, at: &At) -> [Option<Slope>; 2] {
-        let both = [Projection::Performance, Projection::Stability].map(Sought::Design);
+        let both = [Projection::Performance, Projection::Stability].map(Variables::Design);
         let alone = |k: usize| {
             let [slope] = self.slopes([both[k]], at);
             Some(slope)
@@ -125,12 +125,12 @@ impl Evaluator {
     ///
     /// A payload that sticks to the ground has a gradient of exactly zero, from which the optimisation could not get
     /// away. If that was so in the last passes, the gradients are therefore those of the centre of mass.
-    pub fn slopes<const N: usize>(&self, sought: [Sought; N], at: &At) -> [Slope; N] {
+    pub fn slopes<const N: usize>(&self, variables: [Variables; N], at: &At) -> [Slope; N] {
         let body = self.scene.objective.body;
-        let mut slopes = self.slopes_of(body, sought, at);
+        let mut slopes = self.slopes_of(body, variables, at);
         let may_stick = at.sticks && body == MovedBody::Payload && self.loss.is_far();
         if may_stick && slopes.iter().all(Slope::is_flat) {
-            let of_mass = self.slopes_of(MovedBody::Mass, sought, at);
+            let of_mass = self.slopes_of(MovedBody::Mass, variables, at);
             for (slope, of_mass) in slopes.iter_mut().zip(of_mass) {
                 (slope.gradient, slope.stuck) = (of_mass.gradient, true);
             }
@@ -142,7 +142,7 @@ impl Evaluator {
     fn slopes_of<const N: usize>(
         &self,
         body: MovedBody,
-        sought: [Sought; N],
+        variables: [Variables; N],
         at: &At,
     ) -> [Slope; N] {
         let horizon = &at.horizon;
@@ -156,10 +156,10 @@ impl Evaluator {
             };
             match self.scene.gradient.precision {
                 GradientPrecision::F64 => {
-                    self.differentiated::<f64, N>(task, inputs, &sought, horizon)
+                    self.differentiated::<f64, N>(task, inputs, &variables, horizon)
                 }
                 GradientPrecision::F32 => {
-                    self.differentiated::<f32, N>(task, inputs, &sought, horizon)
+                    self.differentiated::<f32, N>(task, inputs, &variables, horizon)
                 }
             }
         })
@@ -170,7 +170,7 @@ impl Evaluator {
     /// The rollout of a gradient does not check whether the robot flies apart. If the mean speed of the payload was
     /// high, the rollout is repeated with this check. Few walking robots are so fast, but all robots that fly apart
     /// are. With domains, the displacement is a mean and is not checked.
-    pub(super) fn judged(&self, displacement: f64, sought: Sought, at: &At) -> f64 {
+    pub(super) fn judged(&self, displacement: f64, variables: Variables, at: &At) -> f64 {
         let physics = &self.scene.physics;
         let (Some(bound), []) = (physics.speed_bound, &at.domains[..]) else {
             return displacement;
@@ -181,7 +181,7 @@ impl Evaluator {
         }
         let mut task = self.task.clone();
         task.physics.steps = steps;
-        let design = sought.design(&self.task, &at.inputs.z);
+        let design = variables.design(&self.task, &at.inputs.z);
         let again = self.reached(&[design], &at.inputs.controller, &task)[0];
         match again.along().is_nan() {
             true => f64::NAN,
@@ -200,7 +200,7 @@ impl Evaluator {
         &self,
         task: &Task,
         inputs: &Inputs<f64>,
-        sought: &[Sought; N],
+        variables: &[Variables; N],
         horizon: &Horizon,
     ) -> [Slope; N]
     where
@@ -208,8 +208,8 @@ impl Evaluator {
     {
         let mut reached = [None; N];
         let in_type = inputs.lift::<R>();
-        let found = in_type.differentiate_copies(sought[0].blocks(), |copies: &[_; N]| {
-            let designs: [_; N] = std::array::from_fn(|k| sought[k].design(task, &copies[k].z));
+        let found = in_type.differentiate_copies(variables[0].blocks(), |copies: &[_; N]| {
+            let designs: [_; N] = std::array::from_fn(|k| variables[k].design(task, &copies[k].z));
             let losses = self.losses_of(task, &designs, &copies[0], &inputs.start, horizon);
             std::array::from_fn(|k| {
                 reached[k] = Some(losses[k].1);

@@ -1,6 +1,6 @@
 use crate::small::{begun, tiny};
 use autodiff::Real;
-use cosmic::codesign::{At, CoDesign, Evaluator, Progress, Schedule, Slope, Sought};
+use cosmic::codesign::{At, CoDesign, Evaluator, Progress, Schedule, Slope, Variables};
 use cosmic::inputs::{CONTROLLER, DESIGN, Inputs};
 use cosmic::objective::{AnyLoss, LossOf};
 use cosmic::projection::Projection;
@@ -14,7 +14,7 @@ where
     dyn AnyLoss: LossOf<R>,
 {
     let (task, start) = (&evaluator.task, &evaluator.start);
-    let design = Sought::Design(Projection::Performance).design(task, &inputs.z);
+    let design = Variables::Design(Projection::Performance).design(task, &inputs.z);
     evaluator.losses_of(task, &[design], inputs, start, horizon)[0].0
 }
 
@@ -83,7 +83,7 @@ fn slope_in_domains(scene: &Scene, steps: usize) -> Slope {
     let (evaluator, progress) = begun(scene);
     let mut at = evaluator.point(&progress, &Schedule::at(scene, 1));
     at.horizon = Horizon::of_steps(steps);
-    let [slope] = evaluator.slopes([Sought::Design(Projection::Performance)], &at);
+    let [slope] = evaluator.slopes([Variables::Design(Projection::Performance)], &at);
     slope
 }
 
@@ -114,13 +114,13 @@ fn gradients_in_f32_agree_with_gradients_in_f64() {
         inputs: double.evaluator().inputs(&progress),
         horizon: Horizon::of_steps(24),
     };
-    for sought in [
-        Sought::Design(Projection::Performance),
-        Sought::Design(Projection::Stability),
-        Sought::Controller(&design),
+    for variables in [
+        Variables::Design(Projection::Performance),
+        Variables::Design(Projection::Stability),
+        Variables::Controller(&design),
     ] {
         let [[a], [b]] =
-            [&double, &single].map(|codesign| codesign.evaluator().slopes([sought], &at));
+            [&double, &single].map(|codesign| codesign.evaluator().slopes([variables], &at));
         let off: f64 = (a.gradient.iter().zip(&b.gradient))
             .map(|(a, b)| (a - b).powi(2))
             .sum();
@@ -145,9 +145,9 @@ fn gradients_computed_together_are_bit_identical_to_single_ones() {
             horizon: Horizon::of_steps(20),
             ..evaluator.point(&progress, &Schedule::at(scene, 1))
         };
-        let both = [Projection::Performance, Projection::Stability].map(Sought::Design);
+        let both = [Projection::Performance, Projection::Stability].map(Variables::Design);
         let together = evaluator.slopes(both, &at);
-        let alone = both.map(|sought| evaluator.slopes([sought], &at).into_iter().next());
+        let alone = both.map(|variables| evaluator.slopes([variables], &at).into_iter().next());
         assert_eq!(together.clone().map(Some), alone);
         assert_ne!(together[0].gradient, together[1].gradient);
         assert_eq!(evaluator.design_slopes(&at), together.map(Some));
@@ -251,7 +251,7 @@ fn a_payload_that_sticks_gets_the_gradient_of_the_centre_of_mass() {
         let (evaluator, now) = (codesign.evaluator(), Schedule::at(scene, 1));
         let at = evaluator.point(&progress, &now);
         let design = evaluator.design(&progress);
-        let [slope] = evaluator.slopes([Sought::Controller(&design)], &at);
+        let [slope] = evaluator.slopes([Variables::Controller(&design)], &at);
         slope
     };
     let slope_of = |scene: &Scene| slope_after(3, scene);
