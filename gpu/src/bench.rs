@@ -30,15 +30,9 @@ pub(crate) struct Settings {
     /// The number of steps
     #[arg(long, default_value_t = 512)]
     steps: usize,
-    /// The numbers of invocations that carry one robot
-    #[arg(long, value_delimiter = ',', default_values_t = [WORKGROUP])]
-    workgroup: Vec<usize>,
     /// Take the adapter with this text in its name
     #[arg(long)]
     device: Option<String>,
-    /// Do not measure the processor
-    #[arg(long)]
-    only_device: bool,
 }
 
 /// The work that is measured.
@@ -91,35 +85,19 @@ pub(crate) fn run(settings: &Settings) -> Result<(), Box<dyn Error>> {
     );
     println!();
     println!(
-        "| work | weights | workgroup | robots | device, robot-steps/s | processor, robot-steps/s | ratio |"
+        "| work | weights | robots | device, robot-steps/s | processor, robot-steps/s | ratio |"
     );
-    println!("| --- | --- | --: | --: | --: | --: | --: |");
+    println!("| --- | --- | --: | --: | --: | --: |");
     for (work, name) in WORK {
         for (shared, weights) in [(false, "own"), (true, "shared")] {
             for &robots in &settings.robots {
-                let processor = match settings.only_device {
-                    true => None,
-                    false => Some(on_processor(&drawn, settings.steps, robots, work, shared)),
-                };
-                for &workgroup in &settings.workgroup {
-                    let device =
-                        on_device(&gpu, &drawn, settings, robots, workgroup, (work, shared));
-                    let device = match device {
-                        Ok(rate) => rate,
-                        Err(error) => {
-                            println!(
-                                "| {name} | {weights} | {workgroup} | {robots} | {error} | | |"
-                            );
-                            continue;
-                        }
-                    };
-                    let [other, ratio] = match processor {
-                        None => [const { String::new() }; 2],
-                        Some(rate) => [format!("{rate:.3e}"), format!("{:.2}", device / rate)],
-                    };
-                    println!(
-                        "| {name} | {weights} | {workgroup} | {robots} | {device:.3e} | {other} | {ratio} |"
-                    );
+                let processor = on_processor(&drawn, settings.steps, robots, work, shared);
+                match on_device(&gpu, &drawn, settings.steps, robots, (work, shared)) {
+                    Ok(device) => println!(
+                        "| {name} | {weights} | {robots} | {device:.3e} | {processor:.3e} | {:.2} |",
+                        device / processor
+                    ),
+                    Err(error) => println!("| {name} | {weights} | {robots} | {error} | | |"),
                 }
             }
         }
@@ -141,9 +119,8 @@ fn shortest(mut work: impl FnMut()) -> f64 {
 fn on_device(
     gpu: &Gpu,
     drawn: &Drawn,
-    settings: &Settings,
+    steps: usize,
     robots: usize,
-    workgroup: usize,
     (work, shared): (Work, bool),
 ) -> Result<f64, Box<dyn Error>> {
     let surroundings = [drawn.simulator.surroundings()];
@@ -166,10 +143,9 @@ fn on_device(
         controllers: work == Work::OfControllers,
         surroundings: false,
     };
-    let steps = settings.steps;
     let mut span = Span::from_start(vec![steps / 2, steps]);
     span.nodes = 1;
-    let printed = drawn.simulator.printed(&few, &span, wanted, workgroup)?;
+    let printed = drawn.simulator.printed(&few, &span, wanted, WORKGROUP)?;
     // The numbers of the few robots are repeated.
     let repeated = |(list, placed): (Vec<f64>, &Placed)| -> Vec<f32> {
         let (len, count) = (placed.len, if placed.is_common { 1 } else { robots });
