@@ -2,12 +2,11 @@
 //! friction, stiffness and masses. All designs get the same draws.
 
 use std::borrow::Cow;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::files::write_text;
 use crate::table::{Column, Table};
 use cosmic::Registry;
 use cosmic::codesign::{CoDesign, Quantiles};
@@ -15,17 +14,10 @@ use cosmic::domain::{Domain, draw};
 use cosmic::error::Result;
 use cosmic::numbers::finite;
 use cosmic::random::{Purpose, stream};
-use cosmic::record::files::{Format, write_json};
 use cosmic::record::summary::result_of;
 use cosmic::record::{DesignFile, run};
 use cosmic::scene::{Scatter, Scene};
 use cosmic::simulator::Divergence;
-
-/// The format of the results.
-const FORMAT: Format = Format {
-    name: "cosmic-robustness",
-    version: 1,
-};
 
 /// The results of several designs under random changes of the robots and their surroundings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -56,17 +48,6 @@ impl Robustness {
         let says = "median loss over the drawn domains, if the task is not distance";
         let loss = Column::new("loss", says).decimals(4, "–");
         table.add(loss, |run| run.loss).done()
-    }
-
-    /// Writes the results to a file: as a CSV table if the file's name ends in `.csv`, otherwise as JSON.
-    ///
-    /// # Errors
-    /// [`Error::Write`](cosmic::Error::Write).
-    pub fn write(&self, path: &Path) -> Result<()> {
-        if path.extension().is_some_and(|extension| extension == "csv") {
-            return write_text(path, &self.table().to_csv());
-        }
-        write_json(path, FORMAT, self)
     }
 }
 

@@ -42,9 +42,6 @@ pub(super) struct Arguments {
     scene: Option<String>,
     #[command(flatten)]
     settings: Settings,
-    /// Also write the results to this file, as JSON, or as a table if its name ends with .csv
-    #[arg(long, value_name = "FILE")]
-    out: Option<PathBuf>,
     #[command(flatten)]
     work: Work,
 }
@@ -81,9 +78,6 @@ impl Arguments {
         };
         let pool = pool(self.work.threads)?;
         let found = pool.install(|| measure(&self.runs, &domains))?;
-        if let Some(path) = &self.out {
-            found.write(path)?;
-        }
         answer(&self.work.output, &found, &found.table().to_text())?;
         judge(&found.divergences)
     }

@@ -48,15 +48,6 @@ fn robustness_compares_runs_under_the_same_random_draws() {
     assert_eq!(exact["least"], exact["nominal"]);
     let table = bench.ok("robustness a b");
     assert_eq!(table.out.lines().count(), 3);
-    for (file, begins) in [
-        ("r.json", "{\"format\":\"cosmic-robustness\""),
-        ("r.csv", "run,nominal,"),
-    ] {
-        let line = format!("robustness a --samples 2 --out {file}");
-        assert_eq!(bench.ok(&line).out.lines().count(), 2);
-        let text = bench.read(file);
-        assert!(text.starts_with(begins), "{text}");
-    }
     bench.fails("robustness a --mass 1.5", 2, &[]);
     bench.fails("robustness nowhere", 4, &["nowhere"]);
 }

@@ -147,20 +147,15 @@ fn the_page_describes_all_files_of_runs_and_sweeps() {
         "optimize tiny.toml --starts 2 --out runs/several",
         "optimize --from runs/several --out runs/on",
         "export runs/on --csv --svg",
-        "robustness runs/on --samples 1 --out runs/robustness.csv",
         "sweep run tiny.toml --out runs/s",
     ] {
         bench.ok(command);
     }
     let mut found = Found::default();
     of_folder(&bench.path("runs"), &mut found);
-    let Found { mut names, tables } = found;
-    // The page cannot contain this file name, because the user chooses it.
-    names.remove("robustness.csv");
-    let table = tables.iter().map(|(name, columns)| match &name[..] {
-        "robustness.csv" => format!("| of `robustness` | {columns} |\n"),
-        _ => format!("| `{name}` | {columns} |\n"),
-    });
+    let Found { names, tables } = found;
+    let row = |(name, columns): (&String, &String)| format!("| `{name}` | {columns} |\n");
+    let table = tables.iter().map(row);
     let head = "| table | columns, in order |\n| --- | --- |\n".to_owned();
     is_fresh(
         "files.md",
