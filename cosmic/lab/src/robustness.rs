@@ -2,7 +2,7 @@
 //! friction, stiffness and masses. All designs get the same draws.
 
 use std::borrow::Cow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 use serde::Serialize;
