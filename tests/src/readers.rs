@@ -89,7 +89,7 @@ pub fn design(bytes: &[u8]) -> Result<()> {
 /// fuzzing would hardly keep whole. `None` for bytes without a scene.
 fn with_whole_scene(bytes: &[u8]) -> Option<Vec<u8>> {
     let mut json: Value = serde_json::from_slice(bytes).ok()?;
-    let scene = json.pointer_mut("/plan/scene")?;
+    let scene = json.pointer_mut("/plan/scene/text")?;
     let whole = Scene::paper().with("scene", scene.as_str()?).ok()?;
     *scene = whole.to_run_toml().into();
     Some(json.to_string().into_bytes())

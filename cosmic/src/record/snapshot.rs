@@ -9,11 +9,8 @@ use crate::lattice::Truss;
 use crate::reading::{placed, read_whole};
 use crate::registry::Registry;
 use crate::scene::{Scene, TrussFile};
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{MapAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
-use std::fmt;
 use std::num::NonZeroUsize;
 use std::path::Path;
 use std::sync::Arc;
@@ -140,26 +137,20 @@ impl RunPlan {
 
 /// The form in which JSON files contain a scene: the text of the scene, and the truss of its lattice if there is one.
 /// So no other file is needed to read the scene.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SavedScene {
     /// The text of the scene, which is TOML.
     pub text: String,
-    truss: Option<Arc<Truss>>,
-}
-
-/// A saved scene whose lattice is a truss.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SceneAndTruss {
-    scene: String,
-    truss: Truss,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    truss: Option<Truss>,
 }
 
 impl From<&Scene> for SavedScene {
     fn from(scene: &Scene) -> Self {
         Self {
             text: scene.to_run_toml(),
-            truss: scene.lattice.file.truss().cloned(),
+            truss: scene.lattice.file.truss().map(|truss| Truss::clone(truss)),
         }
     }
 }
@@ -171,7 +162,7 @@ impl SavedScene {
     /// [`Error::Usage`] with the line and the column within the text.
     pub fn read(&self, place: &str, registry: &Registry) -> Result<Scene> {
         let truss = self.truss.clone();
-        let truss = truss.map(|truss| TrussFile::new(TrussFile::COPY, truss));
+        let truss = truss.map(|truss| TrussFile::new(TrussFile::COPY, Arc::new(truss)));
         let scene = Scene::parse_of_snapshot(&self.text, truss, registry);
         scene.map_err(|error| {
             // The report of a malformed file has several lines; one line is enough here.
@@ -185,51 +176,6 @@ impl SavedScene {
                 error => error.to_string(),
             };
             Error::Usage(format!("`{place}`: {says}"))
-        })
-    }
-}
-
-impl Serialize for SavedScene {
-    fn serialize<S: Serializer>(&self, to: S) -> std::result::Result<S::Ok, S::Error> {
-        let scene = self.text.clone();
-        match &self.truss {
-            None => to.serialize_str(&scene),
-            Some(truss) => SceneAndTruss {
-                scene,
-                truss: Truss::clone(truss),
-            }
-            .serialize(to),
-        }
-    }
-}
-
-impl<'de> Deserialize<'de> for SavedScene {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error> {
-        from.deserialize_any(SavedVisitor)
-    }
-}
-
-/// Reads a saved scene. An untagged enum of serde could do the same, but its errors would lose their positions in the
-/// file.
-struct SavedVisitor;
-
-impl<'de> Visitor<'de> for SavedVisitor {
-    type Value = SavedScene;
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("the text of a scene, or an object with the keys `scene` and `truss`")
-    }
-
-    fn visit_str<E>(self, text: &str) -> std::result::Result<SavedScene, E> {
-        let (text, truss) = (text.to_owned(), None);
-        Ok(SavedScene { text, truss })
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<SavedScene, A::Error> {
-        let both = SceneAndTruss::deserialize(MapAccessDeserializer::new(map))?;
-        Ok(SavedScene {
-            text: both.scene,
-            truss: Some(Arc::new(both.truss)),
         })
     }
 }
