@@ -3,15 +3,14 @@
 use super::files::copy_files;
 use super::history::{DESIGNS, LINES};
 use super::multistart;
-use super::run::{Lock, Observer, Run, SCENE, begin, keep_scene, read_summary, take_up};
+use super::run::{Observer, Run, SCENE, begin, keep_scene, read_summary, take_up};
 use super::snapshot::{RunPlan, SNAPSHOT, Snapshot};
-use super::summary::{SUMMARY, Summary};
+use super::summary::Summary;
 use crate::codesign::{CoDesign, Progress};
 use crate::error::{Error, Result};
 use crate::registry::Registry;
 use crate::scene::UnstableStep;
 use std::fs;
-use std::io::ErrorKind;
 use std::num::NonZeroUsize;
 use std::path::Path;
 
@@ -127,13 +126,12 @@ fn resume_if(
     multistart::search(lock, &snapshot.plan, observer)
 }
 
-/// Writes the result of an unfinished run for its current robot into the folder `into`, which is new, empty, or holds
-/// an earlier result of this run. An earlier result is overwritten; the run itself does not change. For a run with the
-/// caller's loss, `codesign` must have that loss.
+/// Writes the result of an unfinished run for its current robot into the folder `into`, which is new or empty. The run
+/// itself does not change. For a run with the caller's loss, `codesign` must have that loss.
 ///
 /// # Errors
-/// [`Error::Usage`] for a finished run, for several starts, before the first iteration, and if `into` holds anything
-/// but an earlier delivery of this run; otherwise like [`resume`].
+/// [`Error::Usage`] for a finished run, for several starts, before the first iteration, and if `into` is not
+/// empty; otherwise like [`resume`].
 pub fn deliver_so_far(
     folder: &Path,
     into: &Path,
@@ -154,41 +152,13 @@ pub fn deliver_so_far(
     let codesign = codesign.map_or_else(|| CoDesign::new(&snapshot.plan.scene), Ok)?;
     // All checks come before the first write.
     snapshot.clone().unpack(&folder.join(SNAPSHOT), &codesign)?;
-    let lock = begin_or_replace(into, folder)?;
+    let lock = begin(into)?;
     let mut plan = snapshot.plan.clone();
     plan.iterations = Some(done);
     copy_files(folder, into, &[LINES, DESIGNS])?;
     Snapshot::save(into, &plan, snapshot.seconds, Some(progress))?;
     let copy = Snapshot::read(into, registry)?;
     Run::open(lock, copy, Some(codesign))?.finish(&mut ())
-}
-
-/// Locks the folder `into`, which must be new, empty, or hold an earlier delivery of the run. Removes the summary of
-/// the earlier delivery. The folder then counts as an unfinished run until the new summary is written.
-fn begin_or_replace(into: &Path, run: &Path) -> Result<Lock> {
-    if !is_earlier_delivery(into, run) {
-        return begin(into);
-    }
-    let lock = Lock::take(into)?;
-    let summary = into.join(SUMMARY);
-    match fs::remove_file(&summary) {
-        Err(error) if error.kind() != ErrorKind::NotFound => Err(Error::writing(summary)(error)),
-        _ => Ok(lock),
-    }
-}
-
-/// True if `into` holds an earlier delivery of the run: its history is the beginning of the run's history. The lines of
-/// a history contain wall times, so the histories of two runs are never equal.
-fn is_earlier_delivery(into: &Path, run: &Path) -> bool {
-    let own = |folder: &Path| folder.canonicalize().ok();
-    if own(into) == own(run) {
-        return false;
-    }
-    let [earlier, whole] = [into, run].map(|folder| fs::read(folder.join(LINES)));
-    let (Ok(earlier), Ok(whole)) = (earlier, whole) else {
-        return false;
-    };
-    !earlier.is_empty() && whole.starts_with(&earlier)
 }
 
 /// Sets `unstable_step = "warn"` in the scene of a run and of all its starts. A finished run does not change.
