@@ -131,7 +131,7 @@ pub enum Error {
     NotFinite {
         /// The keys of the results that are not finite.
         names: Vec<String>,
-        /// The place where a gradient overflowed in the reverse sweep, if it did.
+        /// Why they are not finite, if that is known.
         cause: Option<String>,
     },
     /// A number that cannot be computed, because the rollouts that determine it diverged.

@@ -102,7 +102,6 @@ mod scene_values;
 mod simulator {
     mod driven;
     mod loads;
-    mod overflow;
     mod stability {
         mod vibration;
     }

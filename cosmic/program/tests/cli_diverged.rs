@@ -80,16 +80,11 @@ fn the_last_states_lie_beside_the_results() {
 
 /// Without damping, small changes grow without bound. So all states are finite, but the derivatives overflow.
 #[test]
-fn the_error_about_an_overflowing_gradient_names_the_step() {
+fn a_gradient_that_overflows_is_an_error() {
     let folder = Bench::with("base = \"stability\"\n[physics]\ndamping = 0.0\n");
     evaluate(&folder, "tiny.toml").ok();
     let told = evaluate(&folder, "tiny.toml --gradient");
     let says = "error: these results are not finite: grad_augmented.z, grad_l_disp.b1, ";
-    told.fails(3, &[says, ", first at node "]);
-    let overflow = "; the reverse sweep overflows in step ";
-    let (_, step) = told.error.rsplit_once(overflow).unwrap();
-    let step: usize = step.split(',').next().unwrap().parse().unwrap();
-    // The reverse sweep begins at the last step. It cannot overflow within the first few hundred steps that it takes.
-    assert!((1..8192 - 300).contains(&step), "{told:?}");
+    told.fails(3, &[says, "; take fewer steps"]);
     assert!(!folder.path("diverged.json").exists());
 }

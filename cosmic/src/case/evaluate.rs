@@ -10,7 +10,7 @@ use crate::lattice::Body;
 use crate::objective::{Displacement, measures};
 use crate::policy::Weights;
 use crate::projection::{self, Holds, Projection};
-use crate::simulator::{Divergence, Guarded, Overflow, Span, StepCheck};
+use crate::simulator::{Divergence, Guarded, Span, StepCheck};
 use crate::task::{Horizon, Task};
 
 impl Case {
@@ -62,14 +62,6 @@ impl Case {
         let (task, steps) = (self.task(), self.scene.physics.steps);
         let body = task.body(&self.own_design());
         (task.simulator).divergence(&body, &self.controller, &self.start, 0..steps)
-    }
-
-    /// Computes the gradient of the displacement and returns where its reverse sweep overflows; `None` if it does not
-    /// overflow.
-    pub fn overflow(&self) -> Option<Overflow> {
-        let (task, steps) = (self.task(), self.scene.physics.steps);
-        let body = task.body(&self.own_design());
-        (task.simulator).overflow(&body, &self.controller, &self.start, steps)
     }
 
     /// Checks whether the time step is short enough for the vibrations of the robot at rest in its initial positions.

@@ -21,7 +21,6 @@ mod rollout;
 mod printed;
 mod blame;
 mod divergence;
-mod overflow;
 mod loads;
 mod economy;
 
@@ -31,7 +30,6 @@ pub use economy::Energy;
 pub use effort::{Effort, Efforts};
 pub use energy::Store;
 pub use loads::{BarLoad, EdgeMoments, Largest, Loads, Magnitude};
-pub use overflow::{Overflow, Sweep};
 pub use plan::Robots;
 pub use prepare::{Simulator, Span};
 #[cfg(feature = "wgsl")]
