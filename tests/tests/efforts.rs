@@ -300,29 +300,3 @@ fn efforts_of_implicit_steps_are_reproduced() {
         }
     }
 }
-
-/// In short steps, the forces that an implicit step uses are those of explicit steps.
-#[test]
-fn forces_of_implicit_steps_approach_those_of_explicit_ones() {
-    let [explicit, implicit] = ["symplectic_euler", "implicit"].map(|integrator| {
-        let case = robot(&format!(
-            "physics = {{integrator = '{integrator}', dt = 2e-5, contact = 'coulomb', friction = 0.4, forces = ['damper']}}"
-        ));
-        let span = Span {
-            metered: true,
-            ..Span::from_start(vec![89, 90])
-        };
-        (case.task().simulator).rollout(&case.body(), &case.controller, &case.start, &span)
-    });
-    let size = |numbers: &[f64]| numbers.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-    let apart = |a: &[f64], b: &[f64]| -> f64 {
-        let pairs: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
-        size(&pairs) / size(a)
-    };
-    // An implicit step takes the forces at its end. The fastest vibrations, at some 300 rad/s, change them by 0.6 % in a step.
-    let tensions = [&explicit, &implicit].map(|seen| &seen.effort(90).tension);
-    assert!(size(tensions[0]) > 0.1);
-    assert!(apart(tensions[0], tensions[1]) < 0.02);
-    // The work of a step is its impulse times the mean velocity of the step, so both integrators have the same velocities.
-    assert!(apart(&explicit.effort(90).work, &implicit.effort(90).work) < 0.02);
-}

@@ -1,12 +1,10 @@
 //! The clock whose frequency is a design variable (`controller.clock = "learned"`).
 
-use autodiff::{DoubleDouble, Dual, Real};
+use autodiff::Real;
 use cosmic::case::Case;
 use cosmic::codesign::CoDesign;
 use cosmic::domain::{Domain, rollouts};
-use cosmic::inputs::{CONTROLLER, Inputs};
 use cosmic::lattice::State;
-use cosmic::objective::{Displacement, Loss};
 use cosmic::policy::{Controller, TEMPO, frequency};
 use cosmic::record::DesignFile;
 use cosmic::scene::{ClockKind, Scene};
@@ -34,9 +32,6 @@ window = 16
 every = 4
 ";
 
-/// The half-width of central differences in double-double.
-const WIDTH: f64 = 1e-12;
-
 fn scene(settings: &[&str]) -> Scene {
     let scene = Scene::parse("learned", SCENE).unwrap();
     scene.set(settings).unwrap()
@@ -61,66 +56,6 @@ fn starts(case: &Case) -> Vec<State<f64>> {
         start
     };
     (0..5).map(start).collect()
-}
-
-/// The displacement loss of the rollout from each start. A single start runs alone, several in SIMD lanes.
-fn losses<R: Real>(case: &Case, inputs: &Inputs<R>, starts: &[State<f64>]) -> R {
-    let task = case.task();
-    let loss = Displacement::at_end(task.ground());
-    let designs = [case.projected(case.projection, &inputs.z)];
-    let domain = |start: &State<f64>| Domain::of(&task, start.clone());
-    let domains: Vec<Domain> = starts.iter().map(domain).collect();
-    let span = Span::from_start(loss.observed(case.scene.physics.steps));
-    let seen = rollouts(&designs, &inputs.controller, &domains, &span);
-    R::sum_of(&seen.iter().map(|seen| loss.loss(seen)).collect::<Vec<_>>())
-}
-
-/// The derivative of the loss by `tempo`, in reverse mode.
-fn by_tempo(case: &Case, starts: &[State<f64>]) -> f64 {
-    let (_, gradient) = case
-        .inputs()
-        .differentiate(CONTROLLER, |inputs| losses(case, inputs, starts));
-    *gradient.last().unwrap()
-}
-
-/// The derivative by the tempo over 400 steps on the ground, alone and in lanes.
-#[test]
-fn forward_mode_reverse_mode_and_differences_agree() {
-    let case = robot(&[], 0.2);
-    let starts = starts(&case);
-    let mut alone = Vec::new();
-    for start in &starts {
-        let starts = std::slice::from_ref(start);
-        let reverse = by_tempo(&case, starts);
-        let mut inputs = case.inputs().lift::<Dual<f64, 1>>();
-        inputs.controller.block_mut(TEMPO)[0].tangent = [1.0];
-        let [forward] = losses(&case, &inputs, starts).tangent;
-        // Both modes round each step at 1e-16. The contacts of 400 steps magnify these errors by up to 1e6.
-        assert!(
-            (forward - reverse).abs() < 1e-9 * reverse.abs(),
-            "{forward} {reverse}"
-        );
-        // The error of differences in double-double is the square of their width times the third derivative, and 1e-32
-        // divided by the width. What is left is the rounding of the reverse mode.
-        let [up, down] = [WIDTH, -WIDTH].map(|by| {
-            let mut inputs = case.inputs().lift::<DoubleDouble>();
-            inputs.controller.block_mut(TEMPO)[0] += DoubleDouble::lit(by);
-            losses(&case, &inputs, starts)
-        });
-        let slope: f64 = ((up - down) / DoubleDouble::lit(2.0 * WIDTH)).into();
-        assert!(
-            (slope - reverse).abs() < 1e-9 * reverse.abs(),
-            "{slope} {reverse}"
-        );
-        alone.push(reverse);
-    }
-    assert!(alone.iter().all(|slope| slope.abs() > 1e-3), "{alone:?}");
-    let (together, sum) = (by_tempo(&case, &starts), alone.iter().sum::<f64>());
-    // Sums over lanes have another order.
-    assert!(
-        (together - sum).abs() < 1e-11 * sum.abs(),
-        "{together} {sum}"
-    );
 }
 
 /// A learned clock with a `tempo` of 0 gives the bits of a fixed clock, alone, in lanes, and in single precision. With

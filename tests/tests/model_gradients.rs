@@ -58,16 +58,6 @@ impl Values for Mixtures<'_> {
     }
 }
 
-#[test]
-fn performance_projections() {
-    for case in &cases() {
-        smooth(
-            Mixtures(case, Projection::Performance),
-            case.design.vectors().as_flattened(),
-        );
-    }
-}
-
 /// The derivatives of projections are right for edges with held materials: materials whose share is almost zero.
 #[test]
 fn projections_with_held_materials() {

@@ -1,11 +1,8 @@
 //! Robots with `design.one_piece`, whose nodes have a weight that depends on how solid their edges are. The tests cover
-//! gradients, the snap, and nodes without a bar.
+//! gradients and the snap.
 
-use autodiff::{Var, gradient};
 use cosmic::case::Case;
 use cosmic::design::{Design, Material, Mixture};
-use cosmic::domain::{Domain, rollouts};
-use cosmic::geometry::{Vector, flat, from_flat};
 use cosmic::inputs::DESIGN;
 use cosmic::lattice::State;
 use cosmic::scene::Scene;
@@ -114,66 +111,4 @@ fn nothing_jumps_at_the_snap() {
     let mut alike = case.clone();
     alike.scene.design.one_piece = false;
     assert!(farthest(&end(&alike, &layout, &case.start), &snapped, live) > 10.0 * far);
-}
-
-/// Nodes without a bar stay where they are. They affect neither the motion of the other nodes nor any gradient.
-#[test]
-fn nodes_without_a_bar_do_not_belong_to_the_robot() {
-    let case = robot();
-    let layout = Design::Layout(cell(&case));
-    let seen = end(&case, &layout, &case.start);
-    let mut moved = case.start.clone();
-    for node in [2, 5, 6, 7, 8] {
-        assert_eq!(
-            (seen.x[node], seen.v[node]),
-            (case.start.x[node], Vector::zero())
-        );
-        moved.x[node] = [7.0, 0.3 * node as f64].into();
-        moved.v[node] = [-50.0, 8.0].into();
-    }
-    let other = end(&case, &layout, &moved);
-    for node in [0, 1, 3, 4] {
-        assert_eq!((seen.x[node], seen.v[node]), (other.x[node], other.v[node]));
-        assert_ne!(seen.x[node], case.start.x[node]);
-    }
-    let task = case.task();
-    let start: Vec<f64> = flat(&case.start.x);
-    let gradient = gradient(
-        |x: &[Var<f64>]| {
-            let mut start = case.start.map(Var::constant);
-            start.x = from_flat(x);
-            let controller = case.controller.map(Var::constant);
-            let layout = Design::Layout(cell(&case));
-            let span = Span::from_start(vec![STEPS]);
-            let seen = (task.simulator).rollout(&task.body(&layout), &controller, &start, &span);
-            seen.states[0].x[0][0] + seen.states[0].x[4][1]
-        },
-        &start,
-    );
-    for (node, by) in gradient.as_chunks::<2>().0.iter().enumerate() {
-        assert_eq!(
-            *by != [0.0; 2],
-            [0, 1, 3, 4].contains(&node),
-            "{node}: {by:?}"
-        );
-    }
-}
-
-/// Bodies with different present nodes can run in one call, and have the same bits as in single runs.
-#[test]
-fn bodies_of_different_nodes_run_together() {
-    let case = robot();
-    let task = case.task();
-    let all_bars = vec![Material::Skeleton; case.lattice.edges.len()];
-    let designs = [cell(&case), all_bars, cell(&case)].map(Design::Layout);
-    let [first, second, _] = designs.each_ref().map(|design| task.body(design).presence);
-    assert_ne!(first, second);
-    let domains = vec![Domain::of(&task, case.start.clone()); designs.len()];
-    let span = Span::from_start(vec![20, STEPS]);
-    let together = rollouts(&designs, &case.controller, &domains, &span);
-    for (design, seen) in designs.iter().zip(&together) {
-        let alone =
-            (task.simulator).rollout(&task.body(design), &case.controller, &case.start, &span);
-        assert_eq!(alone.states, seen.states);
-    }
 }

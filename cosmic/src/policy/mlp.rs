@@ -184,14 +184,3 @@ impl<R: Real> Layer<R> {
         sums.into_iter().map(R::tanh).collect()
     }
 }
-
-impl<R: Real> Controller<R> {
-    /// Makes a network ignore its inputs: the activation of each edge becomes `tanh` of its entry in `biases`.
-    ///
-    /// # Panics
-    /// If the controller is not a network, or if there is not one bias per edge.
-    pub fn hold_outputs(&mut self, biases: &[R]) {
-        self.block_mut(W2).fill(R::zero());
-        self.block_mut(B2).copy_from_slice(biases);
-    }
-}

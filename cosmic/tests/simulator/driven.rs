@@ -30,7 +30,8 @@ fn case_of(force: &str, held: impl Fn(usize) -> f64) -> (Case, Vec<f64>) {
     let held: Vec<f64> = (0..case.lattice.edges.len()).map(held).collect();
     let bias = |held: &f64| held.atanh().clamp(-SATURATED, SATURATED);
     let biases: Vec<f64> = held.iter().map(bias).collect();
-    case.controller.hold_outputs(&biases);
+    case.controller.block_mut("w2").fill(0.0);
+    case.controller.block_mut("b2").copy_from_slice(&biases);
     // Every bar contains actuator material and starts longer than its stops allow, so that stops act on idle bars
     // too.
     case.design = Design::Undecided(vec![[0.0, 0.5, 1.0]; held.len()]);
