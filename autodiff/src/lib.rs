@@ -48,10 +48,6 @@
 //! results and the settings [`check::Options`] and [`Rollout`] may get new fields or variants. Build settings from
 //! their defaults: `Options { seed: 1, ..Options::default() }`.
 
-// The crate's own name, so that unit tests in `src` can share helper files with the tests in `tests`.
-#[cfg(test)]
-extern crate self as autodiff;
-
 // The modules are in the order of the architecture: each module uses only those above it.
 mod literal;
 mod mask;

@@ -378,23 +378,3 @@ impl SplitMix {
         (bits >> 11) as f64 / (1u64 << 52) as f64 - 1.0
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::SplitMix;
-
-    /// For the seed in its publication, the generator must return the published numbers.
-    #[test]
-    fn directions_are_drawn_by_split_mix() {
-        let mut random = SplitMix(1234567);
-        let published = [
-            6457827717110365317_u64,
-            3203168211198807973,
-            9817491932198370423,
-            4593380528125082431,
-        ];
-        for bits in published {
-            assert_eq!(random.next(), (bits >> 11) as f64 / 2_f64.powi(52) - 1.0);
-        }
-    }
-}
