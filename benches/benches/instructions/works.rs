@@ -1,12 +1,9 @@
 //! The pieces of work whose instructions are counted.
 
 use std::hint::black_box;
-use std::path::Path;
 
 use autodiff::{Kernel, Model, Program, Real, Rollout, gradient};
-use benches::adbench::{self, Case};
 use benches::machine::built_in;
-use benches::objectives::Problem;
 use benches::robot::{MEASURED_STEPS, Subject, TwoMatvecs};
 use cosmic::inputs::{CONTROLLER, DESIGN};
 use cosmic::kernel;
@@ -59,7 +56,7 @@ impl CountTable {
 
 /// Returns all tables.
 pub(crate) fn tables() -> Vec<CountTable> {
-    vec![robot(), one_piece(), scalar_tapes(), problems()]
+    vec![robot(), one_piece(), scalar_tapes()]
 }
 
 fn robot() -> CountTable {
@@ -211,31 +208,4 @@ fn scalar_tapes() -> CountTable {
         rows,
         base: ComparedTo::Table,
     }
-}
-
-fn problems() -> CountTable {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/adbench");
-    let cases = adbench::cases(&folder).expect("the problems of this workspace are readable");
-    let row = |case: Case| {
-        let objective = problem(case.clone(), |problem| problem.objective());
-        let derivative = problem(case.clone(), |problem| problem.derivative());
-        (case.name, vec![objective, derivative])
-    };
-    CountTable {
-        title: "ADBench",
-        about: "In brackets: the ratio to the objective.",
-        columns: &["case", "objective", "objective and derivative"],
-        rows: cases.into_iter().map(row).collect(),
-        base: ComparedTo::Row,
-    }
-}
-
-fn problem(case: Case, work: impl Fn(&mut dyn Problem) + 'static) -> CountedWork {
-    let run = move |repeats| {
-        let mut problem = case.open().expect("the case was read before");
-        for _ in 0..repeats {
-            work(&mut *problem);
-        }
-    };
-    CountedWork::new(2, 1, run)
 }
