@@ -13,8 +13,6 @@ mod batch;
 mod batch_results;
 mod callers;
 mod check;
-mod check_report;
-mod check_seeds;
 mod computed_zeros;
 mod controls;
 mod double_double;

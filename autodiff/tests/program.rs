@@ -348,7 +348,10 @@ fn a_saturated_layer_has_one_slope_in_all_modes() {
         };
         let close = |slope: &f64| (slope - expected).abs() <= error;
         assert!(slopes.iter().all(close), "{bias}: {slopes:?}, {expected}");
-        let report = check_gradient(&layer, &x, &Options::default());
-        assert_ne!(report.verdict, Verdict::Wrong, "{bias}: {report}");
+        // Further out, the slope has fewer digits than the tolerance of a check.
+        if bias < 5.0 {
+            let report = check_gradient(&layer, &x, &Options::default());
+            assert_eq!(report.verdict, Verdict::Smooth, "{bias}: {report}");
+        }
     }
 }
