@@ -39,7 +39,6 @@ mod pointers;
 mod precision;
 mod program;
 mod recorded;
-mod reports;
 mod rollout;
 mod rounding;
 mod rules;
