@@ -38,7 +38,7 @@
 //! - `rollouts`, on by default: the same for the steps of a [`Rollout`];
 //! - `derive`, on by default: the attribute `#[kernel]` for every [`Kernel`], and `#[derive(Parameters)]` for
 //!   structures of [`parameters`];
-//! - `nalgebra`: [`Element`] in nalgebra's matrices, module `nalgebra`;
+//! - `nalgebra`: [`Element`] in nalgebra's matrices, module `matrices`;
 //! - `rayon`: Jacobians and Hessians on several cores, module `parallel`;
 //! - `wgsl`: programs printed for GPUs, module `wgsl`.
 //!
@@ -106,7 +106,7 @@ pub use elementary::Elementary;
 pub use interop::Element;
 #[cfg(feature = "nalgebra")]
 #[doc(inline)]
-pub use interop::nalgebra;
+pub use interop::matrices;
 #[doc(inline)]
 pub use parameters::Parameters;
 #[doc(inline)]

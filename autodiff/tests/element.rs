@@ -12,7 +12,7 @@ type Number = Element<Dual<DoubleDouble, 1>>;
 /// The functions to test. They are in a module of their own, because only here both traits are imported, and their
 /// methods have the same names.
 mod table {
-    use ::nalgebra::ComplexField as C;
+    use nalgebra::ComplexField as C;
     use num_traits::Float as F;
 
     use super::Number;

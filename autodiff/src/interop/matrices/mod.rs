@@ -4,8 +4,8 @@
 //! factorisations. It implements `RealField`.
 //!
 //! ```
-//! use ::nalgebra::{Matrix2, Vector2};
-//! use autodiff::nalgebra::Element;
+//! use nalgebra::{Matrix2, Vector2};
+//! use autodiff::matrices::Element;
 //! use autodiff::{Real, gradient};
 //!
 //! /// The energy of a load on springs: half the load times the displacement `K^-1 load`.
@@ -49,7 +49,6 @@
 //!   everywhere.
 //! - A conversion of an element to a float panics, because it would lose the derivative. So does nalgebra's matrix
 //!   exponential, which converts norms: use [`exp`].
-//! - With `use autodiff::*`, `nalgebra` means this module; the crate itself is `::nalgebra`.
 
 mod determinant;
 mod eigen;

@@ -1,6 +1,6 @@
 //! Implements [`Parameters`](crate::Parameters) for matrices of elements.
 
-use ::nalgebra::{DMatrix, DVector, Dim, Matrix, RawStorage, SMatrix};
+use nalgebra::{DMatrix, DVector, Dim, Matrix, RawStorage, SMatrix};
 
 use super::super::element::Element;
 use crate::parameters::{Parameters, Walk};

@@ -1,7 +1,7 @@
 //! Implements the traits of simba, on which nalgebra is built, for [`Element`].
 
-use ::nalgebra::{ComplexField, Field, RealField, SimdValue};
 use approx::{AbsDiffEq, RelativeEq, UlpsEq};
+use nalgebra::{ComplexField, Field, RealField, SimdValue};
 use num_traits::{FloatConst, One, Zero};
 use simba::scalar::SubsetOf;
 
@@ -81,7 +81,7 @@ constants_from! { f64 f32 }
 fn no_float() -> ! {
     panic!(
         "an `Element` cannot be converted to a float, because its derivative would be lost; to get only the \
-         value, take the primal of its field `.0`; for a matrix exponential, call `autodiff::nalgebra::exp`"
+         value, take the primal of its field `.0`; for a matrix exponential, call `autodiff::matrices::exp`"
     )
 }
 

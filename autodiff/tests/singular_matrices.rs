@@ -2,9 +2,9 @@
 //! differences.
 
 use crate::common::{assert_close, assert_refused, differences, forward_gradient, hessian_rows};
-use ::nalgebra::{DMatrix, DVector};
-use autodiff::nalgebra::{Element, determinant, exp, log_determinant, symmetric_eigen_groups};
+use autodiff::matrices::{Element, determinant, exp, log_determinant, symmetric_eigen_groups};
 use autodiff::{DoubleDouble, Function, Real, gradient, hessian, jacobian, jacobian_reverse};
+use nalgebra::{DMatrix, DVector};
 
 fn square<R: Real>(x: &[R]) -> DMatrix<Element<R>> {
     let size = x.len().isqrt();

@@ -1,6 +1,6 @@
 //! Vectors and rotations of elements, and the angles between them.
 
-use ::nalgebra::{DVector, Dim, Matrix, Quaternion, RawStorage, U1, UnitQuaternion, Vector3};
+use nalgebra::{DVector, Dim, Matrix, Quaternion, RawStorage, U1, UnitQuaternion, Vector3};
 
 use super::super::element::Element;
 use crate::real::Real;
@@ -14,8 +14,8 @@ pub fn vector<R: Real>(numbers: &[R]) -> DVector<Element<R>> {
 /// order are correct, even at the zero vector.
 ///
 /// ```
-/// use ::nalgebra::Vector3;
-/// use autodiff::nalgebra::{Element, rotation};
+/// use nalgebra::Vector3;
+/// use autodiff::matrices::{Element, rotation};
 /// use autodiff::{Real, Var, gradient};
 ///
 /// /// The height of a rotated point.
@@ -53,8 +53,8 @@ fn series<R: Real>(square: R, odd: u8) -> R {
 /// opposite vector.
 ///
 /// ```
-/// use ::nalgebra::Vector3;
-/// use autodiff::nalgebra::{Element, rotation, rotation_vector};
+/// use nalgebra::Vector3;
+/// use autodiff::matrices::{Element, rotation, rotation_vector};
 ///
 /// let vector = Vector3::new(0.0, 0.5, 0.0).map(Element);
 /// assert_eq!(rotation_vector(&rotation(&vector))[1].0, 0.5);
@@ -86,8 +86,8 @@ pub fn rotation_vector<R: Real>(rotation: &UnitQuaternion<Element<R>>) -> Vector
 /// parallel, where the angle has a kink, and where one of them is 0.
 ///
 /// ```
-/// use ::nalgebra::Vector2;
-/// use autodiff::nalgebra::{Element, angle};
+/// use nalgebra::Vector2;
+/// use autodiff::matrices::{Element, angle};
 ///
 /// let [a, b] = [[1.0, 0.0], [1.0, 1e-9]].map(|x| Vector2::from(x).map(Element));
 /// assert_eq!(angle(&a, &b).0, 1e-9);

@@ -1,6 +1,6 @@
 //! Determinants whose derivatives are right at singular matrices too.
 
-use ::nalgebra::{Dim, Matrix, RawStorage};
+use nalgebra::{Dim, Matrix, RawStorage};
 
 use super::super::element::Element;
 use super::super::number::decided;
@@ -12,8 +12,8 @@ use crate::real::Real;
 /// 2 x 2 on by `lu()` or `full_piv_lu()`, its derivatives are wrong at singular matrices.
 ///
 /// ```
-/// use ::nalgebra::Matrix2;
-/// use autodiff::nalgebra::{Element, determinant};
+/// use nalgebra::Matrix2;
+/// use autodiff::matrices::{Element, determinant};
 /// use autodiff::{Var, gradient};
 ///
 /// // The matrix [[0, 1], [0, 2]] is singular. Its cofactors are 2, 0, -1 and 0.
@@ -36,8 +36,8 @@ pub fn determinant<R: Real, M: Dim, N: Dim>(
 /// negative number where rounding leaves a rest, and its slopes are infinite, very large or NaN.
 ///
 /// ```
-/// use ::nalgebra::DMatrix;
-/// use autodiff::nalgebra::{Element, log_determinant};
+/// use nalgebra::DMatrix;
+/// use autodiff::matrices::{Element, log_determinant};
 ///
 /// let large = DMatrix::from_diagonal_element(9, 9, Element(1e100));
 /// assert!((log_determinant(&large).0 / 1e100_f64.ln() - 9.0).abs() < 1e-14);

@@ -1,16 +1,16 @@
 //! nalgebra's algorithms on elements, compared with f64, with differences, and with the equations that they solve.
 
 use crate::common::{assert_close, assert_refused, differences};
-use ::nalgebra::{
-    ComplexField, DMatrix, Matrix3, RealField, SMatrix, SVector, SimdValue, UnitQuaternion,
-    Vector3, convert, try_convert,
-};
 use autodiff::check::{Options, Verdict, check_gradient};
-use autodiff::nalgebra::{
+use autodiff::matrices::{
     Element, angle, exp, rotation, rotation_vector, symmetric_eigen, symmetric_eigen_groups, vector,
 };
 use autodiff::{
     DoubleDouble, Dual, Function, Real, Var, gradient, hessian, jacobian, jacobian_reverse,
+};
+use nalgebra::{
+    ComplexField, DMatrix, Matrix3, RealField, SMatrix, SVector, SimdValue, UnitQuaternion,
+    Vector3, convert, try_convert,
 };
 
 const SIZE: usize = 4;
@@ -25,7 +25,7 @@ fn system<R: Real>(p: &[R]) -> (DMatrix<Element<R>>, Vec<R>) {
     (DMatrix::from_fn(SIZE, SIZE, entry), load.collect())
 }
 
-/// The ways to solve the system. `nalgebra_singular.rs` has the other factorisations.
+/// The ways to solve the system. `singular_matrices.rs` has the other factorisations.
 #[derive(Clone, Copy)]
 enum Way {
     Cholesky,
@@ -166,9 +166,9 @@ fn nothing_turns_into_a_float_silently() {
     });
     let constant: Element<Dual<f64, 1>> = convert(2.5_f64);
     assert_eq!((constant.0.value, constant.0.tangent), (2.5, [0.0]));
-    let caught = std::panic::catch_unwind(|| ::nalgebra::convert_unchecked::<_, f64>(moving));
+    let caught = std::panic::catch_unwind(|| nalgebra::convert_unchecked::<_, f64>(moving));
     assert!(caught.is_err());
-    let caught = std::panic::catch_unwind(|| ::nalgebra::convert_unchecked::<_, f32>(moving));
+    let caught = std::panic::catch_unwind(|| nalgebra::convert_unchecked::<_, f32>(moving));
     assert!(caught.is_err());
     let same: Option<Element<Dual<f64, 1>>> = try_convert(moving);
     assert_eq!(same.map(|same| same.0.tangent), Some([1.0]));

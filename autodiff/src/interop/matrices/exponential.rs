@@ -1,6 +1,6 @@
 //! The exponential of a matrix.
 
-use ::nalgebra::DMatrix;
+use nalgebra::DMatrix;
 
 use super::super::element::Element;
 use crate::real::Real;
@@ -28,8 +28,8 @@ const PADE: [f64; 14] = [
 /// `exp` converts norms to floats, which an [`Element`] refuses.
 ///
 /// ```
-/// use ::nalgebra::DMatrix;
-/// use autodiff::nalgebra::{Element, exp};
+/// use nalgebra::DMatrix;
+/// use autodiff::matrices::{Element, exp};
 /// use autodiff::{Var, gradient};
 ///
 /// // The exponential of an angle times [[0, -1], [1, 0]] is a rotation.

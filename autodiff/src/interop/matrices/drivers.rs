@@ -1,6 +1,6 @@
 //! Drivers for functions of nalgebra's vectors.
 
-use ::nalgebra::{DMatrix, DVector, Scalar};
+use nalgebra::{DMatrix, DVector, Scalar};
 
 use super::super::element::Element;
 use super::rotation::vector;
@@ -18,8 +18,8 @@ type Nested<R> = DVector<Element<Var<Dual<R, CHUNK>>>>;
 /// Returns the value and the gradient of a function of a vector, by one reverse sweep.
 ///
 /// ```
-/// use ::nalgebra::DVector;
-/// use autodiff::nalgebra::value_and_gradient;
+/// use nalgebra::DVector;
+/// use autodiff::matrices::value_and_gradient;
 ///
 /// let x = DVector::from(vec![3.0, 4.0]);
 /// let (value, gradient) = value_and_gradient(|x| 0.5 * x.norm_squared(), &x);
@@ -37,8 +37,8 @@ pub fn value_and_gradient<R: Real + Scalar>(
 /// Returns the values and the Jacobian of a function of a vector, with one row per value and one column per argument.
 ///
 /// ```
-/// use ::nalgebra::{DMatrix, DVector};
-/// use autodiff::nalgebra::value_and_jacobian;
+/// use nalgebra::{DMatrix, DVector};
+/// use autodiff::matrices::value_and_jacobian;
 ///
 /// let x = DVector::from(vec![3.0, 4.0]);
 /// let (values, jacobian) = value_and_jacobian(|x| x.component_mul(&x), &x);
@@ -58,8 +58,8 @@ pub fn value_and_jacobian<R: Real + Scalar>(
 /// Returns the value, the gradient and the Hessian of a function of a vector.
 ///
 /// ```
-/// use ::nalgebra::DVector;
-/// use autodiff::nalgebra::value_gradient_hessian;
+/// use nalgebra::DVector;
+/// use autodiff::matrices::value_gradient_hessian;
 ///
 /// let x = DVector::from(vec![1.0, 2.0]);
 /// let (value, gradient, hessian) = value_gradient_hessian(|x| x[0] * x[0] * x[1], &x);

@@ -1,7 +1,7 @@
 //! Computes eigenvalues and eigenvectors of symmetric matrices with all their derivatives, some of which nalgebra's own
 //! iterations would lose.
 
-use ::nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector};
 
 use super::super::element::Element;
 use crate::drivers::implicit::{NoRoot, Residual, root};
@@ -70,8 +70,8 @@ pub struct EigenPair<R> {
 /// follow from the equations of each pair. They take one factorisation for each pair.
 ///
 /// ```
-/// use ::nalgebra::DMatrix;
-/// use autodiff::nalgebra::symmetric_eigen;
+/// use nalgebra::DMatrix;
+/// use autodiff::matrices::symmetric_eigen;
 /// use autodiff::{Element, hessian};
 ///
 /// // The larger eigenvalue of [[1, x], [x, 3]] is 3 + x^2 / 2 + ….
@@ -161,8 +161,8 @@ impl<R: Real> EigenGroup<R> {
 /// itself, but the symmetric functions of its group have derivatives of every order, and these are right.
 ///
 /// ```
-/// use ::nalgebra::DMatrix;
-/// use autodiff::nalgebra::{determinant, symmetric_eigen_groups};
+/// use nalgebra::DMatrix;
+/// use autodiff::matrices::{determinant, symmetric_eigen_groups};
 /// use autodiff::{Element, Real, gradient};
 ///
 /// /// The product of the two eigenvalues of [[2 + x, y], [y, 2 - x]] is 4 - x^2 - y^2.
