@@ -167,7 +167,7 @@ impl Judge {
     /// Returns the verdict on a slope that is wrong on purpose, by [`WRONG_BY`]. Returns `None` unless the claimed slope is
     /// smooth, and so large that its error shows.
     pub(super) fn control(&self, verdict: Verdict) -> Option<Verdict> {
-        let doubt = self.allowed(self.claimed) + self.near.steepest(self.claimed);
+        let doubt = self.allowed(self.claimed) + self.far.steepest(self.claimed);
         // The error counts twice: the claimed slope is compared with the differences, and so is the wrong slope. Hence
         // a quarter.
         let sure = doubt < 0.25 * WRONG_BY * self.claimed.abs();
