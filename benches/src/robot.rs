@@ -44,9 +44,9 @@ impl<'a> Subject<'a> {
         self.task.loss(&design, &inputs, &self.loss, &self.horizon)
     }
 
-    /// Computes the loss and its gradient with respect to some blocks of the inputs, such as [`DESIGN`](cosmic::inputs::DESIGN) or
-    /// [`CONTROLLER`](cosmic::inputs::CONTROLLER). A layout has no design vectors; instead, the gradient is with respect
-    /// to its mixtures.
+    /// Computes the loss and its gradient with respect to some blocks of the inputs, such as
+    /// [`DESIGN`](cosmic::inputs::DESIGN) or [`CONTROLLER`](cosmic::inputs::CONTROLLER). A layout has no design vectors;
+    /// instead, the gradient is with respect to its mixtures.
     pub fn gradient<R: Real>(&self, blocks: &[Block]) -> (R, Vec<R>) {
         let inputs = self.inputs.lift::<R>();
         inputs.differentiate(blocks, |inputs| {
