@@ -1,16 +1,13 @@
 //! Several starts at once must give the same results as single starts.
 
 use autodiff::{
-    CotangentBound, Dual, Function, Given, Kernel, Mask, Memory, Model, Program, Real, Rollout,
-    Tape, Var, gradient, kernel, value_and_gradient,
+    CotangentBound, Dual, Function, Given, Kernel, Memory, Model, Program, Real, Rollout, Tape,
+    Var, gradient, kernel, value_and_gradient,
 };
 use num_traits::Zero;
 
 use crate::common::assert_refused;
 use crate::net::{Loss, NODES, taken_from};
-
-/// Numbers of starts that fill registers of 2 to 16 lanes exactly, partly or not at all.
-const STARTS: [usize; 7] = [0, 1, 2, 3, 8, 17, 23];
 
 /// A batch: starts that are close to each other, and their parameters.
 struct Several<R> {
@@ -74,14 +71,6 @@ impl<R: Real> Several<R> {
         self.loss.rollout.run_batch(&starts, &given)
     }
 
-    /// How many inputs belong to single starts: the numbers of all starts and of their own parameters.
-    fn of_starts(&self) -> usize {
-        [&self.starts, &self.own]
-            .iter()
-            .map(|of| of.concat().len())
-            .sum()
-    }
-
     /// Returns the gradient of a weighted sum of squares of all observed numbers. The derivatives with respect to
     /// starts and own parameters come first. `together` runs the starts as a batch.
     fn gradient(&self, together: bool) -> Vec<R> {
@@ -126,54 +115,13 @@ fn steps(all: usize) -> usize {
     if cfg!(miri) { all.min(7) } else { all }
 }
 
-/// Each start of a batch must give the same bits as alone, for batches that fill registers exactly, partly or not at
-/// all.
+/// The tests of drawn programs and those of instruction sets have floats.
 #[test]
-fn states_have_the_bits_of_each_start_alone() {
-    fn check<R: Real + PartialEq>() {
-        for count in STARTS {
-            let shared = Several::<R>::new(count, steps(64));
-            let own = Several::<R>::new(count, steps(64)).with_own();
-            for several in [shared, own] {
-                let (together, alone) = (several.together(), several.alone());
-                assert_eq!(together.len(), count);
-                assert!(together == alone, "{count} starts");
-            }
-        }
-    }
-    check::<f64>();
-    check::<f32>();
-    let duals = Several::<Dual<f64, 1>>::new(3, 9);
+fn batches_of_duals_have_the_values_of_each_start_alone() {
+    let duals = Several::<Dual<f64, 1>>::new(3, 9).with_own();
     let values = |of: Vec<Vec<Dual<f64, 1>>>| of.concat().iter().map(|x| x.value).collect();
     let [together, alone]: [Vec<f64>; 2] = [duals.together(), duals.alone()].map(values);
     assert_eq!(together, alone);
-}
-
-/// The cotangents of starts and own parameters must be bit-identical to single runs. Those of shared parameters may
-/// differ, because they are summed in another order.
-#[test]
-fn gradients_are_the_sums_of_single_ones() {
-    fn check<R: Real + PartialEq>(tolerance: f64) {
-        for (count, own) in [(1, false), (2, false), (2, true), (23, false), (23, true)] {
-            // 37 steps is not a multiple of the 16 outer products of a batch, so the last batch is only partly filled.
-            let mut several = Several::<R>::new(count, steps(37));
-            if own {
-                several = several.with_own();
-            }
-            let [together, alone] = [true, false].map(|together| several.gradient(together));
-            let of_starts = ..several.of_starts();
-            assert!(together[of_starts] == alone[of_starts], "{count} starts");
-            let scale = alone.iter().fold(R::zero(), |most, g| most.max(g.abs()));
-            for (i, (&a, &b)) in together.iter().zip(&alone).enumerate() {
-                let off = (a - b).abs() / scale;
-                let near = Mask::all(off.less_equal(R::lit(tolerance)));
-                assert!(near, "{i}: {a:?} {b:?} of {scale:?}");
-            }
-        }
-    }
-    // Each derivative is a sum of about 1e3 terms, some of which may be larger than the sum.
-    check::<f64>(1e-12);
-    check::<f32>(1e-4);
 }
 
 /// A rollout that returns only chosen entries must be bit-identical to a rollout that returns whole states, in the
