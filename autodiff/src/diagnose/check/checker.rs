@@ -14,8 +14,8 @@ pub struct Options {
     /// sixteenth of it.
     pub step: f64,
     /// The largest difference between two slopes that still counts as agreement. It is relative to the slope or to the
-    /// root mean square of the gradient, whichever is larger. Slopes that change the value by less than its rounding error
-    /// in f64, over a step of the length of `x`, agree with 0.
+    /// root mean square of the gradient, whichever is larger. Slopes that change the value by less than some
+    /// dozens of roundings in f64, over a step of the length of `x`, agree with 0.
     pub tolerance: f64,
     /// The seed of the random directions.
     pub seed: u64,

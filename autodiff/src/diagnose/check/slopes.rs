@@ -12,9 +12,9 @@ const ORDER: f64 = 1.25;
 const ROUNDING: f64 = 1e-29;
 /// A remainder is clear of rounding errors if it is this many times as large.
 const CLEAR: f64 = 32.0;
-/// A gradient in f64 has rounding errors. Slopes that change the value by less than this part, over a step as long as the
-/// point, count as zero.
-const UNSEEN: f64 = 4.0 * f64::EPSILON;
+/// A gradient in f64 has the rounding errors of some dozens of operations. Slopes that change the value by less than this
+/// part, over a step as long as the point, count as zero.
+const UNSEEN: f64 = 64.0 * f64::EPSILON;
 
 /// The difference quotients for one step.
 #[derive(Clone, Copy, Debug)]
