@@ -9,8 +9,8 @@ use autodiff::{
     DoubleDouble, Dual, Function, Real, Var, gradient, hessian, jacobian, jacobian_reverse,
 };
 use nalgebra::{
-    ComplexField, DMatrix, Matrix3, RealField, SMatrix, SVector, SimdValue, UnitQuaternion,
-    Vector3, convert, try_convert,
+    ComplexField, DMatrix, Matrix3, RealField, SimdValue, UnitQuaternion, Vector3, convert,
+    try_convert,
 };
 
 const SIZE: usize = 4;
@@ -99,23 +99,6 @@ fn cardinal_functions_are_flat_at_zero() {
     // The system's function has an error of an ulp or two.
     let error = ComplexField::sinhc(Element(0.5)).0 - 0.5_f64.sinh() / 0.5;
     assert!(error.abs() < 4.0 * f64::EPSILON);
-}
-
-#[test]
-fn static_matrices_work_in_every_number() {
-    fn determinant<R: Real>(x: R) -> R {
-        let matrix = SMatrix::<Element<R>, 3, 3>::from_fn(|i, j| {
-            Element((x * R::lit((i + 2 * j) as f64)).cos())
-        });
-        (matrix.determinant() + SVector::<Element<R>, 2>::repeat(Element(x)).norm()).0
-    }
-    let double = determinant(0.7);
-    // The tolerance is for a dozen rounded operations in f64.
-    assert!((determinant(DoubleDouble::from(0.7)).to_f64() - double).abs() < 1e-15);
-    assert!((f64::from(determinant(0.7_f32)) - double).abs() < 1e-6);
-    let dual = determinant(Dual::<f64, 1>::variable(0.7, 0));
-    let slope = gradient(|x| determinant(x[0]), &[0.7])[0];
-    assert!((dual.tangent[0] - slope).abs() < 1e-14);
 }
 
 #[test]

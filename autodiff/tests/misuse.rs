@@ -135,31 +135,6 @@ fn a_chain_of_a_million_operations_needs_no_stack() {
 }
 
 #[test]
-fn both_recordings_may_grow_by_turns() {
-    let mut tape = Tape::new();
-    let outer = gradient(
-        |x| {
-            let (mut sum, mut product) = (x[0], x[1]);
-            let inner = tape.record(&[2.0], |y| {
-                let mut inner = y[0];
-                for _ in 0..200 {
-                    sum += x[0];
-                    inner += y[0];
-                    let factor = Var::constant(inner.value());
-                    product = Real::dot(&[product, x[0]], &[x[1], factor]);
-                }
-                inner
-            });
-            assert_eq!(tape.pullback(&[inner], &[1.0]), [201.0]);
-            sum + product
-        },
-        &[3.0, 1.0],
-    );
-    assert_eq!(outer[0], 201.0 + 201.0 * 202.0 - 2.0);
-    assert_eq!(tape.len(), 1 + 200);
-}
-
-#[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn a_panic_inside_leaves_the_outer_recording_current() {
     let gradient = gradient(
