@@ -120,10 +120,12 @@ impl Judge {
     }
 
     /// Returns the order at which the remainder of the claimed slope falls with the step. The remainder is taken on both
-    /// sides of the point and the larger one counts. `None` if it is not clear of rounding errors.
+    /// sides of the point and the larger one counts. `None` if it is not clear of rounding errors, which the claimed slope
+    /// has too.
     pub(super) fn order(&self) -> Option<f64> {
         let [far, near] = [self.far, self.near].map(|q| q.step * q.steepest(self.claimed));
-        let is_clear = near > CLEAR * self.rounding && far.is_finite();
+        let of_slope = self.near.step * f64::EPSILON * self.scale(self.near.central);
+        let is_clear = near > CLEAR * (self.rounding + of_slope) && far.is_finite();
         is_clear.then(|| (far / near).ln() / RATIO.ln())
     }
 
