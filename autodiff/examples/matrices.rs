@@ -1,6 +1,6 @@
 //! Differentiates Cholesky's factorisation, the inverse and the eigenvalues of the stiffness matrix of a chain of
 //! springs.
-use autodiff::nalgebra::{Element, symmetric_eigen};
+use autodiff::matrices::{Element, symmetric_eigen};
 use autodiff::{Real, gradient};
 use nalgebra::DMatrix;
 

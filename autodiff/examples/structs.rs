@@ -33,5 +33,5 @@ fn main() {
     let (claim, options) = (Claim::new(&x, &claimed), Options::named(at.names()));
     let report = check_directions(|x| height_at_exit(&at.with(x)), &claim, &options);
     assert_eq!(report.verdict, Verdict::Wrong, "{report}");
-    assert_eq!(report.worst.name.unwrap(), "lenses[1].gap");
+    assert_eq!(report.worst.unwrap().name.unwrap(), "lenses[1].gap");
 }

@@ -26,6 +26,55 @@ macro_rules! sum_of {
     }};
 }
 
+/// The Euclidean length of a slice of numbers: `Real::norm`.
+macro_rules! norm {
+    ($x:expr) => {{
+        let x: &[Self] = $x;
+        let (zero, one) = (Self::zero(), Self::one());
+        let mut largest = zero;
+        for &x in x {
+            largest = x.detach().abs().max(largest);
+        }
+        let ordinary = Self::lit(1e-15).less(largest) & largest.less(1e15);
+        if Self::Mask::IS_SINGLE && ordinary.all() {
+            return Self::dot(x, x).sqrt();
+        }
+        let scaled = !ordinary & zero.less(largest) & largest.finite();
+        let (unit, mut sum) = (Self::select(scaled, largest, one), zero);
+        for &x in x {
+            let x = x / unit;
+            sum = x.fma(x, sum);
+        }
+        let origin = sum.less_equal(zero);
+        Self::select(origin, zero, Self::select(origin, one, sum).sqrt() * unit)
+    }};
+}
+
+/// The logarithm of a sum of powers: `Real::logsumexp`.
+macro_rules! logsumexp {
+    ($x:expr) => {{
+        let x: &[Self] = $x;
+        let Some((&first, others)) = x.split_first() else {
+            return Self::lit(f64::NEG_INFINITY);
+        };
+        // The sum of the powers is `e^top (1 + rest)`. Without the largest term, nothing cancels in derivatives.
+        let (mut top, mut rest) = (first, Self::zero());
+        for &x in others {
+            let (larger, endless) = (top.less(x), !top.finite() & !x.finite());
+            let gap = Self::select(larger, top - x, x - top);
+            let ordered = x.less_equal(top) | top.less_equal(x);
+            let power = Self::select(endless & ordered, Self::zero(), gap.exp());
+            rest = Self::select(larger, (rest + Self::one()) * power, rest + power);
+            top = Self::select(larger, x, top);
+        }
+        Self::select(
+            top.finite() | !rest.less_equal(rest),
+            top + rest.ln_1p(),
+            top,
+        )
+    }};
+}
+
 /// Defines the method `ln_beta`.
 macro_rules! ln_beta {
     () => {
@@ -74,4 +123,4 @@ macro_rules! ln_beta {
     };
 }
 
-pub(crate) use {ln_beta, sum_of};
+pub(crate) use {ln_beta, logsumexp, norm, sum_of};

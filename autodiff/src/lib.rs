@@ -38,7 +38,7 @@
 //! - `rollouts`, on by default: the same for the steps of a [`Rollout`];
 //! - `derive`, on by default: the attribute `#[kernel]` for every [`Kernel`], and `#[derive(Parameters)]` for
 //!   structures of [`parameters`];
-//! - `nalgebra`: [`Element`] in nalgebra's matrices, module `nalgebra`;
+//! - `nalgebra`: [`Element`] in nalgebra's matrices, module `matrices`;
 //! - `rayon`: Jacobians and Hessians on several cores, module `parallel`;
 //! - `wgsl`: programs printed for GPUs, module `wgsl`.
 //!
@@ -47,10 +47,6 @@
 //! Within a compatible version, new methods of [`Real`] and of the traits for functions come with defaults. Errors,
 //! results and the settings [`check::Options`] and [`Rollout`] may get new fields or variants. Build settings from
 //! their defaults: `Options { seed: 1, ..Options::default() }`.
-
-// The crate's own name, so that unit tests in `src` can share helper files with the tests in `tests`.
-#[cfg(test)]
-extern crate self as autodiff;
 
 // The modules are in the order of the architecture: each module uses only those above it.
 mod literal;
@@ -110,7 +106,7 @@ pub use elementary::Elementary;
 pub use interop::Element;
 #[cfg(feature = "nalgebra")]
 #[doc(inline)]
-pub use interop::nalgebra;
+pub use interop::matrices;
 #[doc(inline)]
 pub use parameters::Parameters;
 #[doc(inline)]

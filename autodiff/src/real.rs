@@ -13,7 +13,7 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use num_traits::{One, Zero};
 
-use crate::composed::{ln_beta, sum_of};
+use crate::composed::{ln_beta, logsumexp, norm, sum_of};
 use crate::dual::Dual;
 use crate::elementary::{Elementary, elementary_methods, functions};
 pub use crate::literal::{Accepts, Literal};
@@ -306,23 +306,7 @@ pub trait Real:
     #[inline(always)]
     #[track_caller]
     fn norm(x: &[Self]) -> Self {
-        let (zero, one) = (Self::zero(), Self::one());
-        let mut largest = zero;
-        for &x in x {
-            largest = x.detach().abs().max(largest);
-        }
-        let ordinary = Self::lit(1e-15).less(largest) & largest.less(1e15);
-        if Self::Mask::IS_SINGLE && ordinary.all() {
-            return Self::dot(x, x).sqrt();
-        }
-        let scaled = !ordinary & zero.less(largest) & largest.finite();
-        let (unit, mut sum) = (Self::select(scaled, largest, one), zero);
-        for &x in x {
-            let x = x / unit;
-            sum = x.fma(x, sum);
-        }
-        let origin = sum.less_equal(zero);
-        Self::select(origin, zero, Self::select(origin, one, sum).sqrt() * unit)
+        norm!(x)
     }
     /// Returns the logarithm of the sum of `e^x_i`, without overflow. Its slopes are the softmax of the slice.
     ///
@@ -334,24 +318,7 @@ pub trait Real:
     #[inline(always)]
     #[track_caller]
     fn logsumexp(x: &[Self]) -> Self {
-        let Some((&first, others)) = x.split_first() else {
-            return Self::lit(f64::NEG_INFINITY);
-        };
-        // The sum of the powers is `e^top (1 + rest)`. Without the largest term, nothing cancels in derivatives.
-        let (mut top, mut rest) = (first, Self::zero());
-        for &x in others {
-            let (larger, endless) = (top.less(x), !top.finite() & !x.finite());
-            let gap = Self::select(larger, top - x, x - top);
-            let ordered = x.less_equal(top) | top.less_equal(x);
-            let power = Self::select(endless & ordered, Self::zero(), gap.exp());
-            rest = Self::select(larger, (rest + Self::one()) * power, rest + power);
-            top = Self::select(larger, x, top);
-        }
-        Self::select(
-            top.finite() | !rest.less_equal(rest),
-            top + rest.ln_1p(),
-            top,
-        )
+        logsumexp!(x)
     }
     /// Evaluates a [`Fused`] function. It is one entry on the reverse tape.
     #[track_caller]

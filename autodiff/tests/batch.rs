@@ -103,32 +103,6 @@ fn the_sum_is_that_of_its_terms() {
     assert_close(&[value], &[expected], "recorded value");
 }
 
-/// Uses assigning operators, which must be recorded like the other operators.
-fn assigned(shared: &[Sym], datum: &[Sym]) -> Sym {
-    let mut term = shared[0];
-    term += datum[0];
-    term -= shared[1];
-    term *= datum[1];
-    term /= shared[2];
-    term
-}
-
-#[test]
-fn operators_that_assign_are_recorded() {
-    let data = [[3.0, 7.0], [-1.0, 5.0], [0.5, -2.0]];
-    let total = Total(Sum::new(term(assigned, 3, 2), &data));
-    // With a = 2, b = 8 and c = 4, every sum in (a + x - b) y / c is exact.
-    let at = [2.0, 8.0, 4.0];
-    let terms = data.map(|[x, y]| (2.0 + x - 8.0) * y / 4.0);
-    let value: f64 = terms.iter().sum();
-    assert_eq!(Function::eval(&total, &at), value);
-    let slope = data.iter().map(|[_, y]| y / 4.0).sum::<f64>();
-    assert_eq!(
-        gradient(|x| total.eval(x), &at),
-        [slope, -slope, -value / 4.0]
-    );
-}
-
 /// A term that skips work if no lane needs it. A recording for one datum would make the same choice for all other data.
 #[derive(Clone)]
 struct Skips;
@@ -267,7 +241,7 @@ fn a_term_that_is_not_selected_passes_no_infinity() {
 
 /// A term that multiplies several rows of parameters with the same numbers. The reverse sweep takes two such rows at a
 /// time. Here they have equal lengths, or the second is shorter or longer, or uses the result of the first, or numbers
-/// are multiplied with themselves.
+/// are multiplied with themselves, or rows multiply only the datum.
 fn rows(shared: &[Sym], datum: &[Sym]) -> Sym {
     let own = [datum[0], datum[1], datum[1] * datum[0]];
     let mut scratch = [Sym::zero(); 4];
@@ -285,11 +259,16 @@ fn rows(shared: &[Sym], datum: &[Sym]) -> Sym {
     let overlapping = Sym::dot(&shared[1..4], &scratch[..3]);
     let equal = Sym::dot(&shared[4..], &scratch[..2]);
     let also_equal = Sym::dot(&shared[1..3], &scratch[..2]);
+    let of_datum = Sym::dot(&shared[..2], datum);
+    let also_of_datum = Sym::dot(&shared[2..4], datum);
+    let with_that_row = Sym::dot(&shared[1..3], &[datum[0], of_datum]);
     scratch[3] * with_the_one_before
         + then_shorter * shorter * elsewhere
         + then_longer * overlapping.cos()
         + equal.sin() * also_equal
         + no_row * alone
+        + with_that_row * of_datum
+        + also_of_datum.sin()
         + Sym::dot(&scratch[..3], &scratch[..3]) * Sym::dot(shared, shared)
 }
 
@@ -299,21 +278,6 @@ fn rows_with_the_same_numbers_are_reversed_together() {
     for count in [5, 70] {
         assert_modes_agree(term(rows, 6, 2), &data(count), &at);
     }
-}
-
-/// A term in which some rows multiply only the datum, and one row also multiplies the products of the other rows.
-fn rows_of_arguments(shared: &[Sym], datum: &[Sym]) -> Sym {
-    let first = Sym::dot(&shared[..1], datum);
-    let with_the_one_before = Sym::dot(&shared[1..3], &[datum[0], first]);
-    let second = Sym::dot(&shared[2..3], datum);
-    let third = Sym::dot(&shared[..1], datum);
-    with_the_one_before * first + second.sin() * third
-}
-
-#[test]
-fn rows_that_read_only_the_datum_are_reversed_together() {
-    let data: Vec<[f64; 1]> = data(40).iter().map(|&[x, _]| [x]).collect();
-    assert_modes_agree(term(rows_of_arguments, 3, 1), &data, &AT);
 }
 
 /// A term that computes the gradient of another sum. This gradient is a constant for the outer derivative.

@@ -1,10 +1,9 @@
 //! Formulas that read as on paper. In closures they use float constants, references and native comparisons; generic
 //! code uses `lit`.
 
-use crate::common::assert_close;
 use autodiff::{
-    Dual, Real, Tape, Var, gradient, gradient_forward, hessian, hessian_vector, jacobian,
-    jacobian_reverse, lit, value_and_gradient_array, value_and_jacobian_array,
+    Dual, Real, Tape, Var, gradient, gradient_forward, hessian, hessian_vector, jacobian, lit,
+    value_and_gradient_array, value_and_jacobian_array,
 };
 
 /// Uses every operator with a float or a reference on either side.
@@ -78,10 +77,8 @@ fn drivers_take_any_closure() {
     assert_eq!((empty.rows(), empty.columns()), (3, 0));
 }
 
-/// Forward passes compute eight columns each. Gradients and Jacobians must be right for any number of arguments, also if
-/// the last pass has fewer.
 #[test]
-fn forward_passes_cover_all_arguments() {
+fn drivers_of_arrays_have_the_results_of_slices() {
     fn values<R: Real>(x: &[R]) -> Vec<R> {
         let value = |i: usize| {
             x.iter()
@@ -90,18 +87,12 @@ fn forward_passes_cover_all_arguments() {
         (0..3).map(value).collect()
     }
     let point: [f64; 19] = std::array::from_fn(|i| 0.9 + 0.05 * i as f64);
-    for count in [1, 7, 8, 9, 16, 19] {
-        let x = &point[..count];
-        let (forward, reverse) = (jacobian(values, x), jacobian_reverse(values, x));
-        // The tolerance is for the products of at most nineteen factors below 1, in two orders.
-        assert_close(forward.as_slice(), reverse.as_slice(), 40.0 * f64::EPSILON);
-        assert_eq!(gradient_forward(|x| values(x)[1], x), forward[1]);
-    }
     let as_arrays = value_and_jacobian_array(|x| [0, 1, 2].map(|i| values(x)[i]), point);
     assert_eq!(jacobian(values, &point), as_arrays.1);
     assert_eq!(values(&point), as_arrays.0);
     let (value, slopes) = value_and_gradient_array(|x| values(x)[2], point);
     assert_eq!((value, slopes), (as_arrays.0[2], as_arrays.1[2]));
+    assert_eq!(gradient_forward(|x| values(x)[2], &point), slopes);
 }
 
 #[test]

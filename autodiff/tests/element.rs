@@ -5,14 +5,14 @@ use std::num::FpCategory;
 
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{DoubleDouble, Dual, Element, Real, gradient, hessian, kernel};
-use num_traits::{Float, NumCast, Signed, ToPrimitive};
+use num_traits::{Float, FloatConst, NumCast, Signed, ToPrimitive};
 
 type Number = Element<Dual<DoubleDouble, 1>>;
 
 /// The functions to test. They are in a module of their own, because only here both traits are imported, and their
 /// methods have the same names.
 mod table {
-    use ::nalgebra::ComplexField as C;
+    use nalgebra::ComplexField as C;
     use num_traits::Float as F;
 
     use super::Number;
@@ -329,4 +329,58 @@ fn lanes_pass_until_they_disagree_about_a_branch() {
         }
     }
     f64::vectorize(InLanes(std::array::from_fn(|i| 0.75 * (i as f64 - 1.0))));
+}
+
+/// Returns the errors of the constants: each one is compared with the value of a formula, such as `sqrt(2)`.
+fn misfits<F: Float + FloatConst>() -> Vec<F> {
+    let number = |x: f64| F::from(x).unwrap_or_else(F::nan);
+    let (two, ten) = (number(2.0), number(10.0));
+    vec![
+        F::E() - F::one().exp(),
+        F::PI() - number(4.0) * F::one().atan(),
+        F::TAU() - two * F::PI(),
+        F::FRAC_1_PI() - F::PI().recip(),
+        F::FRAC_2_PI() - two / F::PI(),
+        F::FRAC_2_SQRT_PI() - two / F::PI().sqrt(),
+        F::FRAC_PI_2() - F::PI() / two,
+        F::FRAC_PI_3() - F::PI() / number(3.0),
+        F::FRAC_PI_4() - F::PI() / number(4.0),
+        F::FRAC_PI_6() - F::PI() / number(6.0),
+        F::FRAC_PI_8() - F::PI() / number(8.0),
+        F::SQRT_2() - two.sqrt(),
+        F::FRAC_1_SQRT_2() - two.sqrt().recip(),
+        F::LN_2() - two.ln(),
+        F::LN_10() - ten.ln(),
+        F::LOG2_E() - two.ln().recip(),
+        F::LOG10_E() - ten.ln().recip(),
+        F::LOG10_2() - two.ln() / ten.ln(),
+        F::LOG2_10() - ten.ln() / two.ln(),
+    ]
+}
+
+#[test]
+fn constants_have_all_digits_that_a_number_has() {
+    // The formulas are two operations on numbers up to 7, each with an error of 1e-32 in double-double.
+    let wide = misfits::<Element<DoubleDouble>>();
+    let off = |x: &Element<DoubleDouble>| x.0.abs().less(DoubleDouble::lit(3e-31));
+    assert!(wide.iter().all(off), "{wide:?}");
+    // The formulas are functions of numbers up to 7, with errors of an ulp or two.
+    let floats = misfits::<Element<f64>>();
+    assert!(floats.iter().all(|x| x.0.abs() < 4e-15), "{floats:?}");
+    assert_eq!(Element::<f64>::PI().0, std::f64::consts::PI);
+    assert_eq!(Element::<f64>::LOG2_10().0, std::f64::consts::LOG2_10);
+    assert_eq!(Element::<f32>::PI().0, std::f32::consts::PI);
+}
+
+#[test]
+fn sums_and_products_are_differentiated() {
+    fn spread<T: Float + std::iter::Sum + for<'a> std::iter::Product<&'a T>>(x: &[T]) -> T {
+        x.iter().copied().sum::<T>() * x.iter().product::<T>()
+    }
+    let slope = gradient(
+        |x| spread(&x.iter().map(|&x| Element(x)).collect::<Vec<_>>()).0,
+        &[2.0, 3.0],
+    );
+    // The function is (x + y) x y. Its slopes are 2 x y + y^2 and x^2 + 2 x y.
+    assert_eq!(slope, [21.0, 16.0]);
 }

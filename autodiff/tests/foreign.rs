@@ -137,6 +137,9 @@ fn num_is_that_of_f64() {
     for (x, y) in POINTS {
         assert_same(of_number(Element(x), Element(y)), of_number(x, y));
     }
+    let infinite = Element(f64::INFINITY);
+    assert_eq!(Signed::abs_sub(&infinite, &infinite).0, 0.0);
+    assert_eq!(Float::abs_sub(infinite, infinite).0, 0.0);
     assert!(<Element<f64> as Num>::from_str_radix("two", 10).is_err());
 }
 

@@ -2,12 +2,9 @@
 //! written out in plain code.
 
 use crate::common::gradients;
-use crate::steps::{STEPS, Step, Turn, assert_same};
+use crate::steps::{STEPS, Step, assert_same};
 use autodiff::check::{Options, Verdict, check_gradient};
-use autodiff::{
-    Function, Given, Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var, gradient,
-    kernel,
-};
+use autodiff::{Function, Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, kernel};
 
 // Miri is slow, so it gets the fewest nodes that suffice.
 const NODES: usize = if cfg!(miri) { 7 } else { 11 };
@@ -89,106 +86,6 @@ fn edges_may_have_any_number_of_directions() {
     }
 }
 
-/// A model that declares a state, an input and a second state. In the next row, these places hold the new states with
-/// an array between them. A gather or a kernel reads that array.
-#[derive(Clone)]
-struct Between {
-    gathered: bool,
-}
-
-impl Between {
-    const LEN: usize = 16;
-}
-
-impl Model for Between {
-    fn record(&self, p: &mut Program) {
-        let x = p.state(Self::LEN);
-        let input = p.input(Self::LEN);
-        let y = p.state(Self::LEN);
-        let [seen] = p.map(Turn, [y, input], &[]);
-        let [next_x] = p.map(Turn, [x, seen], &[]);
-        let [between] = p.map(Plus, [seen, next_x], &[]);
-        let shift: Vec<_> = (0..Self::LEN).map(|i| i.checked_sub(1)).collect();
-        let next_y = if self.gathered {
-            p.gather(between, &shift)
-        } else {
-            p.map(Turn, [seen, between], &[])[0]
-        };
-        p.advance(x, next_x);
-        p.advance(y, next_y);
-    }
-}
-
-impl Step for Between {
-    fn shapes(&self) -> Vec<usize> {
-        vec![2 * Self::LEN]
-    }
-    fn inputs(&self) -> Vec<f64> {
-        (0..Self::LEN).map(|i| 0.1 * i as f64).collect()
-    }
-    fn written_out<R: Real>(&self, state: &[R], _: &[&[R]]) -> Vec<R> {
-        let (x, y) = state.split_at(Self::LEN);
-        let turn = |x: R, y: R| Kernel::eval(&Turn, [x, y], &[])[0];
-        let inputs = self.inputs().into_iter().map(R::lit);
-        let seen: Vec<R> = y.iter().zip(inputs).map(|(&y, i)| turn(y, i)).collect();
-        let mut next: Vec<R> = x.iter().zip(&seen).map(|(&x, &s)| turn(x, s)).collect();
-        let between: Vec<R> = seen.iter().zip(&next).map(|(&s, &x)| s + x).collect();
-        if self.gathered {
-            next.push(R::zero());
-            next.extend(&between[..Self::LEN - 1]);
-        } else {
-            next.extend(seen.iter().zip(between).map(|(&s, b)| turn(s, b)));
-        }
-        next
-    }
-}
-
-#[test]
-fn an_array_may_lie_between_the_parts_of_the_new_state() {
-    for gathered in [true, false] {
-        assert_same(Between { gathered });
-    }
-}
-
-/// A model that declares its arrays only where it needs them.
-#[derive(Clone)]
-struct AsNeeded;
-
-impl Model for AsNeeded {
-    fn record(&self, p: &mut Program) {
-        let (x, k) = (p.state(NODES), p.parameter(NODES));
-        let [turned] = p.map(Turn, [x, k], &[]);
-        let (y, push, to) = (p.state(NODES), p.input(NODES), p.parameter(NODES));
-        let [pushed] = p.map(Turn, [y, push], &[]);
-        let [next] = p.map(Turn, [pushed, to], &[]);
-        p.advance(x, next);
-        p.advance(y, turned);
-    }
-}
-
-impl Step for AsNeeded {
-    fn shapes(&self) -> Vec<usize> {
-        vec![2 * NODES, NODES, NODES]
-    }
-    fn inputs(&self) -> Vec<f64> {
-        (0..NODES).map(|i| 0.1 * i as f64).collect()
-    }
-    fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
-        let turn = |a, b| Kernel::eval(&Turn, [a, b], &[])[0];
-        let (x, y) = state.split_at(NODES);
-        let push = self.inputs().into_iter().map(R::lit);
-        let pushed = y.iter().zip(push).map(|(&y, push)| turn(y, push));
-        let next = pushed.zip(given[1]).map(|(y, &to)| turn(y, to));
-        let turned = x.iter().zip(given[0]).map(|(&x, &k)| turn(x, k));
-        next.chain(turned).collect()
-    }
-}
-
-#[test]
-fn declarations_may_come_in_any_order() {
-    assert_same(AsNeeded);
-}
-
 /// A kernel without results, which must be refused.
 #[derive(Clone, Copy)]
 struct Nothing;
@@ -212,75 +109,6 @@ impl Model for Nothing {
 #[should_panic(expected = "map: the kernel must have at least one result")]
 fn a_kernel_has_results() {
     Rollout::new(Nothing, 1).run(&[0.0; NODES], &[]);
-}
-
-/// A model with empty arrays and matrices among others that are not empty.
-#[derive(Clone)]
-struct Hollow;
-
-impl Model for Hollow {
-    fn record(&self, p: &mut Program) {
-        let (flat, bias) = (p.matrix(NODES, 0), p.parameter(NODES));
-        let (narrow, none) = (p.matrix(0, NODES), p.parameter(0));
-        let (nothing, x, nor) = (p.state(0), p.state(NODES), p.state(0));
-        let input = p.input(0);
-        let from_none = p.dense(flat, &[nothing, input], bias);
-        let to_none = p.dense(narrow, &[x], none);
-        let zeros = p.dense_tanh_spread(narrow, &[x], none, &[false; NODES]);
-        let picked = p.gather(x, &[]);
-        let [sum] = p.map(Plus, [picked, to_none], &[]);
-        let [next] = p.map(Turn, [x, from_none], &[]);
-        let [next] = p.map(Plus, [next, zeros], &[]);
-        p.advance(nothing, sum);
-        p.advance(x, next);
-        p.advance(nor, nothing);
-    }
-}
-
-impl Step for Hollow {
-    fn shapes(&self) -> Vec<usize> {
-        vec![NODES, 0, NODES, 0, 0]
-    }
-    fn written_out<R: Real>(&self, x: &[R], given: &[&[R]]) -> Vec<R> {
-        let pairs = x.iter().zip(given[1]);
-        pairs
-            .map(|(&x, &bias)| Kernel::eval(&Turn, [x, bias], &[])[0])
-            .collect()
-    }
-}
-
-/// Arrays may be empty: a chain of one node has no edges, and a model without sensors has a matrix without rows.
-#[test]
-fn arrays_may_be_empty() {
-    assert_same(Hollow);
-    let rollout = Rollout::new(Hollow, STEPS);
-    let bias = [0.4; NODES];
-    let parameters: [&[f64]; 4] = [&[], &bias, &[], &[]];
-    let mut given = parameters.map(Given::Shared);
-    for count in [1, 2, 7] {
-        let starts: Vec<Vec<f64>> = (0..count).map(|k| vec![k as f64; NODES]).collect();
-        let slices: Vec<&[f64]> = starts.iter().map(Vec::as_slice).collect();
-        let alone: Vec<Vec<f64>> = slices.iter().map(|s| rollout.run(s, &parameters)).collect();
-        given[3] = Given::Each(&[&[] as &[f64]; 7][..count]);
-        assert_eq!(rollout.run_batch(&slices, &given), alone);
-        let gradient = |together: bool| {
-            gradient(
-                |x: &[Var<f64>]| {
-                    let bias = [Var::lit(0.4); NODES];
-                    let parameters: [&[Var<f64>]; 4] = [&[], &bias, &[], &[]];
-                    let starts: Vec<&[Var<f64>]> = x.chunks(NODES).collect();
-                    let seen = if together {
-                        rollout.run_batch(&starts, &parameters.map(Given::Shared))
-                    } else {
-                        (starts.iter().map(|s| rollout.run(s, &parameters))).collect()
-                    };
-                    Var::sum_of(&seen.concat())
-                },
-                &starts.concat(),
-            )
-        };
-        assert_eq!(gradient(true), gradient(false));
-    }
 }
 
 /// A program without any state must work for every memory budget.
@@ -348,7 +176,10 @@ fn a_saturated_layer_has_one_slope_in_all_modes() {
         };
         let close = |slope: &f64| (slope - expected).abs() <= error;
         assert!(slopes.iter().all(close), "{bias}: {slopes:?}, {expected}");
-        let report = check_gradient(&layer, &x, &Options::default());
-        assert_ne!(report.verdict, Verdict::Wrong, "{bias}: {report}");
+        // Further out, the slope has fewer digits than the tolerance of a check.
+        if bias < 5.0 {
+            let report = check_gradient(&layer, &x, &Options::default());
+            assert_eq!(report.verdict, Verdict::Smooth, "{bias}: {report}");
+        }
     }
 }

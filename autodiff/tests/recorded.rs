@@ -38,16 +38,13 @@ fn a_recording_serves_all_points() {
             let tolerance = 20.0 * f64::EPSILON;
             assert_close(&[*value], &[expected], tolerance);
             assert_close(gradient, &slope, tolerance);
-            let alone = recorded.value_and_gradient(x);
-            assert_close(&[alone.0], &[expected], tolerance);
-            assert_close(&alone.1, &slope, tolerance);
         }
     }
     // Numbers that a replay leaves in memory must not change the next replay.
     let first = Recorded::new(&formula(3, |x| x[0]), 3).expect("no values");
     assert_eq!(
-        first.value_and_gradient(&[2.0, 3.0, 4.0]),
-        (2.0, vec![1.0, 0.0, 0.0])
+        first.values_and_gradients(&[[2.0, 3.0, 4.0]]),
+        [(2.0, vec![1.0, 0.0, 0.0])]
     );
 }
 
@@ -58,17 +55,17 @@ fn recordings_nest_and_run_in_singles() {
     let x = points(1)[0];
     let moving = x.map(|x| Dual::<f64, 1>::variable(x, 0));
     let (_, expected) = value_and_gradient(|x| mixed.eval(x), &moving);
-    let (_, second) = recorded.value_and_gradient(&moving);
+    let (_, second) = recorded.values_and_gradients(&[moving]).remove(0);
     for (a, b) in second.iter().zip(expected) {
         assert_close(&[a.value, a.tangent[0]], &[b.value, b.tangent[0]], 1e-13);
     }
     let singles = x.map(|x| x as f32);
-    let (_, slope) = recorded.value_and_gradient(&singles);
+    let (_, slope) = recorded.values_and_gradients(&[singles]).remove(0);
     let slope: Vec<f64> = slope.into_iter().map(f64::from).collect();
     assert_close(&slope, &value_and_gradient(|x| mixed.eval(x), &x).1, 1e-4);
 }
 
-/// The tape treats a constant factor of zero as a choice. A replay must do the same at a single point and in lanes.
+/// The tape treats a constant factor of zero as a choice. A replay must do the same.
 #[test]
 fn a_constant_factor_of_zero_stops_an_infinite_cotangent() {
     let zero = || Sym::lit(0.0);
@@ -82,7 +79,6 @@ fn a_constant_factor_of_zero_stops_an_infinite_cotangent() {
         let x = [1.0, 0.0];
         let expected = value_and_gradient(|x| function.eval(x), &x);
         assert_eq!(expected.1, [0.0, f64::INFINITY]);
-        assert_eq!(recorded.value_and_gradient(&x), expected);
         for both in recorded.values_and_gradients(&[x; 9]) {
             assert_eq!(both, expected);
         }
@@ -160,7 +156,7 @@ fn what_depends_on_values_is_refused_and_so_is_a_point_of_another_length() {
     let recorded = Recorded::new(&mixed, 4).expect("no values");
     assert_refused(
         "a point has 3 numbers, but the function has 4 arguments",
-        || recorded.value_and_gradient(&[1.0; 3]),
+        || recorded.values_and_gradients(&[[1.0; 3]]),
     );
     assert_refused("given 3 columns, but the function has 4 arguments", || {
         recorded.total(&[&[1.0] as &[f64]; 3])

@@ -320,21 +320,6 @@ fn nothing_may_be_observed() {
     }
 }
 
-#[test]
-fn any_memory_gives_the_same_bits() {
-    // 61 steps make stretches of different lengths, because 61 is no power of two and no multiple of a batch.
-    let mut loss = Loss::new(steps(61));
-    let x = loss.point();
-    let all = value_and_gradient(|x| loss.eval(x), &x);
-    for states in [12, 13, 20, 57, 200, 100_000] {
-        loss.rollout.memory = Memory::States(states);
-        assert!(
-            value_and_gradient(|x| loss.eval(x), &x) == all,
-            "{states} states"
-        );
-    }
-}
-
 /// If a tape is pulled back a second time, the results must be bit-identical, for every memory budget of its rollout.
 #[test]
 fn a_second_pullback_has_the_same_bits() {

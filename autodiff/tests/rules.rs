@@ -156,6 +156,15 @@ fn extremes_give_limits_and_nan_is_passed_on() {
         assert!(f(f64::NAN).is_nan());
     }
     assert!(Real::sin(inf).is_nan());
+    assert_eq!(Real::powi(2.0_f64, -1074), 5e-324);
+    assert_eq!(Real::powi(-2.0_f64, 1025), -inf);
+    assert_eq!(Real::powi(-0.0_f64, 1001).to_bits(), (-0.0_f64).to_bits());
+    assert_eq!(Real::powi(-0.0_f64, -1001), -inf);
+    assert_eq!(Real::powi(inf, -20), 0.0);
+    assert_eq!(Real::powi(0.5_f64, i32::MIN), inf);
+    assert!(Real::powi(f64::NAN, 20).is_nan());
+    // By mpmath: 1.0000000001^(2^31 - 1).
+    assert_eq!(Real::powi(1.0_f64 + 1e-10, i32::MAX), 1.239549965208056);
 }
 
 /// Functions of one number. They have a type of their own, because they are compiled in deeper nestings than the other

@@ -325,40 +325,6 @@ fn assert_starts_run_together(model: &Solving<2>) {
     });
 }
 
-/// The sum of the numbers of a node's edges is the diagonal of the matrix of the edges.
-#[test]
-fn numbers_of_edges_are_summed_at_both_ends() {
-    #[derive(Clone)]
-    struct Degrees(Solving<1>);
-    impl Model for Degrees {
-        fn record(&self, p: &mut Program) {
-            let graph = self.0.graph();
-            let edge = p.parameter(graph.slots());
-            let x = p.state(self.0.nodes);
-            let sum = p.sum_at_nodes(&graph, edge);
-            let [next] = p.map(Turn, [sum, x], &[]);
-            p.advance(x, next);
-        }
-    }
-    impl Step for Degrees {
-        fn shapes(&self) -> Vec<usize> {
-            vec![self.0.nodes, self.0.graph().slots()]
-        }
-        fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
-            let slots = self.0.graph().slot_of_edge().to_vec();
-            let of_node = |node: usize| {
-                let edges = self.0.edges.iter().zip(&slots);
-                let here = edges.filter(|(ends, _)| ends.contains(&node));
-                let sum = here.fold(R::zero(), |sum, (_, &slot)| sum + given[0][slot]);
-                Kernel::eval(&Turn, [sum, state[node]], &[])[0]
-            };
-            (0..self.0.nodes).map(of_node).collect()
-        }
-    }
-    assert_same(Degrees(ladder(3)));
-    assert_same(Degrees(ladder(4)));
-}
-
 /// Results that stay at their edges, and are then summed at the nodes, are what [`Program::map_edges`] computes.
 #[test]
 fn results_stay_at_their_edges() {

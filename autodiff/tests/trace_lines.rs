@@ -5,11 +5,11 @@
 
 use std::panic::Location;
 
-use ::nalgebra::{ComplexField, RealField};
 use autodiff::custom::{Rule, apply};
 use autodiff::fused::{dense, dense_batch};
 use autodiff::trace::{Traced, first_non_finite};
 use autodiff::{Element, Real, Var, gradient, lit};
+use nalgebra::{ComplexField, RealField};
 use num_traits::{Float, Signed};
 
 type Number = Traced<f64>;

@@ -2,8 +2,5 @@
 
 pub mod machine;
 pub mod robot;
-pub mod distance;
 pub mod objectives;
-pub mod adbench;
 pub mod gradbench;
-pub mod driver;

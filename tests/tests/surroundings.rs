@@ -122,12 +122,7 @@ fn a_rollout_is_differentiated_by_gravity_friction_and_settings() {
             let value = surroundings.iter().find(|(other, _)| other == name);
             let (_, value) =
                 value.unwrap_or_else(|| panic!("{name} is missing in {surroundings:?}"));
-            // Contacts cause kinks, which differences with a relative step of 1e-2 would cross.
-            let options = Options {
-                largest_step: 1e-5,
-                ..Options::default()
-            };
-            let report = check_gradient(&by_number, &[value], &options);
+            let report = check_gradient(&by_number, &[value], &Options::default());
             assert_eq!(report.verdict, Verdict::Smooth, "{name}: {report}");
             assert_eq!(report.control, Some(Verdict::Wrong), "{name}: {report}");
         }

@@ -174,25 +174,3 @@ impl<R: Real> LaneOperation<R> for Gather {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::Moves;
-
-    #[test]
-    fn neighbours_are_copied_together_and_repeated_entries_are_spread() {
-        let of = |indices: &[i64]| {
-            let indices: Vec<_> = indices.iter().map(|&i| usize::try_from(i).ok()).collect();
-            let moves = Moves::new(&indices, 2);
-            [moves.runs, moves.spreads].map(|moves| {
-                let numbers = moves.into_iter().map(|run| [run.from, run.to, run.len]);
-                numbers.collect::<Vec<_>>()
-            })
-        };
-        assert_eq!(of(&[]), [const { Vec::<[usize; 3]>::new() }; 2]);
-        assert_eq!(of(&[3, 4, 5, -1, 5]), [vec![[6, 0, 6], [10, 8, 2]], vec![]]);
-        assert_eq!(of(&[0, 0, 0]), [vec![], vec![[0, 0, 6]]]);
-        let mixed = [vec![[0, 0, 4], [4, 10, 2]], vec![[2, 4, 6]]];
-        assert_eq!(of(&[0, 1, 1, 1, 1, 2]), mixed);
-    }
-}

@@ -227,23 +227,3 @@ pub(super) fn joined(arrays: &[Array]) -> Vec<Array> {
     }
     stretches
 }
-
-#[cfg(test)]
-mod tests {
-    use super::Reach;
-    use crate::Program;
-
-    #[test]
-    #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
-    fn a_step_with_too_few_numbers_panics() {
-        let mut program = Program::default();
-        let reach = Reach::new([(program.parameter(4), 4), (program.state(6), 7)]);
-        let numbers = [0.0; 7];
-        let is_refused = |parameters: usize, row: usize| {
-            let check = || reach.check(&numbers[..parameters], &numbers[..row]);
-            std::panic::catch_unwind(check).is_err()
-        };
-        assert!(!is_refused(4, 7));
-        assert!(is_refused(3, 7) && is_refused(4, 6));
-    }
-}

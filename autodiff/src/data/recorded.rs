@@ -25,7 +25,6 @@ use crate::record::replay::{Inputs, Plan, Points, Replayed, Wanted};
 /// }
 ///
 /// let recorded = Recorded::new(&Rosenbrock, 2)?;
-/// assert_eq!(recorded.value_and_gradient(&[1.0, 1.0]), (0.0, vec![0.0, 0.0]));
 /// let many = recorded.values_and_gradients(&[[0.0, 0.0], [1.0, 2.0], [2.0, 4.0]]);
 /// assert_eq!(many[2], (1.0, vec![2.0, 0.0]));
 /// # Ok::<(), autodiff::data::NeedsValues>(())
@@ -76,19 +75,7 @@ impl Recorded {
         );
     }
 
-    /// Returns the value and the gradient at a point. [`gradient`](crate::gradient) is faster, unless the function itself
-    /// takes long, for example because it allocates memory. At many points, use
-    /// [`values_and_gradients`](Self::values_and_gradients), which is faster than both.
-    ///
-    /// # Panics
-    /// If the point does not have one number per argument.
-    #[track_caller]
-    pub fn value_and_gradient<R: Real>(&self, x: &[R]) -> (R, Vec<R>) {
-        self.check(x.len());
-        self.plan.value_and_gradient(x)
-    }
-
-    /// Returns the value and the gradient at each point.
+    /// Returns the value and the gradient at each point. At a single point, [`gradient`](crate::gradient) is faster.
     ///
     /// # Panics
     /// If a point does not have one number per argument.

@@ -23,7 +23,7 @@
 //! with respect to its complex argument is the derivative of the result with respect to the real part of the argument.
 //!
 //! ```
-//! use ::nalgebra::Complex;
+//! use nalgebra::Complex;
 //! use autodiff::{Element, Real, gradient};
 //!
 //! /// The current through a resistor, an inductor and a capacitor in series at 1 volt, by frequency and capacity.
@@ -57,6 +57,6 @@ mod number;
 mod constants;
 mod float;
 #[cfg(feature = "nalgebra")]
-pub mod nalgebra;
+pub mod matrices;
 
 pub use element::Element;

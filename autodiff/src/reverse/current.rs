@@ -279,24 +279,3 @@ fn further_out(generation: u32) -> *const Frame {
          closure of the `Tape::record` call that created it"
     )
 }
-
-#[cfg(test)]
-mod tests {
-    use super::{CONSTANT, COUNT_BITS, name_of, next_generation};
-    use crate::dual::Dual;
-
-    #[test]
-    fn a_generation_identifies_its_number_type() {
-        let (f64_name, f32_name) = (name_of::<f64>(), name_of::<f32>());
-        assert_ne!(f64_name, f32_name);
-        assert_ne!(f64_name, name_of::<Dual<f64, 1>>());
-        assert_eq!(f64_name, name_of::<f64>());
-        let generations = [f64_name, f64_name, f32_name].map(next_generation);
-        assert_ne!(generations[0], generations[1]);
-        assert!(generations.iter().all(|&g| g != CONSTANT));
-        assert_eq!(
-            generations.map(|g| g >> COUNT_BITS),
-            [f64_name, f64_name, f32_name]
-        );
-    }
-}

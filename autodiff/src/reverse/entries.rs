@@ -12,6 +12,8 @@ pub(super) struct Entry<R> {
     pub(super) parents: [u32; 2],
 }
 
+const _: () = assert!(size_of::<Entry<f64>>() == 24);
+
 /// The operands of operations that have too many operands for an [`Entry`].
 pub(super) struct LongEntries<R: Real> {
     /// The terms `(partial, parent)` of all linear entries (linear combinations), in the order of the entries.
@@ -109,15 +111,5 @@ impl<R: Real> LongEntries<R> {
             }
             _ => {}
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Entry;
-
-    #[test]
-    fn entry_is_24_bytes() {
-        assert_eq!(size_of::<Entry<f64>>(), 24);
     }
 }

@@ -1,6 +1,6 @@
 //! Formats the tables of instruction counts.
 
-use crate::works::{ComparedTo, CountTable};
+use crate::works::CountTable;
 
 /// Returns all tables as text. `counts` has the counts of all works, in order.
 pub(crate) fn page(tables: &[CountTable], counts: &[f64], valgrind: &str) -> String {
@@ -28,9 +28,6 @@ fn table_of(table: &CountTable, counts: &mut impl Iterator<Item = f64>) -> Strin
     let mut base = None;
     for (name, works) in &table.rows {
         text += &format!("| {name} |");
-        if table.base == ComparedTo::Row {
-            base = None;
-        }
         for count in counts.by_ref().take(works.len()) {
             let times = count / *base.get_or_insert(count);
             text += &format!(" {count:.0} ({times:.2}) |");

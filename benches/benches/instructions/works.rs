@@ -1,12 +1,9 @@
 //! The pieces of work whose instructions are counted.
 
 use std::hint::black_box;
-use std::path::Path;
 
 use autodiff::{Kernel, Model, Program, Real, Rollout, gradient};
-use benches::adbench::{self, Case};
 use benches::machine::built_in;
-use benches::objectives::Problem;
 use benches::robot::{MEASURED_STEPS, Subject, TwoMatvecs};
 use cosmic::inputs::{CONTROLLER, DESIGN};
 use cosmic::kernel;
@@ -31,15 +28,6 @@ impl CountedWork {
     }
 }
 
-/// Which figure the counts of a table are divided by, to give ratios.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum ComparedTo {
-    /// The first figure of the table.
-    Table,
-    /// The first figure of each row.
-    Row,
-}
-
 /// A table of counted works.
 pub(crate) struct CountTable {
     pub(crate) title: &'static str,
@@ -47,7 +35,6 @@ pub(crate) struct CountTable {
     /// The column headings. The first one stands above the names of the rows.
     pub(crate) columns: &'static [&'static str],
     pub(crate) rows: Vec<(String, Vec<CountedWork>)>,
-    pub(crate) base: ComparedTo,
 }
 
 impl CountTable {
@@ -59,7 +46,7 @@ impl CountTable {
 
 /// Returns all tables.
 pub(crate) fn tables() -> Vec<CountTable> {
-    vec![robot(), one_piece(), scalar_tapes(), problems()]
+    vec![robot(), scalar_tapes()]
 }
 
 fn robot() -> CountTable {
@@ -83,7 +70,6 @@ fn robot() -> CountTable {
             row("one-hot, f64", in_type::<f64>(one_hot)),
             row("one-hot, f32", in_type::<f32>(one_hot)),
         ],
-        base: ComparedTo::Table,
     }
 }
 
@@ -97,16 +83,10 @@ fn matvecs(scene: &'static str) -> CountedWork {
     CountedWork::new(1, MEASURED_STEPS, run)
 }
 
-/// Returns a counted work that runs a rollout of a scene's robot. `one_piece` replaces the scene's setting
-/// `design.one_piece`.
-fn rollout(
-    scene: &'static str,
-    one_piece: Option<bool>,
-    work: impl Fn(&Subject<'_>) + 'static,
-) -> CountedWork {
+/// Returns a counted work that runs a rollout of a scene's robot.
+fn rollout(scene: &'static str, work: impl Fn(&Subject<'_>) + 'static) -> CountedWork {
     let run = move |repeats| {
-        let (scene, mut case) = built_in(scene);
-        case.scene.design.one_piece = one_piece.unwrap_or(case.scene.design.one_piece);
+        let (scene, case) = built_in(scene);
         let subject = Subject::new(&case, &scene.loss);
         for _ in 0..repeats {
             work(&subject);
@@ -117,38 +97,14 @@ fn rollout(
 
 fn in_type<R: Real>(scene: &'static str) -> Vec<CountedWork> {
     let gradient = |blocks| {
-        rollout(scene, None, move |subject| {
+        rollout(scene, move |subject| {
             black_box(subject.gradient::<R>(blocks));
         })
     };
-    let plain = rollout(scene, None, |subject| {
+    let plain = rollout(scene, |subject| {
         black_box(subject.rollout::<R>());
     });
     vec![plain, gradient(DESIGN), gradient(CONTROLLER)]
-}
-
-fn one_piece() -> CountTable {
-    fn row<R: Real>(name: &str, scene: &'static str) -> (String, Vec<CountedWork>) {
-        let gradient = |one_piece| {
-            rollout(scene, Some(one_piece), |subject| {
-                black_box(subject.gradient::<R>(DESIGN));
-            })
-        };
-        (name.to_owned(), vec![gradient(false), gradient(true)])
-    }
-    CountTable {
-        title: "Design gradients with `one_piece`",
-        about: "Value and design gradient, instructions per step. In brackets: the ratio to the gradient \
-                without `design.one_piece`.",
-        columns: &["design", "without", "with `one_piece`"],
-        rows: vec![
-            row::<f64>("mixture, f64", "stability"),
-            row::<f32>("mixture, f32", "stability"),
-            row::<f64>("one-hot, f64", "baseline_tall"),
-            row::<f32>("one-hot, f32", "baseline_tall"),
-        ],
-        base: ComparedTo::Row,
-    }
 }
 
 /// The number of steps in a rollout of [`Populations`].
@@ -209,33 +165,5 @@ fn scalar_tapes() -> CountTable {
                 step, over 256 steps. In brackets: the ratio to the primal.",
         columns: &["one step", "instructions"],
         rows,
-        base: ComparedTo::Table,
     }
-}
-
-fn problems() -> CountTable {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/adbench");
-    let cases = adbench::cases(&folder).expect("the problems of this workspace are readable");
-    let row = |case: Case| {
-        let objective = problem(case.clone(), |problem| problem.objective());
-        let derivative = problem(case.clone(), |problem| problem.derivative());
-        (case.name, vec![objective, derivative])
-    };
-    CountTable {
-        title: "ADBench",
-        about: "In brackets: the ratio to the objective.",
-        columns: &["case", "objective", "objective and derivative"],
-        rows: cases.into_iter().map(row).collect(),
-        base: ComparedTo::Row,
-    }
-}
-
-fn problem(case: Case, work: impl Fn(&mut dyn Problem) + 'static) -> CountedWork {
-    let run = move |repeats| {
-        let mut problem = case.open().expect("the case was read before");
-        for _ in 0..repeats {
-            work(&mut *problem);
-        }
-    };
-    CountedWork::new(2, 1, run)
 }

@@ -37,9 +37,6 @@ pub(crate) fn task() -> Task {
             Way::new("ours", "`gradient`, one by one", &["ours_tape"], || {
                 ours_tape::gradient(w, starts)
             }),
-            Way::new("echidna", "`grad`, one by one", &["echidna"], || {
-                echidna::gradient(w, starts)
-            }),
             Way::new("reverse", "a tape, one by one", &["reverse"], || {
                 reverse::gradient(w, starts)
             }),
@@ -133,36 +130,6 @@ mod ours_tape {
         let mut sum = vec![0.0; w.len()];
         for &start in starts {
             let gradient = autodiff::gradient(|w| end(w, start), w);
-            sum.iter_mut().zip(gradient).for_each(|(sum, g)| *sum += g);
-        }
-        sum
-    }
-}
-
-/// A rollout on echidna's tape.
-mod echidna {
-    use echidna::{Reverse64, Scalar};
-    use num_traits::Float;
-
-    use super::{HIDDEN, STEP, STEPS};
-
-    fn end(w: &[Reverse64], start: [f64; 2]) -> Reverse64 {
-        let (w1, rest) = w.split_at(2 * HIDDEN);
-        let (b1, rest) = rest.split_at(HIDDEN);
-        let [mut angle, mut speed] = start.map(Reverse64::from_f);
-        for _ in 0..STEPS {
-            let hidden = |i: usize| (w1[2 * i] * angle + w1[2 * i + 1] * speed + b1[i]).tanh();
-            let torque = (0..HIDDEN).fold(rest[HIDDEN], |sum, i| sum + rest[i] * hidden(i));
-            speed += STEP * (torque - angle.sin());
-            angle += STEP * speed;
-        }
-        angle * angle + speed * speed
-    }
-
-    pub(super) fn gradient(w: &[f64], starts: &[[f64; 2]]) -> Vec<f64> {
-        let mut sum = vec![0.0; w.len()];
-        for &start in starts {
-            let gradient = echidna::grad(|w| end(w, start), w);
             sum.iter_mut().zip(gradient).for_each(|(sum, g)| *sum += g);
         }
         sum

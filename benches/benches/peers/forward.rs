@@ -30,12 +30,6 @@ pub(crate) fn gradient() -> Task {
                 || ours_slice::gradient(x),
             ),
             Way::new(
-                "ours",
-                "`Recorded`, kept",
-                &["ours", "ours_recorded"],
-                ours_recorded::gradient(x),
-            ),
-            Way::new(
                 "num-dual",
                 "`gradient`, `DualSVec64<10>`",
                 &["num_dual"],
@@ -112,18 +106,6 @@ mod ours_slice {
 
     pub(super) fn gradient(x: &[f64; FEW]) -> Vec<f64> {
         gradient_forward(|x| Waves.eval(x), x)
-    }
-}
-
-/// The gradient by a recording that was made before the clock started.
-mod ours_recorded {
-    use autodiff::data::Recorded;
-
-    use super::{FEW, ours::Waves};
-
-    pub(super) fn gradient(x: &[f64; FEW]) -> impl Fn() -> Vec<f64> {
-        let recorded = Recorded::new(&Waves, FEW).expect("the function asks for no values");
-        move || recorded.value_and_gradient(x).1
     }
 }
 

@@ -35,17 +35,11 @@ pub(crate) fn task() -> Task {
                 &["ours_sum"],
                 ours_sum::hessian(data, w),
             ),
-            Way::new("num-dual", "`hessian`", &["num_dual"], || {
-                num_dual::hessian(data, w)
-            }),
-            Way::new("echidna", "`hessian`", &["echidna"], || {
-                echidna::hessian(data, w)
-            }),
             Way::new(
                 "echidna",
                 "`hessian_vec`, tape kept",
-                &["echidna_kept"],
-                echidna_kept::hessian(data, w),
+                &["echidna"],
+                echidna::hessian(data, w),
             ),
         ],
     }
@@ -113,50 +107,8 @@ mod ours_sum {
     }
 }
 
-/// Dual numbers of second order with a fixed length, as in the first example of num_dual.
-mod num_dual {
-    use nalgebra::SVector;
-    use num_dual::{Dual2SVec64, DualNum, hessian as dual_hessian};
-
-    use super::{Datum, WEIGHTS};
-
-    pub(super) fn hessian(data: &[Datum], w: &Datum) -> Vec<f64> {
-        let loss = |w: SVector<Dual2SVec64<WEIGHTS>, WEIGHTS>| {
-            let margin = |x: &Datum| {
-                x.iter()
-                    .zip(&w)
-                    .map(|(x, w)| *w * *x)
-                    .sum::<Dual2SVec64<_>>()
-            };
-            let terms = data.iter().map(|x| (-margin(x)).exp().ln_1p());
-            terms.sum::<Dual2SVec64<WEIGHTS>>()
-        };
-        let (_, _, hessian) = dual_hessian(loss, &SVector::from(*w));
-        hessian.as_slice().to_vec()
-    }
-}
-
-/// A tape of echidna that is recorded again for each Hessian.
-mod echidna {
-    use echidna::BReverse64;
-    use num_traits::Float;
-
-    use super::Datum;
-
-    pub(super) fn hessian(data: &[Datum], w: &Datum) -> Vec<f64> {
-        let zero = BReverse64::constant(0.0);
-        let loss = |w: &[BReverse64]| {
-            let margin = |x: &Datum| x.iter().zip(w).fold(zero, |sum, (&x, &w)| sum + x * w);
-            data.iter()
-                .fold(zero, |sum, x| sum + (-margin(x)).exp().ln_1p())
-        };
-        let (_, _, hessian) = echidna::hessian(loss, w);
-        hessian.concat()
-    }
-}
-
 /// A tape of echidna that is recorded once. Each pass computes ten directions.
-mod echidna_kept {
+mod echidna {
     use echidna::BReverse64;
     use num_traits::Float;
 

@@ -11,7 +11,6 @@ mod hessian;
 mod network;
 mod ode;
 mod rosenbrock;
-mod scalar;
 mod sparse;
 mod task;
 
@@ -27,8 +26,7 @@ fn main() {
         "RAYON_NUM_THREADS must be 1, because every crate is timed on one thread; set it in the environment"
     );
     let tasks = [
-        rosenbrock::task(100),
-        rosenbrock::task(1000),
+        rosenbrock::task(),
         ode::task(),
         network::task(&[64, 128, 128, 1], 256),
         network::task(&[256, 256, 256, 1], 64),
@@ -39,8 +37,7 @@ fn main() {
         forward::gradient(),
         forward::jacobian(),
     ];
-    let tasks = tasks.into_iter().chain(scalar::tasks());
-    let measured = tasks.map(|mut task| {
+    let measured = tasks.into_iter().map(|mut task| {
         task.compare();
         let outcomes = task.measure(ROUNDS);
         let measured = (task, outcomes);

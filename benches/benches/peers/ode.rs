@@ -48,20 +48,11 @@ pub(crate) fn task() -> Task {
                 || ours_rollout::gradient(seen),
             ),
             Way::new(
-                "num-dual",
-                "`gradient`, `DualSVec64<4>`",
-                &["num_dual"],
-                || num_dual::gradient(seen),
-            ),
-            Way::new(
                 "echidna",
                 "`DualVec64<4>`",
                 &["echidna", "echidna_forward"],
                 || echidna_forward::gradient(seen),
             ),
-            Way::new("echidna", "`grad`", &["echidna", "echidna_tape"], || {
-                echidna_tape::gradient(seen)
-            }),
         ],
     }
 }
@@ -211,43 +202,6 @@ mod ours_rollout {
     }
 }
 
-/// Dual numbers with a fixed length, as the documentation of num_dual shows for `gradient` and under "Extra arguments".
-mod num_dual {
-    use nalgebra::SVector;
-    use num_dual::{DualNum, DualSVec64, gradient as dual_gradient};
-
-    use super::{APART, POINT, START, STEP};
-
-    fn step<D: DualNum<Primitive = f64> + Copy>([x, y]: [D; 2], [a, b, c, d]: [D; 4]) -> [D; 2] {
-        let rate = |[x, y]: [D; 2]| [a * x - b * x * y, c * x * y - d * y];
-        let at = |k: [D; 2], h: f64| [x + k[0] * h, y + k[1] * h];
-        let k1 = rate([x, y]);
-        let k2 = rate(at(k1, STEP / 2.0));
-        let k3 = rate(at(k2, STEP / 2.0));
-        let k4 = rate(at(k3, STEP));
-        let sum = |i: usize| k1[i] + (k2[i] + k3[i]) * 2.0 + k4[i];
-        at([sum(0), sum(1)], STEP / 6.0)
-    }
-
-    fn loss<D: DualNum<Primitive = f64> + Copy>(p: [D; 4], seen: &[[f64; 2]]) -> D {
-        let (mut state, mut loss) = (START.map(D::from), D::from(0.0));
-        for &[x, y] in seen {
-            for _ in 0..APART {
-                state = step(state, p);
-            }
-            let [dx, dy] = [state[0] - x, state[1] - y];
-            loss += dx * dx + dy * dy;
-        }
-        loss
-    }
-
-    pub(super) fn gradient(seen: &[[f64; 2]]) -> Vec<f64> {
-        let function = |p: SVector<DualSVec64<4>, 4>| loss(p.into(), seen);
-        let (_, gradient) = dual_gradient(function, &SVector::from(POINT));
-        gradient.as_slice().to_vec()
-    }
-}
-
 /// The fit, generic over the trait of echidna, as in its "Quick Start".
 mod echidna {
     use echidna::Scalar;
@@ -287,14 +241,5 @@ mod echidna_forward {
     pub(super) fn gradient(seen: &[[f64; 2]]) -> Vec<f64> {
         let seeded = |i: usize| DualVec64::<4>::with_tangent(POINT[i], i);
         loss(&[0, 1, 2, 3].map(seeded), seen).eps.to_vec()
-    }
-}
-
-/// The gradient on echidna's tape, as in its documentation under "Gradient via reverse mode".
-mod echidna_tape {
-    use super::{POINT, echidna::loss};
-
-    pub(super) fn gradient(seen: &[[f64; 2]]) -> Vec<f64> {
-        echidna::grad(|p| loss(p, seen), &POINT)
     }
 }

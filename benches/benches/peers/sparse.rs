@@ -37,18 +37,6 @@ pub(crate) fn task() -> Task {
                 &["echidna", "echidna_kept"],
                 echidna_kept::jacobian(x),
             ),
-            Way::new(
-                "echidna",
-                "`sparse_jacobian`",
-                &["echidna", "echidna_sparse"],
-                || echidna_sparse::jacobian(x),
-            ),
-            Way::new(
-                "echidna",
-                "`jacobian`, dense",
-                &["echidna", "echidna_dense"],
-                || tridiagonal(&echidna_dense::jacobian(x)),
-            ),
         ],
     }
 }
@@ -156,25 +144,5 @@ mod echidna_kept {
             tape.sparse_jacobian_with_pattern(x, &pattern, &colors, count, true)
                 .1
         }
-    }
-}
-
-/// A sparse Jacobian by a single call of echidna.
-mod echidna_sparse {
-    use super::echidna::broyden;
-
-    pub(super) fn jacobian(x: &[f64]) -> Vec<f64> {
-        let (_, _, entries) = echidna::sparse_jacobian(broyden, x);
-        entries
-    }
-}
-
-/// A dense Jacobian by echidna, one column at a time.
-mod echidna_dense {
-    use super::echidna::broyden;
-
-    pub(super) fn jacobian(x: &[f64]) -> Vec<f64> {
-        let (_, rows) = echidna::jacobian(broyden, x);
-        rows.concat()
     }
 }

@@ -1,6 +1,7 @@
 //! Tasks to measure. Each can be done in several ways.
 
-use benches::machine::{SPAN, in_turns};
+use std::hint::black_box;
+use std::time::Instant;
 
 /// Keeps data until the program ends, so that all ways to do a task can share them.
 pub(crate) fn kept<T>(data: impl IntoIterator<Item = T>) -> &'static [T] {
@@ -89,7 +90,7 @@ impl Task {
     /// Measures the times of all ways, which take turns.
     pub(crate) fn measure(&mut self, rounds: usize) -> Vec<Outcome> {
         let works = self.ways.iter_mut().map(|way| &mut way.run);
-        let seconds = in_turns(&mut works.collect::<Vec<_>>(), SPAN, rounds);
+        let seconds = in_turns(&mut works.collect::<Vec<_>>(), rounds);
         let source = self.source;
         let outcome = |(way, seconds): (&Way, f64)| Outcome {
             by: way.by,
@@ -99,6 +100,37 @@ impl Task {
         };
         self.ways.iter().zip(seconds).map(outcome).collect()
     }
+}
+
+/// Measures the run time of `work` in seconds.
+fn seconds<T>(work: impl FnOnce() -> T) -> f64 {
+    let start = Instant::now();
+    black_box(work());
+    start.elapsed().as_secs_f64()
+}
+
+/// The duration of one measurement, in seconds. It is long enough for caches and branch predictors to warm up,
+/// and short compared with a time slice of the operating system.
+const SPAN: f64 = 2e-3;
+
+/// Measures the times of several pieces of work, which take turns. Returns for each one the minimum over `rounds`
+/// rounds, in seconds. In a round each piece is repeated for [`SPAN`] seconds.
+fn in_turns<T>(works: &mut [impl FnMut() -> T], rounds: usize) -> Vec<f64> {
+    let mut least = vec![f64::INFINITY; works.len()];
+    for round in 0..=rounds {
+        for (work, least) in works.iter_mut().zip(&mut least) {
+            let repeats = ((SPAN / *least) as usize).max(1);
+            let all = || {
+                for _ in 0..repeats {
+                    black_box(work());
+                }
+            };
+            let taken = seconds(all) / repeats as f64;
+            // The first round is not timed. It only finds the number of repetitions.
+            *least = if round == 0 { taken } else { least.min(taken) };
+        }
+    }
+    least
 }
 
 /// Returns how many lines of code a module at the top level of a file has. Blank lines and comments do not count.

@@ -194,23 +194,6 @@ impl Problem for Ba {
         };
         data::jacobians(&Observation, count, |i| scene.inputs(i), keep);
     }
-
-    fn answer(&self) -> Value {
-        let (scene, Csr { rows, cols, vals }) = (&self.scene, &self.jacobian);
-        let [cameras, points, observations] =
-            [scene.cameras.len(), scene.points.len(), scene.weights.len()];
-        json!({
-            "reproj_err": self.reprojection.concat(),
-            "w_err": self.weight_error,
-            "jacobian": {
-                "nrows": 3 * observations,
-                "ncols": CAMERA * cameras + 3 * points + observations,
-                "rows": rows,
-                "cols": cols,
-                "vals": vals,
-            },
-        })
-    }
 }
 
 pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {

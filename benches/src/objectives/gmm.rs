@@ -23,13 +23,6 @@ pub(super) struct Input {
     mu: Vec<Vec<f64>>,
     q: Vec<Vec<f64>>,
     l: Vec<Vec<f64>>,
-    /// The sign of the prior. It is -1 in ADBench.
-    #[serde(default = "plus")]
-    sign: f64,
-}
-
-fn plus() -> f64 {
-    1.0
 }
 
 /// A mixture that is ready to run, with memory for its results.
@@ -47,7 +40,6 @@ struct Mixture {
     points: usize,
     m: f64,
     gamma: f64,
-    sign: f64,
     likelihood: Sum<Likelihood>,
 }
 
@@ -122,14 +114,14 @@ impl Function for Mixture {
         let (means, factors) = rest.split_at(k * d);
         let mut packed = Vec::with_capacity(k * self.shape.packed());
         let mut prior = R::zero();
-        let half_square = R::lit(0.5 * self.sign * self.gamma * self.gamma);
+        let half_square = R::lit(0.5 * self.gamma * self.gamma);
         let parts = means.chunks(d).zip(factors.chunks(self.shape.factor()));
         for (&weight, (mean, factor)) in weights.iter().zip(parts) {
             let (logarithms, below) = factor.split_at(d);
             let diagonal: Vec<R> = logarithms.iter().map(|q| q.exp()).collect();
             let sum = R::sum_of(logarithms);
             let squares = R::dot(&diagonal, &diagonal) + R::dot(below, below);
-            prior += R::lit(self.sign * self.m) * sum - half_square * squares;
+            prior += R::lit(self.m) * sum - half_square * squares;
             packed.push(weight + sum);
             packed.extend_from_slice(mean);
             pack_rows(&mut packed, &diagonal, below);
@@ -160,7 +152,7 @@ impl Mixture {
         let gammas = (0..self.shape.d).map(|j| libm::lgamma(0.5 * (freedom - j as f64)));
         let log_gamma = 0.25 * d * (d - 1.0) * PI.ln() + gammas.sum::<f64>();
         let wishart = freedom * d * (self.gamma.ln() - 0.5 * 2.0_f64.ln()) - log_gamma;
-        self.sign * self.shape.k as f64 * wishart - 0.5 * self.points as f64 * d * (2.0 * PI).ln()
+        self.shape.k as f64 * wishart - 0.5 * self.points as f64 * d * (2.0 * PI).ln()
     }
 }
 
@@ -197,7 +189,6 @@ impl Gmm {
             points: x.len(),
             m: input.m,
             gamma: input.gamma,
-            sign: input.sign,
             likelihood: Sum::new(Likelihood(shape), &x),
         };
         Ok(Self {
@@ -228,10 +219,6 @@ impl Problem for Gmm {
     fn derivative(&mut self) {
         (self.value, self.gradient) =
             value_and_gradient(|x| self.mixture.eval(x), &self.parameters);
-    }
-
-    fn answer(&self) -> Value {
-        json!({ "objective": self.value, "gradient": self.gradient })
     }
 }
 

@@ -1,6 +1,7 @@
-//! The objectives of ADBench (Srajer, Kukelova, Fitzgibbon, *A benchmark of selected algorithmic
-//! differentiation tools*, arXiv:1807.10129) and GradBench (<https://github.com/gradbench/gradbench>), written
-//! once over `R: Real`. All derivatives come from `autodiff`, and each run records everything again.
+//! The objectives of GradBench (<https://github.com/gradbench/gradbench>), written once over `R: Real`. `gmm`, `ba`,
+//! `lstm` and `ht` are those of ADBench (Srajer, Kukelova, Fitzgibbon, *A benchmark of selected algorithmic
+//! differentiation tools*, arXiv:1807.10129). All derivatives come from `autodiff`, and each run records everything
+//! again.
 //!
 //! | module | derivative |
 //! | --- | --- |
@@ -8,7 +9,7 @@
 //! | `gmm` | reverse mode: a sum over data, replayed in lanes over blocks of data |
 //! | `ba` | forward mode: the local Jacobian of every observation, in lanes over observations |
 //! | `lstm` | reverse mode: a rollout with one step per character |
-//! | `ht` (ADBench's `hand`) | forward mode: four directions serve all fingers, in lanes over vertices |
+//! | `ht` | forward mode: four directions serve all fingers, in lanes over vertices |
 //! | `kmeans` | forward over forward mode: one direction serves all coordinates of all centroids |
 //! | `ode` | reverse mode: a rollout of Runge-Kutta steps |
 //! | `llsq` | reverse mode: a sum over data in lanes |
@@ -32,14 +33,9 @@ mod rotation;
 mod saddle;
 mod work;
 
-use serde_json::Value;
 use serde_json::value::RawValue;
 
-use ba::Ba;
-use gmm::Gmm;
-use hand::Hand;
-use lstm::Lstm;
-pub use work::{Error, Prepared, Problem, Work};
+pub use work::{Error, Prepared, Work};
 
 /// The type of a function that reads an input and prepares an evaluation. Its first argument is the name of a GradBench
 /// function.
@@ -69,19 +65,4 @@ pub fn evaluation(module: &str) -> Result<Prepare, Error> {
     let found = EVALUATIONS.iter().find(|(name, _)| *name == module);
     let unknown = || Error::Unknown(format!("module '{module}'"));
     found.map(|&(_, prepare)| prepare).ok_or_else(unknown)
-}
-
-/// Returns the ADBench problem of the module `gmm`, `ba`, `lstm` or `ht`.
-///
-/// # Errors
-/// If the module is unknown or the input has the wrong format.
-pub fn problem(module: &str, input: Value) -> Result<Box<dyn Problem>, Error> {
-    use serde_json::from_value;
-    Ok(match module {
-        "gmm" => Box::new(Gmm::new(from_value(input)?)?),
-        "ba" => Box::new(Ba::new(from_value(input)?)?),
-        "lstm" => Box::new(Lstm::new(from_value(input)?)?),
-        "ht" => Box::new(Hand::new(from_value(input)?)?),
-        _ => return Err(Error::Unknown(format!("problem '{module}'"))),
-    })
 }

@@ -1,22 +1,17 @@
 //! The traits of objectives, and helpers that prepare the functions of GradBench.
 
-use std::path::{Path, PathBuf};
-
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use serde_json::value::RawValue;
 
-/// An objective of ADBench whose input has been read, with memory for its results.
-pub trait Problem {
+/// An objective whose input has been read, with memory for its results.
+pub(super) trait Problem {
     /// Computes the objective in plain floating point, without results of earlier calls.
     fn objective(&mut self);
 
     /// Computes the objective and its derivative, without results of earlier calls.
     fn derivative(&mut self);
-
-    /// Returns the results of the last calls, with the names and shapes of ADBench's reference answers.
-    fn answer(&self) -> Value;
 }
 
 /// A function of a GradBench module whose input has been read.
@@ -31,7 +26,7 @@ pub trait Work {
 /// Work that is ready to run, or the error in the request.
 pub type Prepared = Result<Box<dyn Work>, Error>;
 
-/// An error in a request or an input file.
+/// An error in a request.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -50,30 +45,9 @@ pub enum Error {
     /// The function panicked.
     #[error("the function panicked")]
     Panicked,
-    /// A file cannot be read or has the wrong format.
-    #[error("{}: {what}", path.display())]
-    File {
-        /// The path of the file.
-        path: PathBuf,
-        /// What is wrong with the file.
-        what: String,
-    },
 }
 
 impl Error {
-    /// Returns a function that makes an error about the file `path` from a description of what is wrong.
-    pub(crate) fn file(path: &Path) -> impl Fn(String) -> Self {
-        |what| Self::File {
-            path: path.to_owned(),
-            what,
-        }
-    }
-
-    /// Reads a text file.
-    pub(crate) fn read(path: &Path) -> Result<String, Self> {
-        std::fs::read_to_string(path).map_err(|error| Self::file(path)(error.to_string()))
-    }
-
     pub(super) fn function<T>(name: &str) -> Result<T, Self> {
         Err(Self::Unknown(format!("function '{name}'")))
     }

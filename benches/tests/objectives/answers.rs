@@ -6,7 +6,10 @@ use serde_json::{Value, json};
 
 use crate::draw::Draw;
 use crate::driver::{agrees, answer};
-use crate::naive::{determinant, gradient, kmeans, least_squares, mixture, newton, numbers, ode};
+use crate::naive::{
+    determinant, gradient, kmeans, language, least_squares, mixture, newton, numbers, observation,
+    ode,
+};
 
 /// Checks the value and the gradient of a function whose argument is a flat list.
 fn check(module: &str, input: &Value, right: impl Fn(&[f64]) -> f64, x: &[f64]) {
@@ -129,6 +132,54 @@ fn gmm() {
         let [mu, q, l] = [0..d, d..2 * d, 2 * d..parts[0].len()].map(columns);
         let right = json!({ "alpha": alpha, "mu": mu, "q": q, "l": l });
         agrees("gmm", "jacobian", &input, &right);
+    }
+}
+
+#[test]
+fn lstm() {
+    for (layers, characters) in [(1, 2), (2, 5), (3, 3)] {
+        let input = Draw(layers as u64).lstm(layers, characters);
+        let x = ["main_params", "extra_params"].map(|name| numbers(&input[name]));
+        let (loss, x) = (|x: &[f64]| language(&input, x), x.concat());
+        agrees("lstm", "objective", &input, &json!(loss(&x)));
+        agrees("lstm", "jacobian", &input, &json!(gradient(loss, &x)));
+    }
+}
+
+/// The first 30 numbers of a list, and its last number.
+fn ends<T: Copy>(list: &[T]) -> Vec<T> {
+    let first = &list[..30.min(list.len())];
+    [first, &list[list.len() - 1..]].concat()
+}
+
+/// The tested rotation vectors are one of ordinary length and the zero vector.
+#[test]
+fn ba() {
+    for ([n, m, p], turn) in [([1, 1, 1], 0.4), ([2, 3, 6], 0.4), ([2, 3, 40], 0.0)] {
+        let mut x = Draw(p as u64).uniforms(15);
+        x[..3].iter_mut().for_each(|r| *r *= turn);
+        x[13] += 3.0; // in front of the camera
+        let feature = [0.3, 0.7];
+        let input = json!({
+            "n": n, "m": m, "p": p, "cam": x[..11], "x": x[11..14], "w": x[14], "feat": feature,
+        });
+        let [u, v, weight] = observation(&x, &feature);
+        let right = json!({
+            "reproj_error": { "elements": [u, v], "repeated": p },
+            "w_err": { "element": weight, "repeated": p },
+        });
+        agrees("ba", "objective", &input, &right);
+        let slopes = [0, 1, 2].map(|k| gradient(|x| observation(x, &feature)[k], &x));
+        let vals = [&slopes[0][..], &slopes[1], &slopes[2][14..]].concat();
+        let (points, weights) = (11 * n, 11 * n + 3 * m);
+        let row = || (0..11).chain(points..points + 3).chain([weights]);
+        let cols: Vec<usize> = row().chain(row()).chain([weights + p - 1]).collect();
+        let rows: Vec<usize> = (0..=2 * p)
+            .map(|i| 15 * i)
+            .chain((1..=p).map(|i| 30 * p + i))
+            .collect();
+        let right = json!({ "rows": ends(&rows), "cols": cols, "vals": vals });
+        agrees("ba", "jacobian", &input, &right);
     }
 }
 

@@ -8,7 +8,7 @@ pub(crate) struct Draw(pub(crate) u64);
 
 impl Draw {
     /// Draws a number in [0, 1).
-    fn uniform(&mut self) -> f64 {
+    pub(crate) fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -21,7 +21,7 @@ impl Draw {
         (0..len).map(|_| self.uniform()).collect()
     }
 
-    fn rows(&mut self, rows: usize, columns: usize) -> Vec<Vec<f64>> {
+    pub(crate) fn rows(&mut self, rows: usize, columns: usize) -> Vec<Vec<f64>> {
         (0..rows).map(|_| self.uniforms(columns)).collect()
     }
 
@@ -42,13 +42,13 @@ impl Draw {
         })
     }
 
-    /// Draws a language model of one layer, and a text of `c` characters.
-    pub(crate) fn lstm(&mut self, c: usize) -> Value {
+    /// Draws a language model of `l` layers, and a text of `c` characters.
+    pub(crate) fn lstm(&mut self, l: usize, c: usize) -> Value {
         const BITS: usize = 14;
         json!({
-            "main_params": self.rows(2, 4 * BITS),
+            "main_params": self.rows(2 * l, 4 * BITS),
             "extra_params": self.rows(3, BITS),
-            "state": self.rows(2, BITS),
+            "state": self.rows(2 * l, BITS),
             "sequence": self.rows(c, BITS),
         })
     }

@@ -156,3 +156,65 @@ pub(crate) fn mixture(input: &Value, x: &[f64]) -> f64 {
     let total: f64 = points.chunks(d).map(likelihood).sum();
     total + k as f64 * scale - normaliser + components.iter().map(prior).sum::<f64>()
 }
+
+/// Returns the loss of a language model. `x` has `main_params` and then `extra_params`.
+pub(crate) fn language(input: &Value, x: &[f64]) -> f64 {
+    let [mut state, sequence]: [Vec<Vec<f64>>; 2] = ["state", "sequence"]
+        .map(|name| serde_json::from_value(input[name].clone()).expect("rows"));
+    let (bits, layers) = (sequence[0].len(), state.len() / 2);
+    let (main, extra) = x.split_at(8 * bits * layers);
+    let sigmoid = |z: f64| 1.0 / (1.0 + (-z).exp());
+    let mut loss = 0.0;
+    for pair in sequence.windows(2) {
+        let mut v: Vec<f64> = pair[0].iter().zip(extra).map(|(x, a)| x * a).collect();
+        for layer in 0..layers {
+            let weights = &main[8 * bits * layer..];
+            for j in 0..bits {
+                let gate =
+                    |k: usize, v: f64| v * weights[k * bits + j] + weights[(k + 4) * bits + j];
+                let (hidden, cell) = (state[2 * layer][j], state[2 * layer + 1][j]);
+                let change = sigmoid(gate(1, hidden)) * gate(3, hidden).tanh();
+                let cell = cell * sigmoid(gate(0, v[j])) + change;
+                state[2 * layer + 1][j] = cell;
+                state[2 * layer][j] = sigmoid(gate(2, v[j])) * cell.tanh();
+            }
+            v.clone_from(&state[2 * layer]);
+        }
+        let y = |j: usize| v[j] * extra[bits + j] + extra[2 * bits + j];
+        let normaliser = (2.0 + (0..bits).map(|j| y(j).exp()).sum::<f64>()).ln();
+        loss += (0..bits)
+            .map(|j| pair[1][j] * (y(j) - normaliser))
+            .sum::<f64>();
+    }
+    -loss / ((sequence.len() - 1) * bits) as f64
+}
+
+/// Rotates `v` by the rotation vector `r`.
+pub(crate) fn rotated(r: &[f64], v: [f64; 3]) -> [f64; 3] {
+    let angle = r.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let cross = |i: usize| r[(i + 1) % 3] * v[(i + 2) % 3] - r[(i + 2) % 3] * v[(i + 1) % 3];
+    let dot: f64 = r.iter().zip(v).map(|(r, v)| r * v).sum();
+    // The limits of `sin(angle) / angle` and of `(1 - cos(angle)) / angle^2` at zero.
+    let (across, along) = match angle {
+        0.0 => (1.0, 0.5),
+        _ => (
+            angle.sin() / angle,
+            2.0 * ((angle / 2.0).sin() / angle).powi(2),
+        ),
+    };
+    [0, 1, 2].map(|i| v[i] * angle.cos() + across * cross(i) + along * dot * r[i])
+}
+
+/// Returns the residuals of an observation. `x` has the camera, the point and the weight.
+pub(crate) fn observation(x: &[f64], feature: &[f64]) -> [f64; 3] {
+    let (camera, weight) = (&x[..11], x[14]);
+    let [p, q, depth] = rotated(&camera[..3], [3, 4, 5].map(|i| x[i + 8] - x[i]));
+    let (p, q) = (p / depth, q / depth);
+    let squared = p * p + q * q;
+    let scale = camera[6] * (1.0 + camera[9] * squared + camera[10] * squared * squared);
+    [
+        weight * (scale * p + camera[7] - feature[0]),
+        weight * (scale * q + camera[8] - feature[1]),
+        1.0 - weight * weight,
+    ]
+}

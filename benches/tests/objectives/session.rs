@@ -63,7 +63,7 @@ fn inputs_that_do_not_fit_are_refused() {
     ragged["points"][1] = json!([1.0]);
     let mut short = Draw(1).gmm(2, 2, 3);
     short["l"] = json!([[], []]);
-    let mut few = Draw(1).lstm(3);
+    let mut few = Draw(1).lstm(1, 3);
     few["state"] = json!([[1.0]]);
     let ba = |n: usize| json!({ "n": n, "m": 1, "p": 1, "cam": vec![0.1; 11], "x": [1, 2, 3], "w": 1, "feat": [0, 0] });
     for (module, function, input) in [

@@ -1,12 +1,12 @@
 //! Losses behind a pointer (trait objects), and the choice of a loss by its name in a scene.
 //!
-//! An optimisation evaluates its loss in four number types, a gradient check in a fifth. If the loss is behind a
+//! An optimisation evaluates its loss in four number types, a gradient check in two more. If the loss is behind a
 //! pointer, the user's crate compiles only the loss for these types, and this crate compiles the simulator. So the
 //! simulator is not compiled again for every loss, and it is optimised even if the user's crate is not.
 
 use std::sync::Arc;
 
-use autodiff::{Dual, Real, Var};
+use autodiff::{DoubleDouble, Dual, Real, Var};
 
 use super::{Errand, Loss, Objective};
 use crate::registry::Registry;
@@ -25,9 +25,15 @@ impl<L: Loss, R: Real> LossOf<R> for L {
     }
 }
 
-/// A [`Loss`] as a trait object. It can be computed in each of the five number types that this crate uses.
+/// A [`Loss`] as a trait object. It can be computed in each of the six number types that this crate uses.
 pub trait AnyLoss:
-    Loss + LossOf<f64> + LossOf<f32> + LossOf<Var<f64>> + LossOf<Var<f32>> + LossOf<Dual<f64, 1>>
+    Loss
+    + LossOf<f64>
+    + LossOf<f32>
+    + LossOf<Var<f64>>
+    + LossOf<Var<f32>>
+    + LossOf<Dual<f64, 1>>
+    + LossOf<DoubleDouble>
 {
 }
 

@@ -11,9 +11,9 @@ pub enum Verdict {
     /// The claimed slope is right: the difference quotients of both sides converge to it.
     Smooth,
     /// Difference quotients cannot decide. Either the left and the right slope differ and the claimed slope is between
-    /// them, or the two slopes grow apart, or the quotients do not settle at any step.
+    /// them, or the two slopes grow apart, or the slope is infinite.
     Kink,
-    /// The claimed slope is wrong: the difference quotients settle on another slope, or forward mode disagrees.
+    /// The claimed slope is wrong: the difference quotients have another slope, or forward mode disagrees.
     Wrong,
 }
 
@@ -41,24 +41,20 @@ pub struct Direction {
     pub central: f64,
     /// The forward difference quotient at `step`.
     pub right: f64,
-    /// The step whose difference quotients decided the verdict.
+    /// The smaller step of the difference quotients.
     pub step: f64,
     /// The order at which the remainder of the linear approximation falls with the step `h`. The remainder is `|f(x + h
     /// d) - f(x) - h gradient|`, taken at `h` and at `-h`, whichever is larger. The order is 2 or more if the slope is
-    /// right and `f` is smooth. It is 1 if the slope is wrong or if there is a kink. It is measured at the smallest
-    /// steps whose remainders clearly exceed rounding errors. `None` if there are not two such steps, as for a linear
-    /// function.
+    /// right and `f` is smooth. It is 1 if the slope is wrong or if there is a kink. `None` if the remainder is not clear of
+    /// rounding errors, as for a linear function.
     pub taylor: Option<f64>,
     /// The error `|gradient - central|`, divided by the slope or by the typical slope, whichever is larger.
     pub error: f64,
-    /// An estimate of how wrong `central` may be, in the unit of `error`. It comes from the neighbouring steps, and is
-    /// infinite if the difference quotients do not settle.
-    pub unsure: f64,
     /// The verdict on the claimed slope.
     pub verdict: Verdict,
     /// The negative control: the verdict on a slope that is wrong on purpose, by the relative error [`WRONG_BY`], from
     /// the same difference quotients. `None` if this verdict would prove nothing. This is the case if the claimed slope
-    /// is not smooth, or if the quotients may be wrong by more than a quarter of that error.
+    /// is not smooth, or if it is too small.
     pub control: Option<Verdict>,
 }
 
@@ -105,8 +101,8 @@ impl fmt::Display for Component {
 pub struct Report {
     /// The results along the random directions, one for each.
     pub directions: Vec<Direction>,
-    /// The component that is most likely to be wrong.
-    pub worst: Component,
+    /// The component that is most likely to be wrong. `None` if the gradient is smooth.
+    pub worst: Option<Component>,
     /// The worst of the directions' verdicts.
     pub verdict: Verdict,
     /// The negative control: the worst verdict that any direction gives on a gradient that is wrong on purpose, by the
@@ -116,14 +112,18 @@ pub struct Report {
 }
 
 impl Report {
-    pub(super) fn new(directions: Vec<Direction>, worst: Component) -> Self {
+    /// Makes a report. `worst` takes the verdict and finds the worst component.
+    pub(super) fn new(
+        directions: Vec<Direction>,
+        worst: impl FnOnce(Verdict) -> Option<Component>,
+    ) -> Self {
         let verdicts = directions.iter().map(|direction| direction.verdict);
-        let verdict = verdicts.max().unwrap_or(worst.verdict);
+        let verdict = verdicts.max().unwrap_or(Verdict::Wrong);
         let control = directions.iter().filter_map(|direction| direction.control);
         let control = control.max();
         Report {
+            worst: worst(verdict),
             directions,
-            worst,
             verdict,
             control,
         }
@@ -149,7 +149,9 @@ impl fmt::Display for Report {
             let (step, error, verdict) = (row.step, row.error, row.verdict);
             writeln!(out, "{step:>8.1e} {error:>8.1e} {taylor:>7}  {verdict}")?;
         }
-        writeln!(out, "worst component {}", self.worst)?;
+        if let Some(worst) = &self.worst {
+            writeln!(out, "worst component {worst}")?;
+        }
         match self.control {
             Some(said) => writeln!(
                 out,
@@ -164,7 +166,7 @@ impl fmt::Display for Report {
             }
             None => writeln!(
                 out,
-                "negative control: none, because no direction is smooth and steep enough for differences"
+                "negative control: none, because no direction is smooth and steep enough"
             )?,
         }
         write!(out, "verdict: {}", self.verdict)

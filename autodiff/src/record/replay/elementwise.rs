@@ -77,7 +77,7 @@ fn single_value<L: Real>(function: Function, a: L, b: L) -> L {
 
 /// Computes a function of single numbers and its partials. It is compiled only once for each number type.
 #[inline(never)]
-pub(super) fn single<L: Real>(function: Function, a: L, b: L) -> [L; 3] {
+fn single<L: Real>(function: Function, a: L, b: L) -> [L; 3] {
     match function {
         Function::UnaryValue(f) | Function::Unary(f) => {
             let (y, partial) = unary(f, a);

@@ -11,7 +11,6 @@ mod functions;
 mod layer;
 mod sweep;
 mod points;
-mod single;
 #[cfg(feature = "wgsl")]
 mod evaluate;
 

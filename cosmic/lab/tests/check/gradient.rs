@@ -118,7 +118,7 @@ fn an_infinite_slope_is_not_explained_by_rounding() {
         gradient: &[2.0],
         forward: Some(&|_: &[f64]| f64::INFINITY),
     };
-    let report = check_directions(|x| 2.0 * x[0], &claim, &Options::default());
+    let report = check_directions(|x| x[0] + x[0], &claim, &Options::default());
     assert!(!is_rounding(&report, 2.0, 1e-5), "{report}");
 }
 

@@ -4,7 +4,7 @@ mod robot;
 mod table;
 
 use autodiff::check::{Claim, Options, Report, Verdict, check_directions};
-use autodiff::{Dual, Real};
+use autodiff::{DoubleDouble, Dual, Real};
 
 pub use robot::Moved;
 use robot::{LIFT, lifted, stands_and_touches};
@@ -50,10 +50,11 @@ impl Group {
         self.verdict != Verdict::Wrong && is_below_rounding(self.norm, rounding)
     }
 
-    /// The verdict on a copy of the gradient that is wrong on purpose. `None` if the gradient is not smooth: then the
-    /// check cannot tell a wrong gradient from the right one.
-    fn control(&self) -> Option<NegativeControl> {
-        let smooth = self.report.verdict == Verdict::Smooth;
+    /// The verdict on a copy of the gradient that is wrong on purpose. `None` if the gradient is not smooth or consists of
+    /// rounding errors: then the check cannot tell a wrong gradient from the right one.
+    fn control(&self, rounding: f64) -> Option<NegativeControl> {
+        let smooth =
+            self.report.verdict == Verdict::Smooth && !is_below_rounding(self.norm, rounding);
         let verdict = self.report.control.filter(|_| smooth)?;
         Some(NegativeControl {
             group: self.name.clone(),
@@ -129,8 +130,8 @@ impl GradientCheck {
 pub fn gradient(case: &Case, scene: Option<&Scene>, steps: usize, seed: u64) -> Section {
     let options = Options {
         seed,
-        // Near a contact, the slope is constant only over less than a nanometre, so differences need such short steps.
-        smallest_step: 1e-12,
+        // A rollout in double-doubles takes long.
+        directions: 2,
         ..Options::default()
     };
     let check = check_gradients(case, scene, steps, &options);
@@ -175,8 +176,8 @@ pub fn check_gradients(
 /// force has acted, and without gravity. The gradient with respect to the velocities is then checked for the lifted
 /// robot too.
 ///
-/// The motion may magnify rounding errors so much that they show in the slopes. Differences that disagree then prove
-/// nothing. The verdict is a kink, unless forward mode disagrees by more than rounding explains.
+/// The motion may magnify rounding errors so much that they show in the slopes. Differences, which are taken in
+/// double-doubles, then disagree and prove nothing. The verdict is a kink, unless forward mode disagrees by more than rounding explains.
 ///
 /// A robot whose payload sticks to the ground has no gradient, so a check of it would compare zeros. Then the gradient is
 /// checked for another robot: the robot of the case is thrown, and if that is not enough, its controller is drawn at
@@ -225,10 +226,7 @@ fn checked_at(loss: &dyn AnyLoss, case: &Case, options: &Options, moved: Moved) 
     let lifted = touches.then(|| lifted(case));
     let above = lifted.as_ref().map(|case| CaseLoss::new(case, loss));
     let rounding = here.rounding();
-    // The rounding errors of the steps are random, so their sum grows with the square root of the number of steps.
-    let steps_taken = case.scene.physics.steps as f64;
     let options = &Options {
-        noise: options.noise.max(f64::EPSILON * steps_taken.sqrt()),
         // The names of the inputs are not set, because they differ from block to block.
         names: Vec::new(),
         ..options.clone()
@@ -253,7 +251,7 @@ fn checked_at(loss: &dyn AnyLoss, case: &Case, options: &Options, moved: Moved) 
         steps: case.scene.physics.steps,
         moved,
         still: Vec::new(),
-        control: groups.iter().find_map(Group::control),
+        control: groups.iter().find_map(|group| group.control(rounding)),
         groups,
         lift: LIFT * case.lattice.scale,
         rounding,
@@ -347,8 +345,8 @@ impl<'a> CaseLoss<'a> {
             gradient: &gradient,
             forward: Some(&forward),
         };
-        let value = |x: &[f64]| {
-            let mut inputs = self.probe.inputs.clone();
+        let value = |x: &[DoubleDouble]| {
+            let mut inputs = self.probe.inputs.lift();
             inputs.set_part(part, x);
             self.moved_loss(&inputs)
         };
@@ -383,15 +381,15 @@ impl<'a> CaseLoss<'a> {
     /// The loss as a function of the inputs, for finite differences. By design, the derivative of the stability
     /// projection comes from a softer projection. So this function projects the design vectors sharply, and then adds
     /// the change of the softer projection when the inputs move.
-    fn moved_loss(&self, inputs: &Inputs<f64>) -> f64 {
+    fn moved_loss(&self, inputs: &Inputs<DoubleDouble>) -> DoubleDouble {
         let case = self.probe.case;
-        let at = &self.probe.inputs.z;
-        let mut design = case.projected(Projection::Stability, at);
+        let at: Inputs<DoubleDouble> = self.probe.inputs.lift();
+        let mut design = case.projected(Projection::Stability, &at.z);
         let (Projection::Stability, Some(moved)) = (case.projection, design.undecided_mut()) else {
             return self.loss(inputs);
         };
         let soft = |z: &[_]| self.softer.projected(Projection::Stability, z);
-        let (there, here) = (soft(&inputs.z), soft(at));
+        let (there, here) = (soft(&inputs.z), soft(&at.z));
         let (there, here) = (there.mixtures(), here.mixtures());
         for (shares, (there, here)) in moved.iter_mut().zip(there.iter().zip(&*here)) {
             for k in 0..3 {
