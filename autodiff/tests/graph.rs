@@ -99,7 +99,7 @@ impl Step for Plane {
         let marked = marked(self.edges.len());
         let all = self.edges.iter().zip(given[0]).zip(marked);
         for ((&[tail, head], &k), _) in all.filter(|(_, is_left_out)| !is_left_out) {
-            let strut = Kernel::eval(&Strut, [x[head] - x[tail], y[head] - y[tail], k]);
+            let strut = Kernel::eval(&Strut, [x[head] - x[tail], y[head] - y[tail], k], &[]);
             for (o, result) in strut.into_iter().enumerate() {
                 sums[tail][o] += result;
                 sums[head][o] -= result;

@@ -265,15 +265,15 @@ struct Still(usize);
 
 #[kernel]
 impl Kernel<1, 1> for Still {
-    fn eval<R: Real>(&self, x: [R; 1]) -> [R; 1] {
+    fn eval<R: Real>(&self, x: [R; 1], _: &[R]) -> [R; 1] {
         x
     }
 }
 
 impl Model for Still {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let state = program.state(self.0);
-        let [same] = program.map(*self, [state]);
+        let [same] = program.map(*self, [state], &[]);
         program.advance(state, same);
     }
 }

@@ -1,18 +1,19 @@
 //! Kernels with uniform inputs: numbers that are the same for all nodes or edges.
 
-use autodiff::arrays::{UniformKernel, Uniforms};
 use autodiff::check::{Options, Verdict, check_gradient};
-use autodiff::{Function, Given, Graph, Model, Program, Real, Rollout, Var, gradient, kernel};
+use autodiff::{
+    Function, Given, Graph, Kernel, Model, Program, Real, Rollout, Var, gradient, kernel,
+};
 
 /// A spring with the force `u[0] d + u[1] d^3` for an elongation `d`.
 #[derive(Clone)]
 struct Spring;
 
 #[kernel]
-impl UniformKernel<1, 1> for Spring {
+impl Kernel<1, 1> for Spring {
     const UNIFORMS: usize = 2;
 
-    fn eval_with<R: Real>(&self, [d]: [R; 1], u: &Uniforms<R>) -> [R; 1] {
+    fn eval<R: Real>(&self, [d]: [R; 1], u: &[R]) -> [R; 1] {
         [u[0] * d + u[1] * d * d * d]
     }
 }
@@ -23,10 +24,10 @@ impl UniformKernel<1, 1> for Spring {
 struct Move;
 
 #[kernel]
-impl UniformKernel<2, 1> for Move {
+impl Kernel<2, 1> for Move {
     const UNIFORMS: usize = 1;
 
-    fn eval_with<R: Real>(&self, [x, force]: [R; 2], u: &Uniforms<R>) -> [R; 1] {
+    fn eval<R: Real>(&self, [x, force]: [R; 2], u: &[R]) -> [R; 1] {
         [x + force + u[0] * x.sin()]
     }
 }
@@ -38,14 +39,12 @@ const NODES: usize = 19;
 struct Chain(Graph);
 
 impl Model for Chain {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
-        let [stiffness, cubic, wind] = [(); 3].map(|()| program.parameter(1));
-        let x = program.state(NODES);
-        // Through `any`, number types other than floats replay the kernels.
-        let p = &mut program.any();
-        let [force] = p.map_edges_with(&self.0, Spring, [x], &[], &[stiffness, cubic]);
-        let [next] = p.map_with(Move, [x, force], &[wind]);
-        program.advance(x, next);
+    fn record(&self, p: &mut Program) {
+        let [stiffness, cubic, wind] = [(); 3].map(|()| p.parameter(1));
+        let x = p.state(NODES);
+        let [force] = p.map_edges(&self.0, Spring, [x], &[], &[stiffness, cubic]);
+        let [next] = p.map(Move, [x, force], &[wind]);
+        p.advance(x, next);
     }
 }
 

@@ -2,7 +2,8 @@
 
 use std::array::from_fn;
 
-use crate::simd::{Level, at_most, level};
+use super::instance::Instance;
+use crate::simd::{Level, at_most, lanes, level};
 use crate::{Graph, Kernel, Model, Program, Real, Rollout, Tape, Var, kernel};
 
 /// More nodes than two of the widest registers have lanes, and not a multiple of any number of lanes.
@@ -18,7 +19,7 @@ struct Spring;
 
 #[kernel]
 impl Kernel<2, 1> for Spring {
-    fn eval<R: Real>(&self, [d, u]: [R; 2]) -> [R; 1] {
+    fn eval<R: Real>(&self, [d, u]: [R; 2], _: &[R]) -> [R; 1] {
         let length = (d * d + R::lit(1e-3)).sqrt();
         [(length - R::lit(0.1) * (R::one() + u)) * d / length]
     }
@@ -29,7 +30,7 @@ struct Move;
 
 #[kernel]
 impl Kernel<3, 2> for Move {
-    fn eval<R: Real>(&self, [x, v, force]: [R; 3]) -> [R; 2] {
+    fn eval<R: Real>(&self, [x, v, force]: [R; 3], _: &[R]) -> [R; 2] {
         let v = v * R::lit(0.99) + force * R::lit(0.05);
         let v = R::select(x.less(-0.5), v.max(R::zero()), v);
         [x + R::lit(0.05) * v, v]
@@ -37,17 +38,17 @@ impl Kernel<3, 2> for Move {
 }
 
 impl Model for Driven {
-    fn record<R: Real>(&self, p: &mut Program<R>) {
+    fn record(&self, p: &mut Program) {
         let (graph, slots) = (&self.0, self.0.slots());
         let (inner, bias) = (p.matrix(HIDDEN, NODES), p.parameter(HIDDEN));
         let (outer, none) = (p.matrix(slots, HIDDEN), p.parameter(slots));
         let [x, v] = [(); 2].map(|()| p.state(NODES));
         let hidden = p.dense_tanh(inner, &[x], bias);
         let driven = p.dense(outer, &[hidden], none);
-        let [force] = p.map_edges(graph, Spring, [x], &[driven]);
+        let [force] = p.map_edges(graph, Spring, [x], &[driven], &[]);
         let turned: Vec<_> = (0..NODES).map(|i| Some((i + 5) % NODES)).collect();
         let force = p.gather(force, &turned);
-        let [next_x, next_v] = p.map(Move, [x, v, force]);
+        let [next_x, next_v] = p.map(Move, [x, v, force], &[]);
         p.advance(x, next_x);
         p.advance(v, next_v);
     }
@@ -132,13 +133,13 @@ fn all_registers_agree() {
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn lanes_that_differ_from_the_plan_panic() {
     let graph = Graph::new(3, &[[0, 1]]);
-    let mut program = Program::<f64>::default();
+    let mut program = Program::side_by_side(1, lanes::<f64>());
     let [x, u] = [3, graph.slots()].map(|len| program.state(len));
-    let [next] = program.map_edges(&graph, Spring, [x], &[u]);
+    let [next] = program.map_edges(&graph, Spring, [x], &[u], &[]);
     program.advance(x, next);
     program.advance(u, u);
-    let mut program = program.finish();
-    let mut row = vec![0.0; program.row_len()];
+    let mut program = Instance::new(program);
+    let mut row = vec![0.0_f64; program.row_len()];
     let mut step = || program.step(&[], &mut row, None);
     step();
     let planned = level();

@@ -34,7 +34,7 @@ struct Bent {
 
 #[kernel]
 impl Kernel<2, 3> for Bent {
-    fn eval<R: Real>(&self, [x, y]: [R; 2]) -> [R; 3] {
+    fn eval<R: Real>(&self, [x, y]: [R; 2], _: &[R]) -> [R; 3] {
         let bent = (R::lit(self.stiffness) * x * y).tanh();
         [bent, y, x.abs().sqrt() / (R::one() + bent * bent)]
     }
@@ -50,8 +50,8 @@ struct Plain<K>(K);
 
 #[kernel]
 impl<K: Kernel<I, O>, const I: usize, const O: usize> Kernel<I, O> for Plain<K> {
-    fn eval<R: Real>(&self, x: [R; I]) -> [R; O] {
-        self.0.eval(x)
+    fn eval<R: Real>(&self, x: [R; I], _: &[R]) -> [R; O] {
+        self.0.eval(x, &[])
     }
 }
 
@@ -95,7 +95,7 @@ fn emitted_partials_are_those_of_duals() {
         |i| points[i],
         |i, by_x| {
             let identity: [[f64; 3]; 3] = from_fn(|i| from_fn(|j| f64::from(i == j)));
-            let at = Pullback::new(&BENT, points[i], identity);
+            let at = Pullback::new(&BENT, points[i], &[], identity);
             let rows = vjp_by_duals(&BENT, at);
             for o in 0..3 {
                 assert_close(&[by_x.value(o)], &[at.y[o]]);
@@ -115,7 +115,7 @@ fn operations_are_written_by_their_names() {
     ];
     #[kernel]
     impl Kernel<2, 1> for Operation {
-        fn eval<R: Real>(&self, [x, y]: [R; 2]) -> [R; 1] {
+        fn eval<R: Real>(&self, [x, y]: [R; 2], _: &[R]) -> [R; 1] {
             let of_x = match NAMES[self.0] {
                 "exp" => x.exp(),
                 "ln" => x.ln(),
@@ -152,7 +152,7 @@ fn limits_at_negative_zero_are_taken_from_inside() {
     struct LogOf(usize);
     #[kernel]
     impl Kernel<2, 1> for LogOf {
-        fn eval<R: Real>(&self, [x, y]: [R; 2]) -> [R; 1] {
+        fn eval<R: Real>(&self, [x, y]: [R; 2], _: &[R]) -> [R; 1] {
             let of = match self.0 {
                 0 => x,
                 1 => x.sin(),
@@ -172,7 +172,7 @@ fn limits_at_negative_zero_are_taken_from_inside() {
     struct Doubled;
     #[kernel]
     impl Kernel<1, 1> for Doubled {
-        fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
             [(0..64).fold(x, |sum, _| sum + sum).ln()]
         }
     }
@@ -186,7 +186,7 @@ fn products_may_come_closer_to_zero_than_their_factors() {
     struct Inverse(f64);
     #[kernel]
     impl Kernel<1, 1> for Inverse {
-        fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
             let clear = |least| x * x + R::lit(least * self.0);
             [(clear(1.0) * clear(2.0)).recip()]
         }
@@ -203,7 +203,7 @@ fn a_positive_field_needs_no_guard() {
     struct Softened(f64);
     #[kernel]
     impl Kernel<1, 1> for Softened {
-        fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+        fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
             [(x * x + R::lit(self.0)).sqrt()]
         }
     }
@@ -220,11 +220,11 @@ const STATE: usize = 11;
 struct Steps<K>(K);
 
 impl<K: Kernel<2, 3> + Clone + Sync> Model for Steps<K> {
-    fn record<R: Real>(&self, program: &mut Program<R>) {
+    fn record(&self, program: &mut Program) {
         let pull = program.parameter(STATE);
         let x = program.state(STATE);
-        let [_, _, root] = program.map(self.0.clone(), [x, pull]);
-        let [next, _, _] = program.map(self.0.clone(), [root, pull]);
+        let [_, _, root] = program.map(self.0.clone(), [x, pull], &[]);
+        let [next, _, _] = program.map(self.0.clone(), [root, pull], &[]);
         program.advance(x, next);
     }
 }
@@ -260,7 +260,7 @@ struct Rounded;
 
 #[kernel]
 impl Kernel<1, 1> for Rounded {
-    fn eval<R: Real>(&self, [x]: [R; 1]) -> [R; 1] {
+    fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
         [num_traits::Float::floor(Element(x)).0 * x]
     }
 }

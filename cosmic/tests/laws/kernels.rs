@@ -26,7 +26,7 @@ pub(super) fn verdict<K: Kernel<I, O>, const I: usize, const O: usize>(
 ) -> Verdict {
     let y_bar: [f64; O] = std::array::from_fn(|k| 1.0 - 0.4 * k as f64);
     let value = |x: &[DoubleDouble]| {
-        let y = kernel.eval::<DoubleDouble>(std::array::from_fn(|i| x[i]));
+        let y = kernel.eval::<DoubleDouble>(std::array::from_fn(|i| x[i]), &[]);
         DoubleDouble::dot(&y, &y_bar)
     };
     let forward = |direction: &[f64]| {
