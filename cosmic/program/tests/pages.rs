@@ -42,7 +42,7 @@ macro_rules! pages {
 
 pages! {
     check evaluate export files from gradients lattice optimize programs report resume robustness scene settings sweep
-    unstable usage walk
+    tasks unstable usage walk
 }
 
 const END: &str = "```";
