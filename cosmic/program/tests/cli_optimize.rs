@@ -1,4 +1,4 @@
-//! `cosmic optimize`: the run's folder, the output and the exit codes.
+//! `cosmic optimize`: the numbers in the files of a run, its seeds and its starts.
 
 use crate::common::Bench;
 use crate::program::has;
@@ -6,54 +6,6 @@ use cosmic::Registry;
 use cosmic::record::run::read_summary;
 use cosmic::record::{DesignFile, Summary, TrajectoryFile};
 use serde_json::Value;
-
-#[test]
-fn a_run_writes_every_file_and_each_begins_with_its_format() {
-    let bench = Bench::finished();
-    let mut names: Vec<_> = bench.results("a").into_keys().collect();
-    names.push("snapshot.json".to_string());
-    names.sort();
-    let expected = [
-        "design.json",
-        "designs.jsonl",
-        "history.jsonl",
-        "scene.toml",
-        "snapshot.json",
-        "summary.json",
-        "trajectory.json",
-    ];
-    assert_eq!(names, expected);
-    for name in names.iter().filter(|name| name.contains(".json")) {
-        let text = bench.read(&format!("a/{name}"));
-        let kind = name.split('.').next().unwrap();
-        let stamp = format!("{{\"format\":\"cosmic-{kind}\",\"version\":1,");
-        assert!(text.lines().all(|line| line.starts_with(&stamp)), "{name}");
-    }
-    let shown = bench.cosmic("scene show tiny.toml").out;
-    let kept = bench.read("a/scene.toml");
-    let stamp = "\nformat = \"cosmic-scene\"\nversion = 1\n";
-    assert!(kept.contains(stamp) && kept.ends_with(&shown), "{kept}");
-}
-
-#[test]
-fn the_history_has_a_row_per_iteration() {
-    let bench = Bench::finished();
-    let rows = bench.rows("a/history.jsonl");
-    assert!((1..=24).eq(rows.iter().map(|row| row["iteration"].as_u64().unwrap())));
-    let phases: Vec<_> = rows
-        .iter()
-        .map(|row| row["phase"].as_str().unwrap())
-        .collect();
-    assert_eq!(phases[..12], ["co_design"; 12]);
-    assert_eq!(phases[12..18], ["attraction"; 6]);
-    assert_eq!(phases[18], "snap");
-    assert_eq!(phases[19..], ["fine_tuning"; 5]);
-    let seconds: Vec<_> = rows
-        .iter()
-        .map(|row| row["seconds"].as_f64().unwrap())
-        .collect();
-    assert!(seconds.is_sorted() && seconds[0] > 0.0);
-}
 
 #[test]
 fn the_summary_has_the_promised_keys_and_agrees_with_the_other_files() {
@@ -120,55 +72,6 @@ fn the_results_of_a_seed_do_not_depend_on_the_number_of_threads() {
 }
 
 #[test]
-fn optimize_prints_its_progress_and_its_result() {
-    let bench = Bench::default();
-    let said = bench.ok("optimize tiny.toml --seed 3");
-    assert!(said.out.starts_with("run: runs/tiny-3\n"), "{}", said.out);
-    let last = said.out.lines().last().unwrap();
-    has(
-        last,
-        &["displacement ", " m (", " V 0.", " V_act 0.", " time "],
-    );
-    let lines: Vec<_> = said.error.lines().collect();
-    let expected = [
-        "robot: 3x3, 9 nodes, 20 edges; ",
-        "world: gravity 4.8 m/s²; ",
-        "cost: 64 steps a rollout, about ",
-        "warning: a rollout lasts 0.128 s, ",
-        "co-design: bars, materials and controller change together; ",
-        "tiny seed 3  10/24  co design  ",
-        "attraction: every bar moves towards one material; ",
-        "fine-tuning: every bar has one material now, ",
-        "tiny seed 3  20/24  fine tuning  ",
-        "tiny seed 3  24/24  fine tuning  ",
-        "next: cosmic report runs/tiny-3 ",
-        "      cosmic robustness runs/tiny-3 ",
-        "      cosmic optimize workshop ",
-    ];
-    assert_eq!(lines.len(), expected.len(), "{}", said.error);
-    for (line, expected) in lines.iter().zip(expected) {
-        assert!(line.starts_with(expected), "{}", said.error);
-    }
-    // A distance before the snap is not that of a robot that can be built.
-    assert!(lines[5].contains(" m (undecided)  V "), "{}", lines[5]);
-    assert!(!lines[8].contains("undecided") && lines[9].ends_with("0:00 left"));
-    assert!(
-        !bench
-            .run(
-                "parts",
-                "--set parts.skeleton=tube --set physics.integrator=implicit"
-            )
-            .error
-            .contains("workshop")
-    );
-
-    let quiet = bench.run("quiet", "--quiet");
-    assert!(quiet.out.is_empty() && quiet.error.is_empty());
-    let json = bench.run("json", "--json --quiet");
-    assert_eq!(json.out, bench.read("json/summary.json"));
-}
-
-#[test]
 fn the_robot_of_an_unfinished_run_is_undecided() {
     let bench = Bench::default();
     bench.run("whole", "");
@@ -190,6 +93,10 @@ fn the_robot_of_an_unfinished_run_is_undecided() {
         let value = summary.get(nothing).expect("the key is there");
         assert!(value.is_null(), "{value}");
     }
+    has(
+        &bench.ok("export part --csv").error,
+        &["the design is undecided"],
+    );
     bench.ok("report part");
     let page = bench.read("part/report.html");
     let compared = bench.ok("report part whole").out;
@@ -202,43 +109,6 @@ fn the_robot_of_an_unfinished_run_is_undecided() {
     let decided = bench.json("whole/summary.json");
     assert_eq!(decided["undecided"], false);
     assert!(decided["structure"]["pieces"].as_u64() > Some(0));
-}
-
-/// `--iterations` fits the phases into a run, so that the shortest run ends with a layout. The scene in the folder has the
-/// fitted numbers, so a run by this scene is the same, and so is one cell of a sweep.
-#[test]
-fn a_short_run_ends_with_a_robot() {
-    let bench = Bench::default();
-    for iterations in [1, 2, 3, 5, 12] {
-        let run = format!("short-{iterations}");
-        let said = bench.run(&run, &format!("--iterations {iterations}"));
-        assert!(!said.error.contains("no effect"), "{said:?}");
-        let summary = bench.json(&format!("{run}/summary.json"));
-        assert_eq!(summary["iterations"], iterations);
-        assert_eq!(summary["stop_reason"], "finished");
-        assert_eq!(summary["undecided"], false);
-        assert!(summary["structure"]["pieces"].as_u64() > Some(0));
-        let design = bench.json(&format!("{run}/design.json"));
-        let materials = design["materials"].as_array().unwrap();
-        assert!(materials.iter().any(|material| *material != 0), "{design}");
-    }
-    bench.ok("report short-1");
-    // The numbers of the fitted schedule are in the scene of the run. Other files name the scene.
-    let robot = |run: &str| {
-        let mut files = bench.results(run);
-        ["design.json", "trajectory.json"].map(|name| files.remove(name).expect(name))
-    };
-    bench.ok("optimize short-12/scene.toml --out again");
-    assert!(robot("again") == robot("short-12"));
-    bench.ok("sweep run tiny.toml --iterations 12 --out s");
-    assert!(robot("s/runs/tiny-0") == robot("short-12"));
-    // The scene's own number changes nothing.
-    bench.run("whole", "");
-    bench.run("own", "--iterations 24");
-    assert_eq!(bench.results("own"), bench.results("whole"));
-    let said = bench.optimize("many", "--iterations 100001");
-    said.fails(2, &["100001 iterations", "from 1 to 1e5"]);
-    assert!(!bench.path("many").exists());
 }
 
 #[test]

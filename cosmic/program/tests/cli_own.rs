@@ -1,7 +1,7 @@
 //! Runs that begin with a given robot (`cosmic optimize --from`), and runs with a loss that the user's program adds.
 
 use crate::common::{Bench, scene};
-use crate::program::{command, cosmic_in, has};
+use crate::program::{command, has};
 use autodiff::Real;
 use cosmic::codesign::{CoDesign, Record};
 use cosmic::objective::Loss;
@@ -22,31 +22,6 @@ fn iterations(bench: &Bench, run: &str) -> Vec<u64> {
 fn is_the_start(bench: &Bench, [from, run]: [&str; 2]) -> bool {
     let read = |run, name| fs::read(bench.path(run).join(name)).unwrap();
     read(from, "design.json") == read(run, "start.json")
-}
-
-#[test]
-fn a_robot_with_one_material_per_edge_starts_after_the_snap() {
-    let bench = Bench::finished();
-    let said = bench.run("b", "--from a --seed 7");
-    has(&said.out, &["started after iteration 19"]);
-    assert_eq!(iterations(&bench, "b"), [20, 21, 22, 23, 24]);
-    assert!(is_the_start(&bench, ["a", "b"]));
-    let summary = bench.json("b/summary.json");
-    assert_eq!(
-        (&summary["entered"], &summary["iterations"]),
-        (&19.into(), &5.into())
-    );
-    let materials = |run: &str| bench.json(&format!("{run}/design.json"))["materials"].clone();
-    assert_eq!(materials("a").as_array().unwrap().len(), 20);
-    // The run can be reported like any other.
-    bench.ok("report b");
-    // `--iterations` counts only the iterations of this run.
-    bench.run("c", "--from b/design.json --iterations 2");
-    assert_eq!(iterations(&bench, "c"), [20, 21]);
-    // The files `start.json` and `scene.toml` of run `b` reproduce it.
-    bench.cosmic("optimize b/scene.toml --from b/start.json --seed 7 --out d");
-    let [b, d] = ["b", "d"].map(|run| bench.json(&format!("{run}/design.json")));
-    assert_eq!(b, d);
 }
 
 /// On Unix, the names of folders are bytes and need not be Unicode.
@@ -82,6 +57,9 @@ fn an_undecided_robot_goes_through_the_whole_schedule() {
     let [b, plain] = ["b", "plain"].map(|run| bench.json(&format!("{run}/design.json")));
     assert_ne!(b, plain);
     assert!(!bench.path("plain/start.json").exists());
+    let layout = "--set start.kind=layout --set start.layout=filled --set schedule.snap_at=0";
+    let late = bench.optimize("late", &format!("--from soft {layout}"));
+    late.fails(2, &["undecided", "snap_at"]);
 }
 
 /// With `hold_materials`, an undecided design can be the start of another run.
@@ -150,23 +128,6 @@ impl Loss for Lift {
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         -trajectory.states[0].x[0].up()
     }
-}
-
-/// `optimize --from` without a scene uses the scene beside the given design. The new run's folder is beside the folder
-/// of that design.
-#[test]
-fn from_without_a_scene_uses_the_scene_of_that_run() {
-    let bench = Bench::default();
-    bench.run("runs/a", "");
-    let said = bench.ok("optimize --from runs/a");
-    has(&said.out, &["run: runs/a-on\n", "tiny, seed 0"]);
-    let scene = |run: &str| bench.read(&format!("{run}/scene.toml"));
-    assert_eq!(scene("runs/a"), scene("runs/a-on"));
-    // It also works from inside the folder of the earlier run.
-    let said = cosmic_in(&bench.path("runs/a"), "optimize --from .").ok();
-    has(&said.out, &["run: runs/a-on\n"]);
-    bench.ok("optimize --from runs/a/design.json --out b");
-    assert_eq!(scene("runs/a"), scene("b"));
 }
 
 /// A run with a user's own loss has an ordinary folder, but only a program with this loss can resume it.
@@ -256,39 +217,4 @@ fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
     assert!(said.to_string().contains("several starts"), "{said}");
     assert!(!bench.path("e/summary.json").exists());
     assert!(!bench.path("d").exists());
-}
-
-#[test]
-fn unsuitable_starts_are_refused() {
-    let bench = Bench::finished();
-    bench.unfinished("soft", 10);
-    let refused = |line: &str, says: &[&str]| {
-        let said = bench.cosmic(&format!("optimize {line} --out b"));
-        said.fails(2, says);
-        assert!(!bench.path("b").exists());
-    };
-    // This design is of another lattice. The error shows the place in the design file.
-    let lattice = ["a/design.json", "`edges`", "110", "20"];
-    refused("stability --from a", &lattice);
-    refused("tiny.toml --from a --starts 2", &["--starts"]);
-    let mut far = bench.json("soft/design.json");
-    far["z"][3][1] = 1.5.into();
-    bench.write("far.json", far.to_string());
-    let range = ["`z[3]`", "1.5", "from 0 to 1"];
-    refused("tiny.toml --from far.json", &range);
-    let mut other = bench.json("a/design.json");
-    let material = other["materials"][7].as_u64().unwrap();
-    other["materials"][7] = ((material + 1) % 3).into();
-    bench.write("other.json", other.to_string());
-    let materials = ["`materials[7]`", "as in `z`"];
-    refused("tiny.toml --from other.json", &materials);
-    let text = scene(24, 64, "");
-    let layout = "[start]\nkind = \"layout\"\nlayout = \"filled\"\n";
-    let alone = text.replace("snap_at = 19", "snap_at = 0") + layout;
-    bench.write("alone.toml", alone);
-    refused("alone.toml --from soft", &["undecided", "snap_at"]);
-    let short = text.replace("iterations = 24", "iterations = 19");
-    bench.write("short.toml", short);
-    refused("short.toml --from a", &["no fine-tuning", "19"]);
-    bench.optimize("b", "--from nowhere").fails(4, &[]);
 }

@@ -105,86 +105,6 @@ fn the_table_has_the_numbers_of_a_rollout() {
     assert_eq!(BENCH.ok("walk run --goal 0.3 --quiet").out, "");
 }
 
-/// Without goals, the robot walks to and fro. A walk takes the time of the scene, or longer.
-#[test]
-fn a_walk_without_goals_and_without_a_time_follows_the_scene() {
-    let rows = walked("");
-    assert_eq!(rows.len(), 3);
-    // In this scene, the goals are within 0.6 m, and a half of the time is 256 steps of 1.25 ms.
-    for (k, row) in rows.iter().enumerate() {
-        near(&row["goal"], [0.4, -0.4, 0.4][k]);
-        near(&row["from"], 0.32 * k as f64);
-        near(&row["until"], 0.32 * (k + 1) as f64);
-    }
-    near(&walked("--goal 1")[0]["until"], 0.64);
-    near(&walked("--goal 1 --goal 0@0.1")[1]["until"], 0.64);
-    near(&walked("--goal 1 --goal 0@0.5")[1]["until"], 0.82);
-}
-
-#[test]
-fn wrong_goals_and_times_are_refused() {
-    for (options, says) in [
-        ("--goal x", "expected a place from -1000 to 1000 m"),
-        ("--goal 1001", "expected a place from -1000 to 1000 m"),
-        ("--goal 1,5", "use a decimal point: 1.5"),
-        ("--goal 0.2m/s", "expected a place from -1000 to 1000 m"),
-        ("--goal 1@x", "expected a time from 0 to 1e6 s"),
-        ("--goal 1@", "expected a time from 0 to 1e6 s"),
-        ("--goal 1@-2s", "expected a time from 0 to 1e6 s"),
-        (
-            "--goal 1@2s",
-            "--goal 1@2s: the first goal must begin at 0 s",
-        ),
-        (
-            "--goal 1 --goal 2",
-            "--goal 2: only the first goal can be without a time",
-        ),
-        (
-            "--goal 1 --goal -2@0.0001s",
-            "--goal -2@0.0001s: it begins at 0.0001 s, but",
-        ),
-        (
-            "--goal 1 --goal 2@5 --goal 0@4",
-            "the goal before it begins at 5 s",
-        ),
-        (
-            "--goal 1 --goal 2@5 --seconds 5",
-            "--seconds is 5, but it must be more than 5",
-        ),
-        (
-            "--seconds 0 --goal 1",
-            "--seconds is 0, but it must be more than 0",
-        ),
-        ("--seconds 2000", "it must take at most 1250 s"),
-    ] {
-        BENCH.fails(&format!("walk run {options}"), 2, &[says]);
-    }
-    BENCH.fails("walk none", 4, &["none"]);
-    let fixed = Bench::finished();
-    fixed.fails(
-        "walk a",
-        2,
-        &["one fixed goal", "`controller.goals = \"given\"`"],
-    );
-    fixed.remove("a/design.json");
-    fixed.remove("a/summary.json");
-    fixed.fails("walk a", 4, &["cosmic resume a"]);
-}
-
-#[test]
-fn a_robot_that_diverges_exits_with_3() {
-    fs::create_dir(BENCH.path("fast")).unwrap();
-    BENCH.write("fast/design.json", BENCH.read("run/design.json"));
-    let scene = BENCH.read("run/scene.toml");
-    let (before, after) = scene.split_once("\nspeed_bound = ").unwrap();
-    let (_, after) = after.split_once('\n').unwrap();
-    BENCH.write(
-        "fast/scene.toml",
-        format!("{before}\nspeed_bound = 0.001\n{after}"),
-    );
-    BENCH.fails("walk fast", 3, &["error: diverged in step ", ": node "]);
-}
-
 /// The page and the animation show the goal of each moment.
 #[test]
 fn a_walk_is_drawn_with_its_goals() {
@@ -271,9 +191,4 @@ fn a_report_shows_the_ways_to_nine_goals() {
     let goals = data(&page)["goals"].clone();
     near(&goals[0][1], goal);
     assert!(shows_a_flag("run/gait.gif"));
-
-    let fixed = Bench::finished();
-    fixed.ok("report a");
-    let page = fixed.read("a/report.html");
-    assert!(!page.contains("nine goals") && data(&page)["goals"] == Value::Array(Vec::new()));
 }

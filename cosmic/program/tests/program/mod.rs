@@ -66,8 +66,3 @@ pub(crate) fn command(line: &str) -> Command {
 pub(crate) fn cosmic_in(folder: &Path, line: &str) -> Told {
     Told::of(command(line).current_dir(folder).output().unwrap())
 }
-
-/// Runs `cosmic` with the arguments in `line`.
-pub(crate) fn cosmic(line: &str) -> Told {
-    cosmic_in(Path::new("."), line)
-}
