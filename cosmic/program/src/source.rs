@@ -121,14 +121,13 @@ impl Source {
 }
 
 /// The formats of files that contain no robot, each with a description.
-const OTHERS: [(&str, &str); 9] = [
+const OTHERS: [(&str, &str); 8] = [
     ("cosmic-summary", "the summary of a run"),
     ("cosmic-snapshot", "the saved state of a run"),
     ("cosmic-history", "the history of a run"),
     ("cosmic-designs", "the history of a run's designs"),
     ("cosmic-trajectory", "the motion of a robot"),
     ("cosmic-sweep", "the plan of a sweep"),
-    ("cosmic-robustness", "the results of `cosmic robustness`"),
     ("cosmic-truss", "a lattice for `lattice.file` of a scene"),
     ("cosmic-mujoco", "a controller for MuJoCo"),
 ];
