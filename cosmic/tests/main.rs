@@ -71,7 +71,6 @@ mod property_files;
 mod random;
 mod reading;
 mod record {
-    mod agreement;
     mod carry_out;
     mod history {
         mod walk;

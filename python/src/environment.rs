@@ -173,7 +173,6 @@ impl Driven {
         let controller = Controller::xavier(&scene.controller, lattice, 0);
         let robot = RobotFiles {
             scene: scene.clone(),
-            foreign: None,
             lattice: lattice.clone(),
             design: DesignFile::new(lattice, &layout, &self.materials, &controller),
             omega: frequency(&scene.controller, &controller),

@@ -6,7 +6,7 @@ use cosmic_lab::report::RunFiles;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
-/// Reads a finished run and checks its files. Returns the text of its design, with the edges in the order of the
+/// Reads a finished run. Returns the text of its design, with the edges in the order of the
 /// lattice, and the positions of the nodes at rest.
 #[pyfunction]
 pub(crate) fn load(py: Python, folder: PathBuf) -> PyResult<(String, Vec<[f64; 2]>)> {

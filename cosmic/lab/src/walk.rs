@@ -10,7 +10,6 @@ use cosmic::record::TrajectoryFile;
 use cosmic::scene::GoalKind;
 use cosmic::simulator::{Guarded, Span, Trajectory};
 use cosmic::task::Task;
-use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -18,8 +17,6 @@ use std::ops::Range;
 const EVERY: usize = 16;
 /// A robot whose distance from a new goal, in metres, is below this is already there.
 const ARRIVED: f64 = 1e-9;
-/// The number of goals in [`to_nine_goals`].
-const NINE: u8 = 9;
 
 /// A robot's walk to one goal or to several goals, one after the other.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,7 +44,7 @@ cosmic::keys! {
         until: f64, "number", unit "s", columns ["until"] decimals 1;
         /// Distance from the goal when it begins.
         way: f64, "number", unit "m", columns ["way"];
-        /// Distance from the goal when it ends. NaN if the robot diverged.
+        /// Distance from the goal when it ends.
         left: f64, "number", unit "m", columns ["left"];
     }
 }
@@ -166,47 +163,6 @@ impl Walker<'_> {
         };
         goals.times(physics.steps).map(leg).collect()
     }
-}
-
-/// A robot's way to a single goal.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Way {
-    /// The walk from its start to its end.
-    pub leg: Leg,
-    /// The [path](Walk::path); empty if the robot diverged.
-    pub path: Vec<[f64; 2]>,
-}
-
-/// Simulates nine walks, each to one goal, over the time of the scene. The goals are equally spaced from the first to
-/// the second number of `along` (`goals.along` of the scene).
-///
-/// # Errors
-/// Like [`walk`], but a robot that diverges is no error.
-pub fn to_nine_goals(case: &Case, [low, high]: [f64; 2]) -> Result<Vec<Way>> {
-    let goals = (0..NINE).into_par_iter();
-    let goals = goals.map(|k| low + (high - low) * f64::from(k) / f64::from(NINE - 1));
-    let way = |goal: f64| match walk(
-        case,
-        &Goals::at(place(case, goal)),
-        case.scene.physics.steps,
-    ) {
-        Ok(walk) => Ok(Way {
-            leg: walk.legs[0],
-            path: walk.path,
-        }),
-        Err(Error::Diverged { .. }) => Ok(Way {
-            leg: Leg {
-                goal,
-                from: 0.0,
-                until: case.scene.physics.steps as f64 * case.scene.physics.dt,
-                way: goal.abs(),
-                left: f64::NAN,
-            },
-            path: Vec::new(),
-        }),
-        Err(error) => Err(error),
-    };
-    goals.map(way).collect()
 }
 
 /// Returns the table of legs, with a row for each.

@@ -98,8 +98,7 @@ impl Arguments {
             ));
         }
         let run = &RunFiles::read(Path::new(&self.run), registry)?;
-        let robot = &run.robot;
-        if robot.design.design().layout().is_none() {
+        if run.robot.design.design().layout().is_none() {
             note(
                 "warning: the design is undecided; the files give every edge its largest material, so their robot \
                  differs from the robot of the trajectory",
@@ -107,9 +106,6 @@ impl Arguments {
         }
         let mut made = Vec::new();
         if self.csv || all {
-            if let Some(says) = robot.left_out("the peak forces in bars.csv") {
-                note(&format!("warning: {says}"));
-            }
             made.push(("--csv", write_tables(run, folder)));
         }
         if self.svg || all {

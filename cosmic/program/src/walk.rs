@@ -82,7 +82,7 @@ impl Arguments {
     pub(super) fn run(&self, registry: &Registry) -> Result<()> {
         let path = design_path(&self.run)?;
         let robot = RobotFiles::read(&path, registry)?;
-        let case = robot.case(&path, "walks to goals")?;
+        let case = robot.case(&path)?;
         let along = robot.scene.goals.along;
         let (goals, steps) = Plan::new(&case).walk(&self.goals, along, self.seconds)?;
         let walk = walk::walk(&case, &goals, steps)?;

@@ -1,4 +1,4 @@
-//! `cosmic walk`, and the ways to goals in reports: numbers, files, errors.
+//! `cosmic walk`, and goals in reports: numbers, files, errors.
 
 use crate::cli_browser::{browser, document};
 use crate::cli_report::{fetches_nothing, pictures};
@@ -166,27 +166,12 @@ fn shows_a_flag(name: &str) -> bool {
         .contains(&flag)
 }
 
-/// The report of a run whose robot takes goals shows the goal, and the ways to nine goals.
+/// The report of a run whose robot takes goals shows the goal.
 #[test]
-fn a_report_shows_the_ways_to_nine_goals() {
+fn a_report_shows_the_goal() {
     BENCH.ok("report run");
     let page = BENCH.read("run/report.html");
     fetches_nothing(&page);
-    let (_, ways) = page.split_once("<h2>Ways to nine goals</h2>").unwrap();
-    let (ways, _) = ways.split_once("<h2>").unwrap();
-    assert!(ways.contains("<canvas id=\"ways\""), "{ways}");
-    assert_eq!(ways.matches("<tr>").count(), 1 + 9);
-    // The goal in the middle is at the start, so there is no way to it.
-    has(
-        ways,
-        &[
-            "\u{2212}0.600",
-            "\u{2212}0.450",
-            "<td class=\"number\">\u{2013}</td>",
-        ],
-    );
-    let left = walked("--goal 0.6")[0]["left"].as_f64().unwrap();
-    has(ways, &[&format!(">{left:.3}</td>")]);
     let goal = case().scene.controller.goal[0];
     let goals = data(&page)["goals"].clone();
     near(&goals[0][1], goal);

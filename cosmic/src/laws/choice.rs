@@ -23,7 +23,7 @@ use super::sticking::Sticking;
 use super::stops::Stops;
 use crate::registry::Registry;
 use crate::settings::{
-    Filled, Limits, Misfit, SettingValue, Settings, json, misfit, quoted, unknown, word, wrong_kind,
+    Filled, Limits, SettingValue, Settings, json, misfit, quoted, word, wrong_kind,
 };
 
 /// A law that scenes may choose by its name. [`contact`], [`on_bars`], [`on_nodes`] and [`on_lattice`] create it.
@@ -266,7 +266,7 @@ impl SettingValue for ContactLaw {
         let name = word(value)?;
         match self.choose(name) {
             true => Ok(()),
-            false => Err(unknown(value, name, NO_LAW)),
+            false => Err(misfit(value, NO_LAW)),
         }
     }
 
@@ -403,22 +403,16 @@ impl SettingValue for ForceLaws {
         let entries = value.get_ref().as_array();
         let entries = entries.ok_or_else(|| wrong_kind(value))?;
         let mut laws: Vec<Box<dyn AnyForce>> = Vec::new();
-        let mut lacking: Option<Misfit> = None;
         for entry in entries.iter() {
-            let name = word(entry)?;
-            match (self.law_of(name), &mut lacking) {
-                (Some(law), _) => {
-                    if laws.iter().any(|other| other.name() == law.name()) {
-                        return Err(misfit(entry, "names a force twice:"));
-                    }
-                    laws.push(law);
-                }
-                (None, Some(lacking)) => lacking.unknown.push(name.to_owned()),
-                (None, none) => *none = Some(unknown(entry, name, NO_LAW)),
+            let law = self.law_of(word(entry)?);
+            let law = law.ok_or_else(|| misfit(entry, NO_LAW))?;
+            if laws.iter().any(|other| other.name() == law.name()) {
+                return Err(misfit(entry, "names a force twice:"));
             }
+            laws.push(law);
         }
         self.laws = laws;
-        lacking.map_or(Ok(()), Err)
+        Ok(())
     }
 
     fn know(&mut self, registry: &Registry) {

@@ -19,8 +19,6 @@ pub mod snapshot;
 #[cfg(feature = "files")]
 pub mod summary;
 #[cfg(feature = "files")]
-mod agreement;
-#[cfg(feature = "files")]
 pub mod run;
 #[cfg(feature = "files")]
 pub mod multistart;
@@ -29,8 +27,6 @@ mod carry_out;
 
 pub use design_file::DesignFile;
 
-#[cfg(feature = "files")]
-pub use agreement::{check_numbers, check_one_run};
 #[cfg(feature = "files")]
 pub use carry_out::{
     allow_unstable, deliver_so_far, optimise, optimise_with, resume, resume_of, resume_with,

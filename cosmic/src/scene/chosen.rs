@@ -7,7 +7,7 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 use crate::registry::{OFF, Registry};
-use crate::settings::{Filled, Limits, SettingValue, quoted, unknown, word};
+use crate::settings::{Filled, Limits, SettingValue, misfit, quoted, word};
 
 /// The policy or the loss that a scene chooses by its name.
 #[derive(Clone)]
@@ -114,7 +114,7 @@ impl SettingValue for Chosen {
     fn read(&mut self, value: &Spanned<DeValue>, _: &Limits) -> Filled<()> {
         let name = word(value)?;
         let says = format!("names an unknown {}:", self.kind);
-        self.choose(name).map_err(|_| unknown(value, name, &says))
+        self.choose(name).map_err(|_| misfit(value, &says))
     }
 
     fn know(&mut self, registry: &Registry) {

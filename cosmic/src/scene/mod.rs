@@ -69,7 +69,6 @@ pub use optimisation::{
     AdamSettings, GradientPrecision, GradientSettings, LossKind, LossSettings, ScheduleSettings,
     SelectionKind, SelectionSettings,
 };
-pub use read::{Lacks, ShownScene};
 pub(crate) use robot::MOST_SUBSTEPS;
 pub use robot::{
     ClockKind, ControllerSettings, GoalKind, Integrator, LatticeKind, LatticeSettings,

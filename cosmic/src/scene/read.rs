@@ -102,64 +102,6 @@ impl Scene {
         }
         Reader::over(self.clone(), Kind::Changes, &options(settings)).resolved()
     }
-
-    /// Reads the scene of a run to show it, not to simulate it. If the scene names laws or a loss that this program
-    /// does not have, they are left out instead of being an error.
-    ///
-    /// # Errors
-    /// All other errors of [`Scene::read`] and [`Scene::parse_of_run`].
-    pub fn read_to_show(path: &Path, registry: &Registry) -> Result<ShownScene> {
-        let (file, text) = (path.display().to_string(), Scene::text(path)?);
-        let sources = [SceneText::file(&file, &text)];
-        let mut reader = Reader::new(registry.blank(), Kind::Run, &sources);
-        reader.lacks = Some(Lacks::default());
-        reader.read();
-        reader.resolve()?;
-        let lacks = reader.lacks.take().unwrap_or_default();
-        let scene = reader.finished()?;
-        Ok(ShownScene { scene, lacks, text })
-    }
-}
-
-/// The scene of a run, read to be shown and not to be simulated.
-#[derive(Clone, Debug)]
-pub struct ShownScene {
-    /// The scene, without the laws and the loss that this program does not have.
-    pub scene: Scene,
-    /// The names of the laws and of the loss that were left out.
-    pub lacks: Lacks,
-    /// The text of the scene's file.
-    pub text: String,
-}
-
-/// The laws and the loss that a scene names although this program does not have them.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Lacks {
-    /// The names of the laws. Without these laws the scene cannot be simulated.
-    pub laws: Vec<String>,
-    /// The name of the loss.
-    pub loss: Option<String>,
-}
-
-impl Lacks {
-    /// True if this program has all laws and the loss.
-    pub fn is_empty(&self) -> bool {
-        self.laws.is_empty() && self.loss.is_none()
-    }
-
-    /// Adds `names`, the unknown names in the value of `key`. Returns false if the value of this key cannot be left
-    /// out.
-    fn note(&mut self, key: &str, names: &[String]) -> bool {
-        if names.is_empty() {
-            return false;
-        }
-        match key {
-            "objective.own_loss" => self.loss = names.first().cloned(),
-            key if LAW_KEYS.contains(&key) => self.laws.extend_from_slice(names),
-            _ => return false,
-        }
-        true
-    }
 }
 
 /// Makes a source from each `KEY=VALUE` of the option `--set`.
@@ -198,9 +140,6 @@ pub(super) struct Reader<'s, 't> {
     pub(super) faults: Vec<Fault>,
     /// For each `section.key`, the place where it was set last.
     pub(super) places: HashMap<String, KeyPlace>,
-    /// The laws and the loss that were left out because this program does not have them. `None` if such names are
-    /// errors.
-    lacks: Option<Lacks>,
     /// The names of laws in values that were refused. The sections of these laws are ignored.
     untaken: Vec<String>,
 }
@@ -217,7 +156,10 @@ impl<'s, 't> Reader<'s, 't> {
     /// replaced by the base of this file.
     fn over(scene: Scene, kind: Kind, sources: &'s [SceneText<'t>]) -> Self {
         let mut reader = Self::new(scene, kind, sources);
-        reader.read();
+        for source in 0..sources.len() {
+            reader.source = source;
+            reader.document();
+        }
         reader
     }
 
@@ -237,31 +179,16 @@ impl<'s, 't> Reader<'s, 't> {
             kind,
             faults: Vec::new(),
             places: HashMap::new(),
-            lacks: None,
             untaken: Vec::new(),
         }
     }
 
-    /// Reads all sources.
-    fn read(&mut self) {
-        for source in 0..self.sources.len() {
-            self.source = source;
-            self.document();
-        }
-    }
-
-    /// Reads the truss file that the scene names. Does nothing if errors were found already.
-    fn resolve(&mut self) -> Result<()> {
-        if !self.faults.is_empty() {
-            return Ok(());
-        }
-        let folder = self.folder("lattice.file");
-        self.scene.lattice.file.resolve(&folder)
-    }
-
-    /// Reads the truss that the scene names. Returns the scene, or the errors found.
+    /// Reads the truss that the scene names, unless errors were found already. Returns the scene, or the errors found.
     fn resolved(mut self) -> Result<Scene> {
-        self.resolve()?;
+        if self.faults.is_empty() {
+            let folder = self.folder("lattice.file");
+            self.scene.lattice.file.resolve(&folder)?;
+        }
         self.finished()
     }
 
@@ -393,15 +320,7 @@ impl<'s, 't> Reader<'s, 't> {
         if LAW_KEYS.contains(&path) {
             self.untaken.extend(words(value));
         }
-        let Misfit {
-            span,
-            says,
-            unknown,
-        } = misfit;
-        let lacks = self.lacks.as_mut();
-        if lacks.is_some_and(|lacks| lacks.note(path, &unknown)) {
-            return;
-        }
+        let Misfit { span, says } = misfit;
         let text = &self.sources[self.source].text;
         let written = text.get(span.clone()).unwrap_or_default();
         let message = format!("`{path}` {says} {}", abridged(written));

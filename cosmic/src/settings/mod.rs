@@ -16,7 +16,7 @@ pub(crate) use limits::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS};
 pub use limits::{Limits, above, within};
 #[doc(hidden)]
 pub use serde;
+pub(crate) use value::quoted;
 pub use value::{
     Filled, Misfit, Named, SettingValue, json, kind, member, misfit, word, wrong_kind,
-};
-pub(crate) use value::{quoted, unknown}; // for `settings!` in other crates
+}; // for `settings!` in other crates

@@ -36,9 +36,6 @@ pub struct Misfit {
     pub span: Range<usize>,
     /// The middle part of the message, which goes between key and value, such as "is a string:".
     pub says: String,
-    /// The names of laws or losses in the value that this program does not have. If these are the only errors in the
-    /// value, the setting holds the rest of it.
-    pub unknown: Vec<String>,
 }
 
 /// The result of reading a value.
@@ -49,15 +46,6 @@ pub fn misfit(value: &Spanned<DeValue>, says: &str) -> Misfit {
     Misfit {
         span: value.span(),
         says: says.to_owned(),
-        unknown: Vec::new(),
-    }
-}
-
-/// A refusal of a value that contains the unknown name `name`.
-pub(crate) fn unknown(value: &Spanned<DeValue>, name: &str, says: &str) -> Misfit {
-    Misfit {
-        unknown: vec![name.to_owned()],
-        ..misfit(value, says)
     }
 }
 

@@ -22,12 +22,7 @@ use std::path::{Path, PathBuf};
 /// [`Error::Usage`] for a robot without solid bars; [`Error::Write`].
 pub fn write_tables(run: &RunFiles, folder: &Path) -> Result<Vec<PathBuf>> {
     let members = some_members(&run.robot)?;
-    // The forces depend on all laws of the scene. If this program lacks one, it leaves out only the forces.
-    let loads = match run.robot.lacks() {
-        [] => Some(loads(run)?),
-        _ => None,
-    };
-    let bars = bars(&run.robot, &members, loads.as_deref()).to_csv();
+    let bars = bars(&run.robot, &members, &loads(run)?).to_csv();
     let nodes = nodes(&run.robot, &members).to_csv();
     make_folder(folder)?;
     write_texts(folder, [("bars.csv", bars), ("nodes.csv", nodes)])

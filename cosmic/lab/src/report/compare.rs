@@ -10,7 +10,7 @@ use cosmic::error::Result;
 use cosmic::keys::{Keyed, columns};
 use cosmic::lattice::Lattice;
 use cosmic::record::Summary;
-use cosmic::record::run::{DESIGN, SCENE, read_scene_to_show, read_summary};
+use cosmic::record::run::{DESIGN, SCENE, read_scene, read_summary};
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::trajectory_file::TRAJECTORY;
 use cosmic::simulator::{Energy, Loads};
@@ -66,7 +66,7 @@ fn read(folder: &Path, name: String, registry: &Registry) -> Result<ComparedRun>
         .iter()
         .any(|name| folder.join(name).exists())
     {
-        let scene = read_scene_to_show(folder, registry)?.scene;
+        let scene = read_scene(folder, registry)?;
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let measured = run.summary.measured(&scene, &lattice);
         run.verdict = Some(measured.verdict());
@@ -79,7 +79,7 @@ impl Comparison {
     /// Reads the summaries of runs.
     ///
     /// # Errors
-    /// The errors of [`read_summary`] and [`read_scene_to_show`].
+    /// The errors of [`read_summary`] and [`read_scene`].
     pub fn read(folders: &[PathBuf], registry: &Registry) -> Result<Self> {
         let names: Vec<String> = folders.iter().map(|folder| name(folder)).collect();
         let run = |(folder, name): (&PathBuf, &String)| {

@@ -6,7 +6,6 @@ use super::convergence::charts;
 use super::files::{RobotFiles, RunFiles};
 use super::gait::{Gait, brief};
 use super::motion::{Flag, Motion};
-use crate::walk::Way;
 use cosmic::design::Design;
 use cosmic::geometry::{Range, Vector};
 use cosmic::lattice::State;
@@ -28,7 +27,7 @@ pub(super) fn of_motion(motion: &Motion) -> Value {
 }
 
 /// Returns the data of a run's page.
-pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<&Gait>, ways: &[Way]) -> Value {
+pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: &Gait) -> Value {
     let mut walks = vec![walk(motion)];
     walks.extend(run.designs.iter().map(|row| row.walk.clone()));
     let design = |row: &DesignRow| {
@@ -39,13 +38,10 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: Option<&Gait>, ways:
     data["iteration"] = run.summary.delivered_iteration.into();
     data["designs"] = run.designs.iter().map(design).collect();
     data["history"] = history(run);
-    data["ways"] = ways.iter().map(way).collect();
-    if let Some(gait) = gait {
-        let (_, states) = motion.every(FRAME);
-        data["gait"] = gait.last_periods(motion);
-        data["forces"] = gait.forces(&states);
-        data["energies"] = gait.energies(motion);
-    }
+    let (_, states) = motion.every(FRAME);
+    data["gait"] = gait.last_periods(motion);
+    data["forces"] = gait.forces(&states);
+    data["energies"] = gait.energies(motion);
     data
 }
 
@@ -64,12 +60,6 @@ fn of_walks(motion: &Motion, robot: &RobotFiles, walks: &[Option<Walk>]) -> Valu
 fn goal(flag: &Flag) -> [f64; 4] {
     let [x, y] = flag.foot.array();
     [flag.from, x, y, flag.along]
-}
-
-/// Returns the data of the robot's way to a goal: when it ends, and its path.
-fn way(Way { leg, path }: &Way) -> Value {
-    let path: Vec<_> = path.iter().map(|point| point.map(brief)).collect();
-    json!({ "goal": leg.goal, "until": leg.until, "path": path })
 }
 
 /// Returns the data of one run, for a page on which several runs share one ground. Distances are measured along the

@@ -12,28 +12,15 @@ use cosmic::reading::read_whole;
 use cosmic::record::files::read_json;
 use cosmic::record::history::{self, DesignRow};
 use cosmic::record::summary::result_of;
-use cosmic::record::{
-    DesignFile, Summary, TrajectoryFile, check_numbers, check_one_run, run, trajectory_file,
-};
-use cosmic::scene::{Lacks, Scene, ShownScene};
+use cosmic::record::{DesignFile, Summary, TrajectoryFile, run, trajectory_file};
+use cosmic::scene::Scene;
 use cosmic::verdict::Verdict;
 use std::path::{Path, PathBuf};
 
-/// A scene, with the names of the laws and of the loss that this program does not have.
-#[derive(Clone, Debug)]
-pub struct ForeignScene {
-    /// The laws and the loss that this program does not have.
-    pub lacks: Lacks,
-    /// The text of the scene's file.
-    pub text: String,
-}
-
 /// A design and its scene.
 pub struct RobotFiles {
-    /// The complete scene, without the laws and the loss that this program does not have.
+    /// The complete scene.
     pub scene: Scene,
-    /// The scene as text, if it names laws or a loss that this program does not have.
-    pub foreign: Option<ForeignScene>,
     /// The scene's lattice.
     pub lattice: Lattice,
     /// The design, one entry per edge of the lattice.
@@ -43,17 +30,16 @@ pub struct RobotFiles {
 }
 
 impl RobotFiles {
-    /// Reads a design and the scene beside it. Leaves out laws that this program does not have, so that the robot can
-    /// still be shown.
+    /// Reads a design and the scene beside it.
     ///
+    /// # Errors
     /// [`Error::Read`] if a file is missing, [`Error::Malformed`] if a file is malformed, [`Error::Misfit`] or
     /// [`Error::Usage`] if the two files do not belong together.
     pub fn read(path: &Path, registry: &Registry) -> Result<Self> {
         // The design is read first: if the file is not a design, its scene does not matter.
         let design = DesignFile::read(path)?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        let ShownScene { scene, lacks, text } = run::read_scene_to_show(folder, registry)?;
-        let foreign = (!lacks.is_empty()).then_some(ForeignScene { lacks, text });
+        let scene = run::read_scene(folder, registry)?;
         let file = path.display().to_string();
         let design = design.in_order(&scene, &file)?;
         let controller = design.robot(&scene, &file)?;
@@ -61,49 +47,17 @@ impl RobotFiles {
         Ok(Self {
             omega: frequency(&scene.controller, &controller),
             scene,
-            foreign,
             lattice,
             design,
         })
     }
 
-    /// Returns the laws of the scene that this program does not have. Without them the robot cannot be simulated.
-    pub fn lacks(&self) -> &[String] {
-        let foreign = self.foreign.as_ref();
-        foreign.map_or(&[], |foreign| &foreign.lacks.laws)
-    }
-
-    /// Returns a sentence which says that `what` is left out because this program lacks laws of the scene. Returns
-    /// `None` if it has all laws.
-    pub fn left_out(&self, what: &str) -> Option<String> {
-        let quoted: Vec<String> = self.lacks().iter().map(|law| format!("`{law}`")).collect();
-        let laws = match &quoted[..] {
-            [] => return None,
-            [law] => format!("the law {law}"),
-            laws => format!("the laws {}", laws.join(" and ")),
-        };
-        Some(format!(
-            "{what} are left out, because this program does not have {laws} of the scene; use a program \
-             that has all laws of the scene"
-        ))
-    }
-
-    /// Makes a case, which can be simulated. `path` is the file of the design, for messages. `what` describes what the
-    /// case is for: see [`left_out`](Self::left_out).
+    /// Makes a case, which can be simulated. `path` is the file of the design, for messages.
     ///
     /// # Errors
-    /// [`Error::Usage`] if this program lacks laws of the scene; the errors of [`DesignFile::case`].
-    pub fn case(&self, path: &Path, what: &str) -> Result<Case> {
-        if let Some(says) = self.left_out(what) {
-            return Err(Error::Usage(says));
-        }
+    /// The errors of [`DesignFile::case`].
+    pub fn case(&self, path: &Path) -> Result<Case> {
         self.design.case(&self.scene, &path.display().to_string())
-    }
-
-    /// Returns the text of the scene.
-    pub(super) fn scene_text(&self) -> String {
-        let foreign = self.foreign.as_ref();
-        foreign.map_or_else(|| self.scene.to_toml(), |foreign| foreign.text.clone())
     }
 
     /// Returns the indices of the edges whose material in the final design satisfies `kind`.
@@ -130,7 +84,6 @@ impl RobotFiles {
         design.materials = self.mixtures(z).into_iter().map(drawn).collect();
         Self {
             scene: self.scene.clone(),
-            foreign: self.foreign.clone(),
             lattice: self.lattice.clone(),
             design,
             omega: self.omega,
@@ -148,7 +101,7 @@ impl RobotFiles {
     }
 }
 
-/// The files of a finished run. Reading checks that they fit one another.
+/// The files of a finished run.
 pub struct RunFiles {
     /// The run's folder.
     pub folder: PathBuf,
@@ -174,12 +127,6 @@ impl RunFiles {
         let summary = run::read_summary(folder, registry)?;
         let robot = RobotFiles::read(&folder.join(run::DESIGN), registry)?;
         let trajectory = read_trajectory(folder, &robot)?;
-        let check = if robot.lacks().is_empty() {
-            check_one_run
-        } else {
-            check_numbers
-        };
-        check(folder, &robot.scene, &robot.design, &summary, &trajectory)?;
         Ok(Self {
             history: read_history(folder, &summary)?,
             designs: read_designs(&folder.join(history::DESIGNS), &robot.lattice)?,

@@ -40,10 +40,10 @@ impl<'r> Gait<'r> {
     /// Computes the strains and forces of a run's final robot from the states of the run's trajectory.
     ///
     /// # Errors
-    /// If the design does not fit its scene, or if this program does not have a law of the scene.
+    /// If the design does not fit its scene.
     pub fn new(run: &'r RunFiles) -> Result<Self> {
         let path = run.folder.join(DESIGN);
-        let case = run.robot.case(&path, "the forces in bars")?;
+        let case = run.robot.case(&path)?;
         let kept = &run.trajectory;
         let trajectory = Trajectory::new(kept.steps.clone(), kept.states.clone());
         let simulator = case.task().simulator;

@@ -74,7 +74,7 @@ pub(super) fn bars(robot: &RobotFiles, loads: &[BarLoad]) -> String {
     folded(
         "Length, mass, strain, force and Euler safety of every bar",
         "Loads of bars",
-        &member::bars(robot, &members, Some(loads)).with(&shown),
+        &member::bars(robot, &members, loads).with(&shown),
     )
 }
 

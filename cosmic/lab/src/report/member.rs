@@ -87,15 +87,15 @@ type Peak = (
     fn(&BarLoad) -> f64,
 );
 
-/// Returns the table of bars, with a row for each. `loads` has the loads of all edges, if they are known.
-pub(crate) fn bars(robot: &RobotFiles, members: &[Member], loads: Option<&[BarLoad]>) -> Table {
+/// Returns the table of bars, with a row for each. `loads` has the loads of all edges.
+pub(crate) fn bars(robot: &RobotFiles, members: &[Member], loads: &[BarLoad]) -> Table {
     let materials = &robot.scene.materials;
     let stiffness = |m: &Member| {
         let bar = materials.of_edge(&robot.lattice, m.edge);
         m.material.of(&bar.stiffness)
     };
     let mass = |m: &Member| m.material.of(&materials.of_length(m.length).density) * m.length;
-    let safety = |m: &Member| loads?[m.edge].euler_safety(materials, m.material, m.length);
+    let safety = |m: &Member| loads[m.edge].euler_safety(materials, m.material, m.length);
     let number = |name, unit, decimals, says| {
         let column = Column::new(name, says).unit(unit);
         column.decimals(decimals, "not known")
@@ -128,7 +128,7 @@ pub(crate) fn bars(robot: &RobotFiles, members: &[Member], loads: Option<&[BarLo
         .add(with_fittings, mass);
     for (name, unit, decimals, says, of) in PEAKS {
         let column = number(name, unit, decimals, says);
-        table = table.add(column, |m| loads.map(|loads| of(&loads[m.edge])));
+        table = table.add(column, |m| of(&loads[m.edge]));
     }
     table.add(euler, safety).rounded(DECIMALS).done()
 }

@@ -1,8 +1,8 @@
 //! Reports on finished runs: one page of HTML, a picture and an animation of a run, and tables of several runs.
 //!
-//! A report reads the files of a run's folder. It simulates only the ways to nine goals, for robots that take goals,
-//! with [`walk`](crate::walk). There are two renderers. `page/drawing.js` draws on the canvases of all pages, including
-//! the page in the folder `web`. `Picture` is a list of shapes that becomes an SVG file or a frame of an animation.
+//! A report reads the files of a run's folder and runs no simulation. There are two renderers. `page/drawing.js` draws
+//! on the canvases of all pages, including the page in the folder `web`. `Picture` is a list of shapes that becomes an
+//! SVG file or a frame of an animation.
 
 mod animation;
 mod compare;
@@ -26,7 +26,7 @@ mod work;
 
 pub use animation::{FRAME_WIDTH, frame};
 pub use compare::Comparison;
-pub use files::{ForeignScene, RobotFiles, RunFiles};
+pub use files::{RobotFiles, RunFiles};
 pub(crate) use loads::loads;
 pub(crate) use member::{DECIMALS, Member, bars, members, nodes_of, place};
 pub use page::player_page;

@@ -7,7 +7,7 @@ use super::gait::Gait;
 use super::motion::Motion;
 use super::{data, loads, robot, tiles, verdict};
 use crate::table::{Table, escape};
-use crate::walk::{self, Leg, Walk, Way};
+use crate::walk::{self, Walk};
 use cosmic::design::Material;
 use cosmic::numbers::decimals;
 use cosmic::record::{Summary, TrajectoryFile};
@@ -35,31 +35,23 @@ pub(super) fn html(title: &str, body: &str) -> String {
 }
 
 /// Returns the page of a run: the verdict, the robot in motion and in several poses, its design, gait and energies.
-/// Folded at the end are the parts for authors: the convergence if the run has a history, all numbers, and the scene. A
-/// robot that takes goals also has its `ways` to several goals.
-pub(super) fn of_run(run: &RunFiles, motion: &Motion, ways: &[Way]) -> String {
+/// Folded at the end are the parts for authors: the convergence if the run has a history, all numbers, and the scene.
+pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: &Gait) -> String {
     let summary = &run.summary;
     let about = format!(
         "; {} iterations in {:.1} s; controller of iteration {}",
         summary.iterations, summary.seconds, summary.delivered_iteration,
     );
-    let gait = Gait::new(run).ok();
-    let left_out = run
-        .robot
-        .left_out("The gait, the forces in bars and the energies");
-    let left_out = left_out.map(|says| format!("<p>{}.</p>\n", escape(&says)));
-    let walks = gait.as_ref().map_or(left_out.unwrap_or_default(), |gait| {
-        let actuators = run.robot.edges_of(|m| m == Material::Actuator);
-        format!(
-            include_str!("page/run.html"),
-            peaks = match summary.undecided {
-                true => UNDECIDED.to_owned(),
-                false => loads::peaks(&gait.loads, &actuators, motion.limit),
-            },
-            states = gait.loads_over(),
-            table = loads::table(&gait.loads, &actuators) + &loads::bars(&run.robot, &gait.loads),
-        )
-    });
+    let actuators = run.robot.edges_of(|m| m == Material::Actuator);
+    let walks = format!(
+        include_str!("page/run.html"),
+        peaks = match summary.undecided {
+            true => UNDECIDED.to_owned(),
+            false => loads::peaks(&gait.loads, &actuators, motion.limit),
+        },
+        states = gait.loads_over(),
+        table = loads::table(&gait.loads, &actuators) + &loads::bars(&run.robot, &gait.loads),
+    );
     let convergence = if run.history.is_empty() {
         "<p>No history was kept.</p>\n"
     } else {
@@ -79,26 +71,15 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, ways: &[Way]) -> String {
         include_str!("page/design.html"),
         &walks,
         "</div>\n",
-        &of_ways(ways),
         "<h2>For authors</h2>\n",
         &fold("Convergence", convergence),
         &fold("Mixtures of the edges", include_str!("page/ternary.html")),
         &numbers(summary, motion.deepest_cut()),
         &departures(&run.robot.scene),
         &scene(&run.robot),
-        &script(&data::of_run(run, motion, gait.as_ref(), ways), ONE_ROBOT),
+        &script(&data::of_run(run, motion, gait), ONE_ROBOT),
     ];
     html(&run.title(), &body.concat())
-}
-
-/// Returns the section of a robot's ways to several goals; empty for a robot without goals.
-fn of_ways(ways: &[Way]) -> String {
-    if ways.is_empty() {
-        return String::new();
-    }
-    let legs: Vec<Leg> = ways.iter().map(|way| way.leg).collect();
-    let table = walk::table(&legs).to_html();
-    format!(include_str!("page/ways.html"), table = table)
 }
 
 /// Returns the page of a robot's walk to goals. `motion` is the motion of the walk.
@@ -176,7 +157,7 @@ fn head(robot: &RobotFiles, title: &str, about: &str) -> String {
 fn scene(robot: &RobotFiles) -> String {
     format!(
         "<details><summary>Scene: scene.toml, complete</summary><pre tabindex=\"0\">{}</pre></details>\n",
-        escape(&robot.scene_text())
+        escape(&robot.scene.to_toml())
     )
 }
 

@@ -5,7 +5,7 @@ use cosmic::Registry;
 use cosmic::error::Result;
 use cosmic::lattice::Lattice;
 use cosmic::record::Summary;
-use cosmic::record::run::read_scene_to_show;
+use cosmic::record::run::read_scene;
 use cosmic::verdict::{Item, Verdict};
 use std::path::Path;
 
@@ -35,7 +35,7 @@ pub(super) fn line(verdict: &Verdict) -> String {
 /// # Errors
 /// The errors of reading the run's scene.
 pub fn verdict_of(folder: &Path, summary: &Summary, registry: &Registry) -> Result<Verdict> {
-    let scene = read_scene_to_show(folder, registry)?.scene;
+    let scene = read_scene(folder, registry)?;
     let lattice = Lattice::new(&scene.lattice, &scene.physics);
     Ok(summary.measured(&scene, &lattice).verdict())
 }

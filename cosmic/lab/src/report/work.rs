@@ -1,10 +1,11 @@
 //! Writes the report of a run, or of a design without a run.
 
 use super::files::{RobotFiles, RunFiles};
+use super::gait::Gait;
 use super::motion::Motion;
 use super::{animation, page, robot};
 use crate::files::write_texts;
-use crate::walk::{self, Walk, Way};
+use crate::walk::Walk;
 use cosmic::Registry;
 use cosmic::error::{Error, Result};
 use cosmic::record::files::{make_folder, write_atomic};
@@ -12,7 +13,6 @@ use cosmic::record::run::DESIGN;
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::summary::SUMMARY;
 use cosmic::record::trajectory_file::TRAJECTORY;
-use cosmic::scene::GoalKind;
 use std::path::{Path, PathBuf};
 
 /// Writes the report of a run or of a design alone, and returns the paths.
@@ -20,8 +20,6 @@ use std::path::{Path, PathBuf};
 /// The report of a run is `report.html`, `robot.svg` and `gait.gif`. The report of a design alone is `report.html`. A
 /// design alone is a `.json` file, or a folder with a design but without a run. Its scene is the file `scene.toml`
 /// beside it.
-///
-/// The page of a run whose robot takes goals shows its ways to nine goals, which are simulated.
 ///
 /// # Errors
 /// The errors of [`RunFiles::read`] and [`RobotFiles::read`]; [`Error::Write`].
@@ -51,22 +49,11 @@ pub fn write(path: &Path, registry: &Registry) -> Result<Vec<PathBuf>> {
 fn of_run(run: &RunFiles) -> Result<Vec<PathBuf>> {
     let robot = run.robot.drawn_as(&run.robot.design.z);
     let motion = Motion::new(&robot, &run.trajectory);
-    let page = page::of_run(run, &motion, &ways(run)?);
+    let page = page::of_run(run, &motion, &Gait::new(run)?);
     let texts = [("report.html", page), ("robot.svg", robot::draw(&motion))];
     let mut written = write_texts(&run.folder, texts)?;
     written.push(animate(&run.folder.join("gait.gif"), &motion)?);
     Ok(written)
-}
-
-/// Simulates the ways of a run's robot to nine goals. Returns an empty list if the robot does not take goals, or if
-/// this program lacks laws of the scene.
-fn ways(run: &RunFiles) -> Result<Vec<Way>> {
-    let scene = &run.robot.scene;
-    if scene.controller.goals != GoalKind::Given || !run.robot.lacks().is_empty() {
-        return Ok(Vec::new());
-    }
-    let case = (run.robot).case(&run.folder.join(DESIGN), "the ways to goals")?;
-    walk::to_nine_goals(&case, scene.goals.along)
 }
 
 /// Writes a robot's walk to goals into a folder, and returns the paths: the page `walk.html`, and `walk.gif`. `title` is

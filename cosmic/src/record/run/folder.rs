@@ -5,7 +5,7 @@ use crate::record::files::{LOCK, is_used, make_folder, read_json, write_atomic};
 use crate::record::snapshot::{SNAPSHOT, Snapshot};
 use crate::record::summary::{self, SUMMARY, Summary, result_of};
 use crate::registry::Registry;
-use crate::scene::{Lacks, Scene, ShownScene, TrussFile};
+use crate::scene::{Scene, TrussFile};
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -135,16 +135,16 @@ pub(in crate::record) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> 
     write_atomic(&path, |file| file.write_all(kept.to_run_toml().as_bytes()))
 }
 
-/// Reads the summary of a finished run, and checks its `scene.toml` as [`read_scene_to_show`] does.
+/// Reads the summary of a finished run, and checks its `scene.toml` as [`read_scene`] does.
 ///
 /// # Errors
 /// [`Error::Read`] for a run that is not finished; [`Error::Malformed`] for a damaged summary; the errors of
-/// [`read_scene_to_show`].
+/// [`read_scene`].
 pub fn read_summary(folder: &Path, registry: &Registry) -> Result<Summary> {
     let summary = read_json(&result_of(folder, SUMMARY)?, summary::FORMAT)?;
     // A summary can be read without a scene, but not beside a wrong one.
     if folder.join(SCENE).exists() {
-        read_scene_to_show(folder, registry)?;
+        read_scene(folder, registry)?;
     }
     Ok(summary)
 }
@@ -170,27 +170,6 @@ pub fn read_scene(folder: &Path, registry: &Registry) -> Result<Scene> {
         Some(begun_with) => read_kept(&path, Some(&begun_with), registry),
         None => Ok(scene),
     }
-}
-
-/// Like [`read_scene`], but for callers that only show the scene and do not simulate. The scene may name laws or a loss
-/// that this program does not have. Such a scene is not compared with the snapshot.
-///
-/// # Errors
-/// Like [`read_scene`].
-pub fn read_scene_to_show(folder: &Path, registry: &Registry) -> Result<ShownScene> {
-    let path = folder.join(SCENE);
-    if path.exists() {
-        let shown = Scene::read_to_show(&path, registry)?;
-        if !shown.lacks.is_empty() {
-            return Ok(shown);
-        }
-    }
-    let scene = read_scene(folder, registry)?;
-    Ok(ShownScene {
-        text: scene.to_run_toml(),
-        scene,
-        lacks: Lacks::default(),
-    })
 }
 
 /// Reads a scene file. If `begun_with` is given, the file must contain that scene, with which the run began.

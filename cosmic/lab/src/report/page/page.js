@@ -301,15 +301,6 @@ function energy() {
   moving.push(() => curve.draw({ title: "Energy, J", series, x, unit: "s", cursor: view.shown === last ? view.now : 0, digits: 3 }));
 }
 
-// The robot's position along the ground over time, for each of several goals. Goals ahead have another colour than goals
-// behind.
-function ways() {
-  const curve = new Curve(part("ways"));
-  const series = data.ways.map(({ goal, path }) => ({ name: `${decimals(goal, 2)} m`, colour: goal < 0 ? "accent" : "second", points: path }));
-  const x = [0, data.ways[0].until];
-  still.push(() => curve.draw({ title: "Position along the ground, m", series, x, unit: "s", levels: data.ways.map(({ goal }) => goal) }));
-}
-
 function convergence() {
   const { charts, phases, first } = history;
   const count = charts[0].series[0].numbers.length;
@@ -340,7 +331,6 @@ if (gait && part("feet")) {
     bars();
   } else part("of-bars").remove();
 }
-if (data.ways?.length > 0) ways();
 if (!history?.charts.some(({ id }) => id === "objective")) part("objective")?.remove();
 if (history && part("volumes")) convergence();
 else for (const id of ["objective", "displacement"]) part(id)?.remove();
