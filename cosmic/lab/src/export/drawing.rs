@@ -1,6 +1,7 @@
 //! A drawing of the robot at rest as SVG, to scale: one unit of the drawing is a millimetre.
 
-use crate::report::{Member, RobotFiles, nodes_of, place};
+use super::member::{Member, nodes_of, place};
+use crate::report::RobotFiles;
 use cosmic::design::Material;
 use cosmic::geometry::{Bounds, Vector};
 use cosmic::scene::SkeletonPart;

@@ -3,17 +3,17 @@
 //! Tables and drawing show the bars at rest, without void edges, in the frame of the ground: positions are measured along
 //! and above it from the lattice's lower left corner.
 
+mod member;
 mod drawing;
 mod controller;
 pub mod mujoco;
 
 use crate::files::write_texts;
-use crate::report::{
-    DECIMALS, Member, RobotFiles, RunFiles, bars, loads, members, nodes_of, place,
-};
+use crate::report::{RobotFiles, RunFiles, loads};
 use crate::table::Table;
 use cosmic::error::{Error, Result};
 use cosmic::record::files::make_folder;
+use member::{DECIMALS, Member, bars, members, nodes_of, place};
 use std::path::{Path, PathBuf};
 
 /// Writes `bars.csv` and `nodes.csv`, the bars and nodes with peak forces and masses, into a folder. Returns the paths.

@@ -1,8 +1,7 @@
-//! The loads of a run's bars on its page: a sentence about the strains of actuators, and two tables.
+//! The loads of a run's bars on its page: a sentence about the strains of actuators, and a table.
 
-use super::files::{RobotFiles, RunFiles};
+use super::files::RunFiles;
 use super::gait::Gait;
-use super::member::{self, members};
 use crate::table::Table;
 use cosmic::Result;
 use cosmic::numbers::decimals;
@@ -48,40 +47,8 @@ pub(super) fn table(loads: &[BarLoad], actuators: &[usize]) -> String {
     let table = Table::of("", "", actuators)
         .column("edge", "number in design.json", |edge| *edge)
         .keyed(|edge| Some(&loads[*edge]));
-    folded(
-        "Strain, force, speed and power of every actuator",
-        "Loads of actuators",
-        &table.done(),
-    )
-}
-
-/// Returns the table of all bars, hidden until the reader opens it.
-pub(super) fn bars(robot: &RobotFiles, loads: &[BarLoad]) -> String {
-    let members = members(robot);
-    if members.is_empty() {
-        return String::new();
-    }
-    let shown = [
-        "edge",
-        "material",
-        "rest_length",
-        "mass",
-        "peak_strain",
-        "peak_tension",
-        "peak_compression",
-        "euler_safety",
-    ];
-    folded(
-        "Length, mass, strain, force and Euler safety of every bar",
-        "Loads of bars",
-        &member::bars(robot, &members, loads).with(&shown),
-    )
-}
-
-/// Returns a table that is hidden until the reader opens it by a click on `title`. Screen readers call it `label`.
-fn folded(title: &str, label: &str, table: &Table) -> String {
-    let table = table.to_html();
+    let table = table.done().to_html();
     format!(
-        "<details><summary>{title}</summary>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{label}\">{table}</div></details>\n"
+        "<details><summary>Strain, force, speed and power of every actuator</summary>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Loads of actuators\">{table}</div></details>\n"
     )
 }

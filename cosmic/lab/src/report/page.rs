@@ -50,7 +50,7 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: &Gait) -> String {
             false => loads::peaks(&gait.loads, &actuators, motion.limit),
         },
         states = gait.loads_over(),
-        table = loads::table(&gait.loads, &actuators) + &loads::bars(&run.robot, &gait.loads),
+        table = loads::table(&gait.loads, &actuators),
     );
     let convergence = if run.history.is_empty() {
         "<p>No history was kept.</p>\n"

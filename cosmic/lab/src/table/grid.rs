@@ -56,28 +56,12 @@ impl Table {
     pub fn without_empty(self) -> Self {
         let is_used = |k: &usize| self.rows.iter().any(|row| row.cells[*k] != Cell::Missing);
         let used: Vec<usize> = (0..self.columns.len()).filter(is_used).collect();
-        self.only(&used)
-    }
-
-    /// The columns with these names, in their order here.
-    ///
-    /// # Panics
-    /// If no column has one of the names.
-    #[must_use]
-    pub fn with(self, names: &[&str]) -> Self {
-        let place = |name: &&str| self.columns.iter().position(|column| column.name == *name);
-        let places = names.iter().map(|name| place(name).expect(name));
-        let places: Vec<usize> = places.collect();
-        self.only(&places)
-    }
-
-    fn only(self, places: &[usize]) -> Self {
         let row = |Row { cells, standing }: Row| Row {
-            cells: places.iter().map(|&k| cells[k].clone()).collect(),
+            cells: used.iter().map(|&k| cells[k].clone()).collect(),
             standing,
         };
         Self {
-            columns: places.iter().map(|&k| self.columns[k].clone()).collect(),
+            columns: used.iter().map(|&k| self.columns[k].clone()).collect(),
             rows: self.rows.into_iter().map(row).collect(),
             ..self
         }

@@ -3,8 +3,8 @@
 //! Positions are those of the robot at rest in the frame of the ground: along and above it from the lattice's lower left
 //! corner.
 
-use super::files::RobotFiles;
-use crate::table::{Cell, Column, Table};
+use crate::report::RobotFiles;
+use crate::table::{Cell, Table};
 use cosmic::design::Material;
 use cosmic::geometry::{Segment, Vector};
 use cosmic::scene::{ActuatorPart, Named, PartsSettings, SkeletonPart};
@@ -12,25 +12,25 @@ use cosmic::simulator::BarLoad;
 use std::collections::BTreeSet;
 
 /// The number of decimals in CSV: lengths are exact to a nanometre, masses to a microgram, forces to a nanonewton.
-pub(crate) const DECIMALS: usize = 9;
+pub(super) const DECIMALS: usize = 9;
 
 /// A bar of a robot.
-pub(crate) struct Member {
+pub(super) struct Member {
     /// The index of its edge in the lattice.
-    pub(crate) edge: usize,
+    pub(super) edge: usize,
     /// The nodes at its ends.
-    pub(crate) nodes: [usize; 2],
+    pub(super) nodes: [usize; 2],
     /// The line from the first node to the second, in metres.
-    pub(crate) axis: Segment,
+    pub(super) axis: Segment,
     /// Skeleton or actuator.
-    pub(crate) material: Material,
+    pub(super) material: Material,
     /// The rest length, in metres.
-    pub(crate) length: f64,
+    pub(super) length: f64,
 }
 
 impl Member {
     /// Returns the name of the bar's material in files.
-    pub(crate) fn made_of(&self) -> &'static str {
+    pub(super) fn made_of(&self) -> &'static str {
         match self.material {
             Material::Actuator => "actuator",
             Material::Void | Material::Skeleton => "skeleton",
@@ -39,17 +39,17 @@ impl Member {
 }
 
 /// Returns the nodes at which bars end.
-pub(crate) fn nodes_of(members: &[Member]) -> BTreeSet<usize> {
+pub(super) fn nodes_of(members: &[Member]) -> BTreeSet<usize> {
     members.iter().flat_map(|member| member.nodes).collect()
 }
 
 /// Returns the position of a node along and above the ground, in metres.
-pub(crate) fn place(robot: &RobotFiles, node: usize) -> Vector<f64> {
+pub(super) fn place(robot: &RobotFiles, node: usize) -> Vector<f64> {
     robot.lattice.places[node] * robot.lattice.spacing
 }
 
 /// Returns the bars of a robot.
-pub(crate) fn members(robot: &RobotFiles) -> Vec<Member> {
+pub(super) fn members(robot: &RobotFiles) -> Vec<Member> {
     let member = |edge: usize| {
         let nodes = robot.lattice.edges[edge];
         let [from, to] = nodes.map(|node| place(robot, node));
@@ -65,30 +65,8 @@ pub(crate) fn members(robot: &RobotFiles) -> Vec<Member> {
     solid.map(member).collect()
 }
 
-/// The peak loads of a bar: the column, its unit, decimals and meaning, and its number.
-const PEAKS: [Peak; 4] = [
-    ("peak_tension", "N", 2, "largest pull", |bar| bar.tension),
-    ("peak_compression", "N", 2, "largest push", |bar| {
-        bar.compression
-    }),
-    ("peak_force", "N", 2, "largest pull or push", |bar| {
-        bar.force.peak
-    }),
-    ("peak_strain", "", 4, "largest strain", |bar| {
-        bar.strain.peak
-    }),
-];
-
-type Peak = (
-    &'static str,
-    &'static str,
-    usize,
-    &'static str,
-    fn(&BarLoad) -> f64,
-);
-
 /// Returns the table of bars, with a row for each. `loads` has the loads of all edges.
-pub(crate) fn bars(robot: &RobotFiles, members: &[Member], loads: &[BarLoad]) -> Table {
+pub(super) fn bars(robot: &RobotFiles, members: &[Member], loads: &[BarLoad]) -> Table {
     let materials = &robot.scene.materials;
     let stiffness = |m: &Member| {
         let bar = materials.of_edge(&robot.lattice, m.edge);
@@ -96,18 +74,11 @@ pub(crate) fn bars(robot: &RobotFiles, members: &[Member], loads: &[BarLoad]) ->
     };
     let mass = |m: &Member| m.material.of(&materials.of_length(m.length).density) * m.length;
     let safety = |m: &Member| loads[m.edge].euler_safety(materials, m.material, m.length);
-    let number = |name, unit, decimals, says| {
-        let column = Column::new(name, says).unit(unit);
-        column.decimals(decimals, "not known")
-    };
-    let length = number("rest_length", "m", 3, "length of the unstrained bar");
-    let with_fittings = number("mass", "kg", 4, "mass of the bar with its fittings");
-    let says = "skeleton: force under which the bar buckles, divided by peak compression";
-    let euler = number("euler_safety", "", 2, says);
     let part_says = "tube, rod, strut or device; empty for a bar of plain numbers";
     let size_says = "diameters of a tube, diameter of a rod, or width of a strut, m";
     let stroke_says = "largest lengthening or shortening from the rest length, m";
-    let mut table = Table::of("", "", members)
+    let euler_says = "skeleton: force under which the bar buckles, divided by peak compression";
+    Table::of("", "", members)
         .column("edge", "number of the edge in design.json", |m| m.edge)
         .column("from", "node at the first end", |m| m.nodes[0])
         .column("to", "node at the second end", |m| m.nodes[1])
@@ -117,7 +88,9 @@ pub(crate) fn bars(robot: &RobotFiles, members: &[Member], loads: &[BarLoad]) ->
         .columns(["to_x", "to_y"], "place of the second end, m", |m, k| {
             m.axis.to.array()[k]
         })
-        .add(length, |m| m.length)
+        .column("rest_length", "length of the unstrained bar, m", |m| {
+            m.length
+        })
         .column("material", "skeleton or actuator", Member::made_of)
         .column("part", part_says, |m| part(m, &materials.parts))
         .columns(["outer", "inner"], size_says, |m, k| {
@@ -125,12 +98,20 @@ pub(crate) fn bars(robot: &RobotFiles, members: &[Member], loads: &[BarLoad]) ->
         })
         .column("stroke", stroke_says, |m| stroke(m, &materials.max_strain))
         .column("stiffness", "N/m", stiffness)
-        .add(with_fittings, mass);
-    for (name, unit, decimals, says, of) in PEAKS {
-        let column = number(name, unit, decimals, says);
-        table = table.add(column, |m| of(&loads[m.edge]));
-    }
-    table.add(euler, safety).rounded(DECIMALS).done()
+        .column("mass", "mass of the bar with its fittings, kg", mass)
+        .column("peak_tension", "largest pull, N", |m| loads[m.edge].tension)
+        .column("peak_compression", "largest push, N", |m| {
+            loads[m.edge].compression
+        })
+        .column("peak_force", "largest pull or push, N", |m| {
+            loads[m.edge].force.peak
+        })
+        .column("peak_strain", "largest strain", |m| {
+            loads[m.edge].strain.peak
+        })
+        .column("euler_safety", euler_says, safety)
+        .rounded(DECIMALS)
+        .done()
 }
 
 /// Returns the name of the part that a bar is.
