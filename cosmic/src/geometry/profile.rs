@@ -164,31 +164,6 @@ impl Profile {
         let line = self.between(across.map(|x| x / cos)).into_iter();
         line.map(|point| ground.point_to_world(point)).collect()
     }
-
-    /// The largest depth of a bar below the terrain, in metres; 0 if the bar is nowhere below the terrain. The depth is
-    /// measured along the normal of the ground line.
-    pub fn depth(&self, bar: Segment) -> f64 {
-        let [from, to] = if bar.from.forward() <= bar.to.forward() {
-            [bar.from, bar.to]
-        } else {
-            [bar.to, bar.from]
-        };
-        let bar = Segment::new(from, to);
-        // Between two corners the distance from bar to terrain is linear, so it is largest at a corner or at an end.
-        let ends = [from, to].map(|end| -self.above(end));
-        // A bar that touches a wall may be behind it by a rounding error, and is not below its edge then.
-        let margin_at = |place: f64| {
-            let wall = self.walls().find(|wall| wall.place == place);
-            wall.map_or(0.0, |wall| wall.tolerance())
-        };
-        let inside = |corner: &&Vector<f64>| {
-            let (place, margin) = (corner.forward(), margin_at(corner.forward()));
-            from.forward() + margin < place && place < to.forward() - margin
-        };
-        let corners = self.points.iter().filter(inside);
-        let depths = corners.map(|corner| corner.up() - bar.height(corner.forward()));
-        depths.chain(ends).fold(0.0, f64::max)
-    }
 }
 
 /// A vertical wall of the terrain.

@@ -285,22 +285,6 @@ impl<'r> Motion<'r> {
         places.map(|x| self.ground_height(x)).sum::<f64>() / f64::from(FLOORS + 1)
     }
 
-    /// Returns the largest depth, in metres, to which a bar cuts into the ground in a state of the trajectory. Only
-    /// nodes collide with the ground, so a bar between two nodes can cut a corner of it. Returns `None` if the ground
-    /// has no corners.
-    pub fn deepest_cut(&self) -> Option<f64> {
-        let has_corners = !self.profile.is_flat() && self.scene().physics.contact.has_ground();
-        let (ground, edges) = (self.ground(), solid_edges(self.robot));
-        let edges: Vec<[usize; 2]> = edges.collect();
-        let depths = self.states().iter().flat_map(|state| {
-            let state = state.to_ground(&ground);
-            let depth =
-                |&[i, j]: &[usize; 2]| self.profile.depth(Segment::new(state.x[i], state.x[j]));
-            edges.iter().map(depth).collect::<Vec<_>>()
-        });
-        has_corners.then(|| depths.fold(0.0, f64::max))
-    }
-
     pub(super) fn ground(&self) -> Ground {
         Ground::from(&self.scene().physics)
     }

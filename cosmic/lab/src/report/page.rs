@@ -9,7 +9,6 @@ use super::{data, loads, robot, tiles, verdict};
 use crate::table::{Table, escape};
 use crate::walk::{self, Walk};
 use cosmic::design::Material;
-use cosmic::numbers::decimals;
 use cosmic::record::{Summary, TrajectoryFile};
 use cosmic::scene::{Departure, Scene};
 use std::slice::from_ref;
@@ -74,7 +73,7 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: &Gait) -> String {
         "<h2>For authors</h2>\n",
         &fold("Convergence", convergence),
         &fold("Mixtures of the edges", include_str!("page/ternary.html")),
-        &numbers(summary, motion.deepest_cut()),
+        &numbers(summary),
         &departures(&run.robot.scene),
         &scene(&run.robot),
         &script(&data::of_run(run, motion, gait), ONE_ROBOT),
@@ -174,22 +173,17 @@ fn fold(title: &str, body: &str) -> String {
     format!("<details><summary>{title}</summary>\n{body}</details>\n")
 }
 
-/// Returns a folded section with all numbers. `deepest_cut` is the largest depth in metres to which a bar cuts into the
-/// ground; `None` if the ground has no corners.
-fn numbers(summary: &Summary, deepest_cut: Option<f64>) -> String {
+/// Returns a folded section with all numbers.
+fn numbers(summary: &Summary) -> String {
     let table = Table::of("", "", from_ref(summary));
     let table = table.keyed(Some).done().without_empty();
     let cells = table.columns.iter().zip(&table.rows[0].cells);
-    let mut rows: Vec<[String; 2]> = cells
+    let rows: Vec<[String; 2]> = cells
         .map(|(column, cell)| {
             let says = format!("`{}`: {}", column.name, column.says);
             [says, column.shown_with_unit(cell)]
         })
         .collect();
-    rows.extend(deepest_cut.map(|depth| {
-        let says = "largest depth of a bar below the ground between its nodes";
-        [says.to_owned(), decimals(depth, 4) + " m"]
-    }));
     let table = Table::of("", "", &rows).columns(["", ""], "", |row, k| &row[k][..]);
     fold("All numbers", &table.done().to_html())
 }
