@@ -2,18 +2,11 @@
 
 use crate::alike::{Begun, assert_alike, assert_alike_in, positions};
 use crate::device::gpu;
-use autodiff::Real;
-use cosmic::Registry;
 use cosmic::geometry::Vector;
-use cosmic::kernel;
-use cosmic::lattice::Lattice;
-use cosmic::laws::{Law, Node, NodeForce, contact, on_nodes};
 use cosmic::scene::{BUILTIN, Integrator, Scene};
-use cosmic::settings::within;
 use cosmic::simulator::{Span, Wanted};
 use cosmic_gpu::{Batch, OnGpu, RobotsOnGpu};
-use cosmic_tests::laws::Mud;
-use cosmic_tests::{own_reference_folder, references};
+use cosmic_tests::{laws, own_reference_folder, references};
 
 #[test]
 fn scenes_begin_alike_on_a_device_and_on_the_processor() {
@@ -156,63 +149,12 @@ fn reference_cases_walk_alike_on_a_device_and_on_the_processor() {
     }
 }
 
-cosmic::settings! {
-    /// A wind that blows in gusts, stronger higher up.
-    struct Gusts<R> {
-        /// Drag of a node.
-        drag: R = 0.02, allowed within(0.0, 10.0), unit "N s/m", source "an example";
-    }
-}
-
-impl Law for Gusts {
-    const NAME: &'static str = "gusts";
-}
-
-#[kernel]
-impl NodeForce for Gusts {
-    const NEEDS_TIME: bool = true;
-
-    fn force<R: Real, const D: usize>(gusts: &Gusts<R>, node: Node<R, D>) -> Vector<R, D> {
-        let air = Vector::upright(node.x.up() * (node.time * R::lit(3.0)).sin(), R::zero());
-        (air - node.v) * gusts.drag
-    }
-}
-
-cosmic::settings! {
-    /// A magnet, which pulls the first nodes of the lattice.
-    struct Magnet<R> {
-        /// Position: distance along the ground, and height above it.
-        place: [R; 2] = [1.0, 0.5], allowed within(-1e3, 1e3), unit "m", source "an example";
-        /// Pull at a distance of a metre.
-        pull: R = 0.2, allowed within(0.0, 1e3), unit "N", source "an example";
-    }
-}
-
-impl Law for Magnet {
-    const NAME: &'static str = "magnet";
-}
-
-#[kernel]
-impl NodeForce for Magnet {
-    fn weight(&self, node: usize, _: &Lattice) -> f64 {
-        f64::from(u8::from(node < 3))
-    }
-
-    fn force<R: Real, const D: usize>(magnet: &Magnet<R>, node: Node<R, D>) -> Vector<R, D> {
-        let [along, above] = magnet.place;
-        let d = Vector::upright(along, above) - node.x;
-        d * (node.weight * magnet.pull / (d.dot(d) + R::lit(0.09)))
-    }
-}
-
 /// Laws, also those of a user, and a profile of the ground run on a device without a line written for them.
 #[test]
 fn laws_act_alike_on_a_device_and_on_the_processor() {
     let Some(gpu) = gpu() else { return };
-    let registry = (Registry::default().with_law(on_nodes::<Gusts>()))
-        .with_law(on_nodes::<Magnet>())
-        .with_law(contact::<Mud>());
-    let forces = ["gusts", "magnet", "actuator", "rope"];
+    let registry = laws::registry();
+    let forces = ["wind", "magnet", "actuator", "rope"];
     let mut worlds = forces
         .map(|name| (name, format!("physics.forces = [{name:?}]")))
         .to_vec();

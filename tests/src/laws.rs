@@ -1,7 +1,7 @@
-//! The laws of the example programs `stiffening`, `buckle`, `bending` and `mud`, as a user adds them.
+//! The laws of the example programs, as a user adds them.
 
 use cosmic::Registry;
-use cosmic::laws::{ForceLaws, on_bars, on_lattice};
+use cosmic::laws::{ForceLaws, contact, on_bars, on_lattice, on_nodes};
 use cosmic::scene::Scene;
 
 #[path = "../../cosmic/program/examples/bending.rs"]
@@ -10,24 +10,31 @@ mod bending;
 #[path = "../../cosmic/program/examples/buckle.rs"]
 #[expect(dead_code, reason = "only its law is used")]
 mod buckle;
+#[path = "../../cosmic/program/examples/magnet.rs"]
+#[expect(dead_code, reason = "only its law is used")]
+mod magnet;
 #[path = "../../cosmic/program/examples/mud.rs"]
 #[expect(dead_code, reason = "only its law is used")]
 mod mud;
 #[path = "../../cosmic/program/examples/stiffening.rs"]
 #[expect(dead_code, reason = "only its law is used")]
 mod stiffening;
+#[path = "../../cosmic/program/examples/wind.rs"]
+#[expect(dead_code, reason = "only its law is used")]
+mod wind;
 
-pub use mud::Mud;
-
-/// A registry with the three laws of forces.
+/// A registry with these laws.
 pub fn registry() -> Registry {
     Registry::default()
         .with_law(on_bars::<stiffening::Stiffening>())
         .with_law(on_bars::<buckle::Buckle>())
         .with_law(on_lattice::<bending::Bending>())
+        .with_law(on_nodes::<magnet::Magnet>())
+        .with_law(on_nodes::<wind::Wind>())
+        .with_law(contact::<mud::Mud>())
 }
 
-/// The paper's scene, changed by settings that may name the three laws.
+/// The paper's scene, changed by settings that may name these laws.
 ///
 /// # Panics
 /// If the settings are wrong.
@@ -37,7 +44,7 @@ pub fn scene(settings: &str) -> Scene {
     scene.unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The forces that settings choose, which may name the three laws.
+/// The forces that settings choose, which may name these laws.
 ///
 /// # Panics
 /// If the settings are wrong.
