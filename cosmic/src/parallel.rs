@@ -43,9 +43,10 @@ impl Crew {
 /// [`Error::Usage`] if the system does not start the threads.
 pub fn pool(threads: Option<NonZeroUsize>) -> Result<ThreadPool> {
     // For rayon, 0 means the default.
-    let threads = threads.map_or(0, NonZeroUsize::get);
-    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-    let says = |error| format!("cannot start {threads} threads: {error}; choose fewer threads");
+    let count = threads.map_or(0, NonZeroUsize::get);
+    let pool = ThreadPoolBuilder::new().num_threads(count).build();
+    let what = threads.map_or("the threads".to_owned(), |count| format!("{count} threads"));
+    let says = |error| format!("cannot start {what}: {error}; choose fewer threads");
     pool.map_err(|error| Error::Usage(says(error)))
 }
 

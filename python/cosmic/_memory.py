@@ -8,7 +8,7 @@ from typing import Optional
 
 from . import _core
 from ._core import Scene
-from ._errors import OutOfMemoryError
+from ._errors import InputError, OutOfMemoryError
 
 
 def _machine() -> float:
@@ -29,6 +29,8 @@ def limit_memory(megabytes: Optional[float] = None) -> None:
     """Sets how much memory a call may need, in MB. Work that needs more raises :class:`OutOfMemoryError`
     before it begins. By default, the limit is the memory of the machine."""
     global _limit
+    if megabytes is not None and not megabytes > 0:
+        raise InputError(f"megabytes: {megabytes!r}: expected a positive number")
     _limit = _machine() if megabytes is None else megabytes * 1e6
 
 

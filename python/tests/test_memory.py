@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -114,3 +115,9 @@ def test_every_error_of_the_library_has_a_class() -> None:
         if isinstance(thing, type) and issubclass(thing, Exception):
             assert issubclass(thing, cosmic.Error)
             assert f"`cosmic.{name}`" in page, f"docs/python.md does not name {name}"
+
+
+@pytest.mark.parametrize("megabytes", [0.0, -1.0, math.nan])
+def test_a_limit_is_a_positive_number(megabytes: float) -> None:
+    with pytest.raises(cosmic.InputError, match="expected a positive number"):
+        cosmic.limit_memory(megabytes)

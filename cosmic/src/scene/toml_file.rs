@@ -1,7 +1,9 @@
 //! A TOML file that is not a scene but contains settings of scenes in some of its tables: the file of a sweep.
 
 use super::Scene;
+use super::base::TOP_KEYS;
 use super::diagnostic::{Fault, SceneText, malformed, suggest};
+use super::keys::sections;
 use super::read::{Reader, parsed};
 use crate::error::{Error, Result};
 use crate::reading::in_words;
@@ -58,7 +60,7 @@ impl<'t> TomlFile<'t> {
         })
     }
 
-    /// True if the file has lists of sections, and so is not a scene.
+    /// True if the file has lists of sections that no scene has.
     pub fn is_of_sweep(&self) -> bool {
         key_of_sweep(self.document.get_ref()).is_some()
     }
@@ -131,13 +133,18 @@ impl<'t> TomlFile<'t> {
     }
 }
 
-/// The first list of sections in a table. The file of a sweep has such lists, a scene has none.
+/// The first list of sections in a table whose name a scene does not know. The file of a sweep has such lists, a scene
+/// has none.
 pub(super) fn key_of_sweep<'d, 't>(table: &'d DeTable<'t>) -> Option<&'d Spanned<DeString<'t>>> {
+    let mut scene = Scene::paper();
+    let known = sections(&mut scene);
+    let is_of_scene =
+        |key: &str| TOP_KEYS.contains(&key) || known.iter().any(|section| section.name == key);
     let is_table = |value: &Spanned<DeValue>| value.get_ref().is_table();
     let has_sections = |value: &DeValue| value.as_array().is_some_and(|v| v.iter().all(is_table));
     let lists = table
         .iter()
-        .filter(|(_, value)| has_sections(value.get_ref()));
+        .filter(|(key, value)| has_sections(value.get_ref()) && !is_of_scene(key.get_ref()));
     lists.map(|(key, _)| key).min_by_key(|key| key.span().start)
 }
 

@@ -39,7 +39,8 @@ impl Reader<'_, '_> {
             };
         }
         if let Some(key) = key_of_sweep(document) {
-            let file = in_shell(self.sources[self.source].file.unwrap_or_default().as_ref());
+            let file = self.sources[self.source].file;
+            let file = file.map_or("FILE".into(), |file| in_shell(file.as_ref()));
             return Err(Fault {
                 source: self.source,
                 span: key.span(),

@@ -106,6 +106,8 @@ fn the_file_of_a_sweep_is_told_from_a_scene() {
         ("trials = []", true),
         ("[physics]\nfriction = 1", false),
         ("iterations = 3\nbase = 'earth'", false),
+        ("base = []", false),
+        ("[[physics]]\nfriction = 1", false),
         ("", false),
     ] {
         let file = TomlFile::parse("my sweep.toml", text).unwrap();
