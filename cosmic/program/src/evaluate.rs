@@ -69,8 +69,7 @@ impl Arguments {
                 return Ok(());
             }
             let is_lost = names.iter().any(|name| name.starts_with("grad_l_disp."));
-            let says =
-                "the derivatives of so many steps exceed the range of numbers; take fewer steps";
+            let says = "the derivatives of so many steps may exceed the range of numbers: take fewer steps";
             let cause = is_lost.then(|| says.to_owned());
             return Err(Error::NotFinite { names, cause });
         };

@@ -6,7 +6,8 @@
 //! stands for any characters of a line, and a line `...` for any lines. A block whose first line also has a name, such as
 //! `toml tiny.toml`, is a file for the commands below it. The other files in `tests/pages` are there from the start.
 //!
-//! With `SNAPSHOTS=overwrite`, the tests write what the commands print into the pages.
+//! With `SNAPSHOTS=overwrite`, the tests write what the commands print into the pages. Then no test fails, whatever the
+//! commands print. So read every line that changed before you commit a page.
 
 use snapbox::data::DataFormat;
 use snapbox::filter::NormalizeToExpected;
