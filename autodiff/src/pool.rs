@@ -8,7 +8,7 @@ use std::cell::RefCell;
 /// use only a few types.
 const MOST: usize = 6;
 /// The largest number of bytes that a thread keeps in all buffers together.
-const MOST_BYTES: usize = 1 << 30;
+pub(crate) const MOST_BYTES: usize = 1 << 30;
 
 /// A buffer that a thread may keep. It must not own data of the caller, because their destructors would run too late.
 pub(crate) trait Pooled: Any {

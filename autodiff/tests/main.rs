@@ -38,6 +38,7 @@ mod pointers;
 mod precision;
 mod program;
 mod recorded;
+mod replayed;
 mod rollout;
 mod rounding;
 mod rules;

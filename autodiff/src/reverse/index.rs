@@ -32,3 +32,14 @@ fn full() -> ! {
          record shorter pieces and join them, as a rollout does"
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{FUSED, index};
+
+    #[test]
+    #[should_panic(expected = "the tape is full")]
+    fn a_full_arena_panics() {
+        index(FUSED as usize);
+    }
+}

@@ -1,10 +1,16 @@
-//! Compares rollouts on all instruction sets of the machine. Builds of tests have the widest registers only here.
+//! Compares rollouts on all instruction sets of the machine. Builds of tests have the widest registers only here. Also
+//! tests what no public function shows: how far operations reach, guarded products, and the buffers that a thread keeps.
 
 use std::array::from_fn;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use super::instance::Instance;
+use crate::arrays::{Bars, StepValues};
+use crate::pool::{self, MOST_BYTES, Pooled};
+use crate::product::{Cotangents, Product, Strided};
+use crate::record::replay::{Inputs, Plan, Points, Wanted};
 use crate::simd::{Level, at_most, lanes, level};
-use crate::{Graph, Kernel, Model, Program, Real, Rollout, Tape, Var, kernel};
+use crate::{Graph, Kernel, Model, Program, Real, Rollout, Tape, Var, gradient, kernel};
 
 /// More nodes than two of the widest registers have lanes, and not a multiple of any number of lanes.
 const NODES: usize = 37;
@@ -60,14 +66,14 @@ fn numbers<R: Real>(count: usize, by: f64) -> Vec<R> {
     (0..count).map(number).collect()
 }
 
-/// Returns the states of `starts` starts and their gradient with respect to the starts and the shared parameters. If
-/// `together` is true, the starts run as a batch.
-fn states_and_gradient<R: Real>(starts: usize, together: bool) -> [Vec<R>; 2] {
+/// Returns the states of `starts` starts after some steps, and their gradient with respect to the starts and the shared
+/// parameters. If `together` is true, the starts run as a batch.
+fn states_and_gradient<R: Real>(steps: usize, starts: usize, together: bool) -> [Vec<R>; 2] {
     let edges: Vec<[usize; 2]> = (1..NODES).map(|i| [i - 1, i]).collect();
     let graph = Graph::new(NODES, &edges);
     let slots = graph.slots();
     let shapes = [HIDDEN * NODES, HIDDEN, slots * HIDDEN, slots];
-    let rollout = Rollout::new(Driven(graph), 19);
+    let rollout = Rollout::new(Driven(graph), steps);
     let of_starts = 2 * NODES * starts;
     let x = [numbers(of_starts, 0.7), numbers(shapes.iter().sum(), 0.3)].concat();
     let mut tape = Tape::new();
@@ -95,11 +101,12 @@ fn states_and_gradient<R: Real>(starts: usize, together: bool) -> [Vec<R>; 2] {
 #[test]
 fn all_registers_agree() {
     fn check<R: Real + PartialEq + Into<f64>>(tolerance: f64) {
-        let scalars = at_most(Level::Baseline, || states_and_gradient::<R>(17, false));
+        let scalars = at_most(Level::Baseline, || states_and_gradient::<R>(19, 17, false));
         for cap in [Level::Baseline, Level::Avx2, level()] {
             for starts in [1, 2, 3, 17] {
-                let [together, alone] = [true, false]
-                    .map(|together| at_most(cap, || states_and_gradient::<R>(starts, together)));
+                let [together, alone] = [true, false].map(|together| {
+                    at_most(cap, || states_and_gradient::<R>(19, starts, together))
+                });
                 let of_starts = ..2 * NODES * starts;
                 assert!(together[0] == alone[0], "{starts} starts, {cap:?}");
                 assert!(
@@ -143,9 +150,152 @@ fn lanes_that_differ_from_the_plan_panic() {
     let mut step = || program.step(&[], &mut row, None);
     step();
     let planned = level();
-    let done = at_most(Level::Baseline, || {
-        std::panic::catch_unwind(std::panic::AssertUnwindSafe(step))
-    });
+    let done = at_most(Level::Baseline, || catch_unwind(AssertUnwindSafe(step)));
     // On a machine without wider lanes nothing changes and the step must succeed.
     assert_eq!(done.is_err(), planned != Level::Baseline);
+}
+
+/// Loads without bounds checks are sound only because each operation first checks how far its arrays reach.
+#[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
+fn an_operation_with_too_few_numbers_panics() {
+    if lanes::<f64>() == 1 {
+        return; // Kernels are replayed then, with bounds checks.
+    }
+    // As many nodes as fill the widest register with edges.
+    let graph = Graph::new(17, &from_fn::<_, 16, _>(|i| [i, i + 1]));
+    let mut program = Program::side_by_side(1, lanes::<f64>());
+    let u = program.parameter(graph.slots());
+    let [x, nodes] = [u.len, 17].map(|len| program.state(len));
+    program.map(Spring, [x, u], &[]);
+    program.map_edges(&graph, Spring, [nodes], &[u], &[]);
+    program.weighted(u, &[x], &[], &[]);
+    for operation in program.operations {
+        let mut operation = operation.compiled::<f64>();
+        let output = *operation.outputs().last().expect("every operation has one");
+        // Runs the operation forward, or in reverse if there are cotangents. The numbers are the lengths of the
+        // parameters and of the row.
+        let mut is_refused = |values: [usize; 2], bars: Option<[usize; 2]>| {
+            let numbers = |lens: [usize; 2]| lens.map(|len| vec![1.0; len]);
+            let [parameters, mut row] = numbers(values);
+            let run = || match bars.map(numbers) {
+                None => operation.forward(&parameters, &mut row),
+                Some([mut of_parameters, mut of_row]) => {
+                    let (parameters, row) = (&parameters[..], &row[..]);
+                    let bars = &mut Bars {
+                        parameters: &mut of_parameters,
+                        row: &mut of_row,
+                    };
+                    operation.reverse(&StepValues { parameters, row }, bars);
+                }
+            };
+            catch_unwind(AssertUnwindSafe(run)).is_err_and(|panic| {
+                let text = panic.downcast_ref::<&str>();
+                text.is_some_and(|text| text.starts_with("too few numbers"))
+            })
+        };
+        let enough = [500; 2];
+        assert!(!is_refused(enough, None) && !is_refused(enough, Some(enough)));
+        for short in [[u.len - 1, 500], [500, output.range().end - 1]] {
+            assert!(is_refused(short, None), "{short:?}");
+            let in_reverse = [(short, enough), (enough, short)];
+            assert!(in_reverse.map(|(values, bars)| is_refused(values, Some(bars))) == [true; 2]);
+        }
+    }
+}
+
+/// A zero cotangent must stop an infinite partial, whichever factor holds the cotangents. What lies between the rows of
+/// a matrix does not count.
+#[test]
+fn guarded_products_have_no_zero_times_infinity() {
+    let check = || {
+        for at in 0..57 {
+            let mut partials = [1.0; 57];
+            partials[at] = [f64::NAN, f64::INFINITY][at % 2];
+            let by_rows = Strided::by_rows(&partials, 20);
+            let finite = by_rows.all_finite([3, 17]);
+            assert_eq!(finite, at % 20 >= 17, "{at}");
+            let (zeros, mut row, mut column) = ([0.0; 17], [1.0; 17], [1.0; 3]);
+            let product = Product {
+                a: Strided::by_rows(&zeros, 3),
+                b: &partials,
+                b_row: 20,
+                to: &mut row,
+                to_row: 17,
+                rows: 1,
+                depth: 3,
+                columns: 17,
+            };
+            product.add_chained(Cotangents::A, finite);
+            let product = Product {
+                a: by_rows,
+                b: &zeros,
+                b_row: 1,
+                to: &mut column,
+                to_row: 1,
+                rows: 3,
+                depth: 17,
+                columns: 1,
+            };
+            product.add_chained(Cotangents::B, finite);
+            assert_eq!((row, column), ([1.0; 17], [1.0; 3]), "{at}");
+        }
+    };
+    for cap in [Level::Baseline, Level::Avx2, level()] {
+        at_most(cap, check);
+    }
+}
+
+/// A buffer that pretends to have this number of bytes. Different values of `TYPE` make different types.
+struct Bytes<const TYPE: usize>(usize);
+
+impl<const TYPE: usize> Pooled for Bytes<TYPE> {
+    fn bytes(&self) -> usize {
+        self.0
+    }
+}
+
+fn keep<const TYPE: usize>(bytes: usize) {
+    pool::keep(Box::new(Bytes::<TYPE>(bytes)));
+}
+
+fn is_kept<const TYPE: usize>() -> bool {
+    pool::take::<Bytes<TYPE>>().is_some()
+}
+
+/// A thread keeps few buffers, which share a bound. Those of tapes, rollouts and sums over data count.
+#[test]
+fn kept_buffers_share_a_bound() {
+    let each = [
+        keep::<0>, keep::<1>, keep::<2>, keep::<3>, keep::<4>, keep::<5>, keep::<6>,
+    ];
+    each.iter().for_each(|keep| keep(1));
+    assert!(!is_kept::<0>() && is_kept::<1>() && is_kept::<6>());
+    keep::<0>(MOST_BYTES / 2);
+    keep::<1>(MOST_BYTES / 2 - 8);
+    keep::<2>(MOST_BYTES + 1);
+    keep::<3>(9);
+    assert!(!is_kept::<0>() && is_kept::<1>() && !is_kept::<2>() && is_kept::<3>());
+    let works: [fn(usize); 4] = [
+        |n| _ = gradient(|x| (0..n).fold(x[0], |y, _| y * x[0]), &[1.0]),
+        |n| _ = gradient(|x| Var::sum_of(&vec![x[0]; n]), &[1.0]),
+        |steps| _ = states_and_gradient::<f64>(steps, 1, false),
+        |n| {
+            let points = Points {
+                plan: &Plan::record([1, n], |x, y| vec![x[0] * y[0]]).expect("no branches"),
+                shared: &vec![1.0; n],
+                count: 2,
+                inputs: Inputs::Data(&[vec![1.0, 2.0]]),
+                wanted: Wanted::ByShared,
+            };
+            assert_eq!(points.replay().by_shared[0], 3.0);
+        },
+    ];
+    // Short work fits into the 20 kB beside the first buffer. Long work takes more.
+    for (k, n) in (0..2 * works.len()).map(|k| (k, [1, 2000][k % 2])) {
+        keep::<0>(MOST_BYTES); // Drops all other buffers.
+        keep::<0>(MOST_BYTES - 20_000);
+        works[k / 2](n);
+        assert_eq!(is_kept::<0>(), n == 1, "work {} of length {n}", k / 2);
+    }
 }
