@@ -3,15 +3,17 @@
 //!
 //! The order of the modules is the architecture: each module uses only modules above it.
 //!
-//! - [`scene`] has every number of an experiment, in one small struct per part of the model. [`registry`] has the laws,
-//!   losses, policies, lattices and scenes that a program adds to the built-in ones.
+//! - [`scene`] has every number of an experiment, in one small struct per part of the model. [`settings`] declares the
+//!   keys of these structs. [`registry`] has the laws, losses, policies, lattices and scenes that a program adds to the
+//!   built-in ones.
 //! - [`keys`](mod@keys) declares the keys of files and the columns of tables, and [`numbers`] formats their numbers.
 //! - Space: [`geometry`] has vectors, the ground and the coordinate frames.
 //! - The robot: [`lattice`] has its nodes and edges, [`design`] the design vectors that an optimiser changes, and
 //!   [`policy`] the controller. [`projection`] converts design vectors to materials and a body.
-//! - Its motion and score: [`simulator`] computes rollouts, and [`objective`] computes losses from them. [`inputs`] has
-//!   the numbers with respect to which losses are differentiated. [`task`] joins all of these. [`domain`] draws random
-//!   variations of a robot and its surroundings. [`case`] is one rollout with all its numbers in a file.
+//! - Its motion and score: [`laws`] has the forces and the contact laws, [`simulator`] computes rollouts, and
+//!   [`objective`] computes losses from them. [`inputs`] has the numbers with respect to which losses are differentiated.
+//!   [`task`] joins all of these. [`domain`] draws random variations of a robot and its surroundings. [`case`] is one
+//!   rollout with all its numbers in a file.
 //! - The search for a good robot: [`optimiser`] is the package `cosmic-optimiser`, which does not depend on
 //!   robots. [`codesign`] is the paper's algorithm 1.
 //! - [`verdict`] judges in plain words whether a robot could be built.

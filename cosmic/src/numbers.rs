@@ -62,7 +62,8 @@ pub fn brief(x: f64) -> String {
     format!("{x:.*}", digits.clamp(0, 12) as usize)
 }
 
-/// A number with three significant digits, without trailing zeros.
+/// A number with three significant digits, without trailing zeros. From 1000 on it is a whole number. Below 0.01 and from
+/// 1e4 on it has two significant digits and an exponent.
 pub fn short(x: f64) -> String {
     if x == 0.0 {
         return "0".to_owned();

@@ -152,8 +152,8 @@ fn identity<L: Real, const O: usize>() -> [[L; O]; O] {
     rows
 }
 
-/// A kernel without uniform inputs and the points at which it is evaluated. `J` is the number of inputs with respect to which partials are
-/// computed: all of them (`I`) or none (0).
+/// A kernel without uniform inputs and the points at which it is evaluated. `J` is the number of inputs with respect to
+/// which partials are computed: all of them (`I`) or none (0).
 struct Points<'a, K, F, G, const I: usize, const O: usize, const J: usize> {
     kernel: &'a K,
     count: usize,

@@ -177,7 +177,8 @@ pub fn check_gradients(
 /// robot too.
 ///
 /// The motion may magnify rounding errors so much that they show in the slopes. Differences, which are taken in
-/// double-doubles, then disagree and prove nothing. The verdict is a kink, unless forward mode disagrees by more than rounding explains.
+/// double-doubles, then disagree and prove nothing. The verdict is a kink, unless forward mode disagrees by more than
+/// rounding explains.
 ///
 /// A robot whose payload sticks to the ground has no gradient, so a check of it would compare zeros. Then the gradient is
 /// checked for another robot: the robot of the case is thrown, and if that is not enough, its controller is drawn at
