@@ -46,7 +46,10 @@ fn a_polish_changes_one_edge_if_that_gives_a_better_robot() {
         assert!(progress.candidates.iter().all(is_new));
         let [solid, actuators] = volumes(&codesign.evaluator().design(&progress).mixtures());
         let bounds = VolumeBounds::widened(&scene.volume, VolumeSettings::WIDENING);
-        assert!(bounds.solid.contains(solid) && bounds.actuator.contains(actuators));
+        assert!(
+            bounds.solid.contains(solid) && bounds.actuator.contains(actuators),
+            "{solid} {actuators} {bounds:?}"
+        );
     }
     assert!(found > 0, "no robot became better");
 }

@@ -1,5 +1,6 @@
 use crate::small::tiny;
 use cosmic::keys::{Keyed, columns};
+use cosmic::numbers::fixed;
 use cosmic::record::summary::Summary;
 use cosmic::record::{RunPlan, optimise};
 
@@ -37,7 +38,7 @@ fn a_summary_has_the_declared_keys_and_a_number_for_every_column() {
     assert_eq!(number("seconds"), Some(summary.seconds));
     let volume = format!("{:.4}", summary.volume);
     assert_eq!(summary.shown("V"), Some(volume));
-    let along = format!("{:.3} m", summary.displacement_along);
+    let along = format!("{} m", fixed(summary.displacement_along, 3));
     assert_eq!(summary.shown("displacement_along"), Some(along));
     let undecided = Summary {
         structure: None,

@@ -75,9 +75,9 @@ fn a_robot_without_a_gradient_is_thrown() {
     assert_eq!(passed(&mute, 64).moved, Moved::Driven);
 }
 
-/// Slopes that are smaller than the rounding error of the displacement are neither called wrong nor used as a negative
-/// control. Nothing can be compared with them. A controller hardly moves a slack robot; and the fall of a robot whose actuators have no stroke depends on
-/// its design only in the last digits.
+/// Slopes that are smaller than the rounding error of the displacement are not called wrong. A controller hardly moves a
+/// slack robot, so nothing can be compared there. The fall of a robot whose actuators have no stroke depends on its design
+/// only in the last digits, which differences in double-double may still see.
 #[test]
 fn slopes_below_the_displacement_s_rounding_do_not_fail() {
     let slack = &small([2, 2], |scene| {
@@ -103,11 +103,10 @@ fn slopes_below_the_displacement_s_rounding_do_not_fail() {
         }
         let norm = check.groups[group].norm;
         assert!(0.0 < norm && norm < most, "{check}");
-        assert_eq!(
-            check.control.as_ref().map(|c| &c.group[..]),
-            Some("x0"),
-            "{check}"
-        );
+        let control = check.control.as_ref().map(|c| (&c.group[..], c.verdict));
+        let of = |group| Some((group, Verdict::Wrong));
+        let is_seen = !std::ptr::eq(case, slack) && control == of("z");
+        assert!(is_seen || control == of("x0"), "{check}");
     }
 }
 
