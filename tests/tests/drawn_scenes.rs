@@ -88,16 +88,15 @@ fn robot(rng: &mut ChaCha8Rng, scene: &Scene) -> Case {
     for v in case.start.v.iter_mut().flat_map(Vector::iter_mut) {
         *v = moves * rng.random_range(-1.0..1.0);
     }
-    if rng.random_range(0..3) == 0 {
+    // A projection gives some shares of almost zero. Near such shares, the slope of bending changes completely if a share
+    // changes by a millionth, so floats and double-doubles see different slopes. Layouts have no such shares.
+    let mut forces = case.scene.physics.forces.about().into_iter();
+    let bends = forces.any(|(name, _)| name == "bending");
+    if rng.random_range(0..3) == 0 || bends {
         let material = |_| one_of(rng, &Material::ALL);
         case.design = Design::Layout((0..case.design.edges()).map(material).collect());
     }
-    // The sharp projection gives shares of almost zero. Near such shares, the slope of bending changes completely if a
-    // share changes by a millionth, which differences cannot resolve.
-    let mut forces = case.scene.physics.forces.about().into_iter();
-    if forces.all(|(name, _)| name != "bending") {
-        case.projection = one_of(rng, &[Projection::Performance, Projection::Stability]);
-    }
+    case.projection = one_of(rng, &[Projection::Performance, Projection::Stability]);
     case
 }
 

@@ -2,9 +2,11 @@
 
 use num_traits::Zero;
 
-use super::uniform::MOST_UNIFORMS;
 use crate::dual::Dual;
 use crate::real::Real;
+
+/// The largest number of uniform inputs that a kernel can have.
+pub const MOST_UNIFORMS: usize = 16;
 
 /// A pure function of `I` numbers with `O` results, such as a spring, a contact or a chemical reaction.
 ///

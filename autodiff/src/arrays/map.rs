@@ -2,10 +2,10 @@
 #![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
 use super::array::Array;
-use super::kernel::{Kernel, Pullback};
+use super::kernel::{Kernel, MOST_UNIFORMS, Pullback};
 use super::operation::LaneOperation;
 use super::row::{Bars, Places, Reach, StepValues, add, load};
-use super::uniform::{MOST_UNIFORMS, UniformInputs};
+use super::uniform::UniformInputs;
 use crate::real::Real;
 use crate::simd::{Lane, Unchecked};
 

@@ -2,13 +2,10 @@
 //! their cotangents only if they are needed.
 
 use super::array::Array;
-use super::kernel::{Kernel, Pullback, constants, pulled_back};
+use super::kernel::{Kernel, MOST_UNIFORMS, Pullback, constants, pulled_back};
 use super::row::{Bars, StepValues};
 use crate::real::Real;
 use crate::simd::{Lane, WIDEST};
-
-/// The largest number of uniform inputs that a kernel can have.
-pub const MOST_UNIFORMS: usize = 16;
 
 /// A [`Kernel`] whose uniform inputs have constant values, so that it has none.
 #[derive(Clone, Debug)]
