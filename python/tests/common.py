@@ -33,7 +33,7 @@ GOALS: dict[str, Any] = {
     "lattice.payload": 0,
     "physics.dt": 0.001,
     "controller": {"hidden": 6, "clock": "fixed", "goal": [2.0, 0.1], "goal_scale": 3.0},
-    "goals": {"along": [-1.5, 1.5], "apart": 0.75},
+    "goals": {"along": [-1.5, 1.5]},
 }
 #: The names of the arrays of robots whose policy is the network `mlp`.
 NAMES = ("z", "w1", "b1", "w2", "b2", "x0", "v0")
