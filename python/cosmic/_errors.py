@@ -53,6 +53,12 @@ def in_python(message: str) -> str:
         message,
         flags=re.MULTILINE,
     )
+    message = message.replace("`cosmic scene show SCENE` prints it", "cosmic.Scene.load(SCENE).to_toml() gives it")
+    message = re.sub(
+        r"cosmic sweep run ('[^']*'|\S+) --out DIR",
+        lambda found: f"cosmic.sweep.run({' '.join(shlex.split(found[1]))!r}, DIR, index)",
+        message,
+    )
     return _COMMAND.sub(_call, message)
 
 

@@ -197,6 +197,8 @@ def test_messages_name_python_calls_instead_of_commands(run: cosmic.Run, tmp_pat
             "with: cosmic optimize a/scene.toml --seed SEED --out NEW",
             "with: cosmic.optimize('a/scene.toml', seed=SEED, out=NEW)",
         ),
+        ("run it with: cosmic sweep run 'my grid' --out DIR", "run it with: cosmic.sweep.run('my grid', DIR, index)"),
+        ("as `cosmic scene show SCENE` prints it", "as cosmic.Scene.load(SCENE).to_toml() gives it"),
         ("nothing of the kind", "nothing of the kind"),
     ],
 )
