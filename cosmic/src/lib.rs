@@ -3,7 +3,7 @@
 //!
 //! The order of the modules is the architecture: each module uses only modules above it.
 //!
-//! - [`scene`] has every number of an experiment, in one small struct per part of the model. [`settings`] declares the
+//! - [`scene`] has every number of an experiment, in one small struct per part of the model. [`mod@settings`] declares the
 //!   keys of these structs. [`registry`] has the laws, losses, policies, lattices and scenes that a program adds to the
 //!   built-in ones.
 //! - [`keys`](mod@keys) declares the keys of files and the columns of tables, and [`numbers`] formats their numbers.
