@@ -66,10 +66,7 @@ pub trait Keyed {
     /// # Panics
     /// If no column has this name.
     fn shown(&self, column: &str) -> Option<String> {
-        let columns = columns(&Self::keys());
-        let at = columns.iter().position(|known| known.name == column);
-        let at = at.unwrap_or_else(|| panic!("no column is named {column}"));
-        let KeyColumn { unit, decimals, .. } = columns[at];
+        let (at, KeyColumn { unit, decimals, .. }) = placed(&Self::keys(), column);
         let text = fixed(self.numbers()[at]?, decimals);
         Some(format!("{text} {unit}").trim_end().to_owned())
     }
@@ -88,6 +85,21 @@ impl<K: Keyed> Keyed for &K {
 /// All table columns that show `keys`, in the order of the keys.
 pub fn columns(keys: &[Key]) -> Vec<KeyColumn> {
     keys.iter().flat_map(|key| key.columns.clone()).collect()
+}
+
+/// The column of `K` that is named `name`.
+///
+/// # Panics
+/// If no column has this name.
+pub fn column<K: Keyed>(name: &str) -> KeyColumn {
+    placed(&K::keys(), name).1
+}
+
+/// A column and its place among all columns of `keys`.
+fn placed(keys: &[Key], name: &str) -> (usize, KeyColumn) {
+    let mut all = columns(keys).into_iter().enumerate();
+    let found = all.find(|(_, column)| column.name == name);
+    found.unwrap_or_else(|| panic!("no column is named {name}"))
 }
 
 /// The value of a key that is a column.

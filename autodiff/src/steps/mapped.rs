@@ -134,7 +134,7 @@ impl<K: Kernel<I, O>, const I: usize, const O: usize> Compile for OfElements<K, 
     }
 }
 
-/// A kernel that is mapped over edges. Its first `C` inputs are differences of node values. `SUMS` is that of [`EdgeMap`].
+/// A kernel that is mapped over edges. Its first `C` inputs are differences of node values. `SUMS` is [`Edges::sums`].
 pub(super) struct OfEdges<K, const C: usize, const I: usize, const O: usize, const SUMS: bool>(
     pub(super) K,
 );

@@ -420,6 +420,12 @@ pub(super) struct Lagrangian {
 /// The results in a case file. Only the step numbers of the recorded states are read.
 #[derive(Deserialize, Serialize)]
 pub(super) struct Results {
-    #[serde(default)]
+    #[serde(default, deserialize_with = "steps_only")]
     pub(super) trajectory: BTreeMap<usize, Value>,
+}
+
+/// Reads the numbers of steps without keeping the states, which may be long.
+fn steps_only<'de, D: Deserializer<'de>>(given: D) -> Result<BTreeMap<usize, Value>, D::Error> {
+    let states = BTreeMap::<usize, IgnoredAny>::deserialize(given)?;
+    Ok(states.into_keys().map(|step| (step, Value::Null)).collect())
 }

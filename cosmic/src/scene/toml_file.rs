@@ -136,10 +136,12 @@ impl<'t> TomlFile<'t> {
 /// The first list of sections in a table whose name a scene does not know. The file of a sweep has such lists, a scene
 /// has none.
 pub(super) fn key_of_sweep<'d, 't>(table: &'d DeTable<'t>) -> Option<&'d Spanned<DeString<'t>>> {
-    let mut scene = Scene::paper();
-    let known = sections(&mut scene);
-    let is_of_scene =
-        |key: &str| TOP_KEYS.contains(&key) || known.iter().any(|section| section.name == key);
+    // Asked of lists only, because most files have none.
+    let is_of_scene = |key: &str| {
+        let mut scene = Scene::paper();
+        let mut known = sections(&mut scene).into_iter().map(|section| section.name);
+        TOP_KEYS.contains(&key) || known.any(|name| name == key)
+    };
     let is_table = |value: &Spanned<DeValue>| value.get_ref().is_table();
     let has_sections = |value: &DeValue| value.as_array().is_some_and(|v| v.iter().all(is_table));
     let lists = table

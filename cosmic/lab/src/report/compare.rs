@@ -7,7 +7,7 @@ use super::{data, page};
 use crate::table::{Cell, Column, Table, TableOf, escape};
 use cosmic::Registry;
 use cosmic::error::Result;
-use cosmic::keys::{Keyed, columns};
+use cosmic::keys::{Keyed, column};
 use cosmic::lattice::Lattice;
 use cosmic::record::Summary;
 use cosmic::record::run::{DESIGN, SCENE, read_scene, read_summary};
@@ -219,9 +219,7 @@ fn name(folder: &Path) -> String {
 
 /// The declared column `name` of a file, with a title for people and a text for missing numbers.
 fn declared<K: Keyed>(name: &str, title: &str, missing: &'static str) -> Column {
-    let mut declared = columns(&K::keys()).into_iter();
-    let found = declared.find(|column| column.name == name);
-    let found = found.expect("a declared column");
-    let column = Column::new(title, found.says).unit(found.unit);
-    column.decimals(found.decimals, missing)
+    let declared = column::<K>(name);
+    let shown = Column::new(title, declared.says).unit(declared.unit);
+    shown.decimals(declared.decimals, missing)
 }

@@ -1,7 +1,7 @@
 //! The data of the charts of an optimisation's history over the iterations, which the page draws.
 
 use super::files::RunFiles;
-use super::gait::brief;
+use super::gait::four_digits;
 use crate::table::Cell;
 use cosmic::codesign::Record;
 use serde::Serialize;
@@ -38,7 +38,7 @@ fn series(
 ) -> Series {
     let cell = |record: &Record| match number(record) {
         Some(x) if !x.is_finite() => Cell::from("diverged"),
-        number => number.map(brief).into(),
+        number => number.map(four_digits).into(),
     };
     Series {
         name,

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::convergence::charts;
 use super::files::{RobotFiles, RunFiles};
-use super::gait::{Gait, brief};
+use super::gait::{Gait, four_digits};
 use super::motion::{Flag, Motion};
 use cosmic::design::Design;
 use cosmic::geometry::{Range, Vector};
@@ -99,10 +99,10 @@ fn of_robot(robot: &RobotFiles, start: &[Vector<f64>]) -> Value {
     let lattice = &robot.lattice;
     let payloads = lattice.payload.iter().map(|payload| payload.node);
     json!({
-        "start": start.iter().flatten().map(|x| brief(*x)).collect::<Vec<_>>(),
+        "start": start.iter().flatten().map(|x| four_digits(*x)).collect::<Vec<_>>(),
         "side": lattice.side(),
         "edges": robot.design.edges,
-        "rest": lattice.rest_length.iter().map(|x| brief(*x)).collect::<Vec<_>>(),
+        "rest": lattice.rest_length.iter().map(|x| four_digits(*x)).collect::<Vec<_>>(),
         "materials": robot.design.materials,
         "undecided": Design::of_vectors(robot.design.z.clone()).layout().is_none(),
         "mixtures": mixtures(robot, &robot.design.z),

@@ -83,19 +83,21 @@ impl<'r> Gait<'r> {
         let series = |of: &dyn Fn(&EdgeMoments, usize) -> f64| -> Vec<Vec<f64>> {
             let of_edge = |&edge: &usize| {
                 let moments = self.moments[shown.clone()].iter();
-                moments.map(|moment| brief(of(moment, edge))).collect()
+                moments
+                    .map(|moment| four_digits(of(moment, edge)))
+                    .collect()
             };
             actuators.iter().map(of_edge).collect()
         };
         let peak = |&edge: &usize| {
             let load = &self.loads[edge];
             let Range { low, high } = load.strains;
-            [low, high, load.compression, load.tension].map(brief)
+            [low, high, load.compression, load.tension].map(four_digits)
         };
         let body = self.case.body();
         json!({
             "period": period,
-            "times": shown.clone().map(|k| brief(motion.time(k))).collect::<Vec<_>>(),
+            "times": shown.clone().map(|k| four_digits(motion.time(k))).collect::<Vec<_>>(),
             "feet": self.feet(motion, &motion.states()[shown.clone()]),
             "actuators": actuators,
             "commands": series(&|m, edge| m.activation[edge] * body.strain[edge]),
@@ -157,26 +159,26 @@ impl<'r> Gait<'r> {
             nodes.map(|(node, mass)| mass * of(&states[k], node)).sum()
         };
         let kinetic = |&k: &usize| {
-            brief(sum(k, &|state, node| {
+            four_digits(sum(k, &|state, node| {
                 0.5 * state.v[node].dot(state.v[node])
             }))
         };
         let gravity = motion.scene().physics.gravity;
         let height = |&k: &usize| {
             let height = |state: &State<f64>, node: usize| (state.x[node] - states[0].x[node]).up();
-            brief(gravity * sum(k, &height))
+            four_digits(gravity * sum(k, &height))
         };
         let all = |of: &dyn Fn(&usize) -> f64| shown.iter().map(of).collect::<Vec<f64>>();
         json!({
-            "times": all(&|&k| brief(motion.time(k))),
+            "times": all(&|&k| four_digits(motion.time(k))),
             "kinetic": all(&kinetic),
-            "elastic": all(&|&k| brief(self.moments[k].elastic)),
+            "elastic": all(&|&k| four_digits(self.moments[k].elastic)),
             "height": all(&height),
         })
     }
 }
 
 /// Rounds a number to four digits, which are enough for a picture.
-pub(super) fn brief(x: f64) -> f64 {
+pub(super) fn four_digits(x: f64) -> f64 {
     rounded(x, 4)
 }
