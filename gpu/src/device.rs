@@ -208,11 +208,6 @@ impl Gpu {
         self.limits.max_compute_workgroup_storage_size as usize
     }
 
-    /// What the adapter allows.
-    pub fn limits(&self) -> &wgpu::Limits {
-        &self.limits
-    }
-
     /// Returns the error that the device has reported, if there is one.
     fn checked(&self) -> Result<(), GpuError> {
         match self.failed.get() {
@@ -227,7 +222,7 @@ impl Gpu {
     }
 
     /// How many steps a dispatch should take.
-    pub fn steps_at_once(&self) -> usize {
+    pub(crate) fn steps_at_once(&self) -> usize {
         match self.adapter.device_type {
             // Mesa's driver silently leaves all loops of an invocation after 65535 turns.
             DeviceType::Cpu => 16,
@@ -236,7 +231,7 @@ impl Gpu {
     }
 
     /// The largest buffer that a program can read, in bytes.
-    pub fn largest_buffer(&self) -> u64 {
+    pub(crate) fn largest_buffer(&self) -> u64 {
         self.limits
             .max_buffer_size
             .min(self.limits.max_storage_buffer_binding_size)

@@ -238,10 +238,7 @@ impl OnGpu {
         if let Some(known) = known.iter().find(same) {
             return Ok(Arc::clone(&known.population));
         }
-        let population = Arc::new(match reverses {
-            true => Population::new(&self.gpu, program.clone())?,
-            false => Population::only_forward(&self.gpu, program.clone())?,
-        });
+        let population = Arc::new(Population::new(&self.gpu, program.clone(), reverses)?);
         if known.len() == KEPT {
             known.pop_front();
         }

@@ -206,7 +206,7 @@ fn a_refused_program_is_written_to_a_file() {
     // SAFETY: no index and no loop has changed.
     #[allow(unsafe_code)]
     let program = unsafe { program.with_source(broken.clone()) };
-    let Err(refused) = cosmic_gpu::Population::new(&gpu, program) else {
+    let Err(refused) = cosmic_gpu::Population::new(&gpu, program, true) else {
         panic!("a program without an entry point was accepted");
     };
     let folder = tempfile::tempdir().unwrap();

@@ -25,8 +25,6 @@ pub struct PrintedRobots {
     pub program: Printed,
     /// The inputs of all steps of the span, one step after the other.
     pub inputs: Arc<[f64]>,
-    /// The cotangents that the reverse sweep computes.
-    pub wanted: Wanted,
     /// For each parameter, whether all members share it.
     common: Vec<bool>,
     simulator: Simulator,
@@ -116,7 +114,6 @@ impl Simulator {
         Ok(PrintedRobots {
             program: wgsl::print(&robot, &options)?,
             inputs: plan.inputs,
-            wanted,
             common,
             simulator: self.clone(),
             robot,
