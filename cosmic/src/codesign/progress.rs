@@ -209,8 +209,8 @@ crate::keys! {
         phase: Phase, "text";
         /// What was updated, `design` or `controller`; `null` for the snap.
         pass: Option<Pass>, "text or `null`";
-        /// Displacement along the ground of a full rollout; `null` if it diverged. Every tenth iteration of the
-        /// co-design and every iteration of the fine-tuning has a full rollout.
+        /// Displacement along the ground of a full rollout, in every tenth iteration of the co-design and every
+        /// iteration of the fine-tuning; `null` in other iterations, and if the rollout diverged.
         displacement: Option<f64>, "number or `null`", unit "m";
         /// True if the full rollout diverged; absent otherwise.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
