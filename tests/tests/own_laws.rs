@@ -14,7 +14,7 @@ use cosmic::laws::{
 };
 use cosmic::scene::{Integrator, PhysicsSettings, Scene, stable_step};
 use cosmic::settings::within;
-use cosmic::simulator::Store;
+use cosmic::simulator::IdleEnergy;
 use cosmic::simulator::stability::Vibration;
 use cosmic_lab::check::check_gradients;
 use cosmic_tests::{Bare, laws, robot_of, states};
@@ -300,7 +300,7 @@ fn the_energy_includes_forces_that_have_one() {
     let case = robot("");
     let body = case.body();
     let energy = |physics: &PhysicsSettings, state: &State<f64>| {
-        Store::new(&case.lattice, physics, &body).energy(state)
+        IdleEnergy::new(&case.lattice, physics, &body).energy(state)
     };
     let plain = energy(&with(&[]), &case.start).expect("springs have one");
     let tethered = energy(&with(&["tether"]), &case.start).expect("the tether has one");

@@ -53,10 +53,10 @@ fn introduction(plan: &RunPlan) -> Result<Vec<String>> {
     let robot = format!("robot: {}", plan.scene.robot());
     let world = format!("world: {}", plan.scene.world());
     let cost = format!("cost: {}", Cost::of_plan(plan)?);
-    let doubts = plan.scene.doubts().into_iter();
-    let doubts = doubts.map(|doubt| format!("warning: {doubt}"));
+    let warnings = plan.scene.warnings().into_iter();
+    let warnings = warnings.map(|warning| format!("warning: {warning}"));
     let lines = [robot, world, cost].into_iter();
-    Ok(lines.chain(doubts).collect())
+    Ok(lines.chain(warnings).collect())
 }
 
 /// The scene in which the robot is optimised, and its source.

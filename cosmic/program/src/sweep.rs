@@ -3,7 +3,7 @@
 use crate::arguments::{Output, Work, count, seed};
 use crate::interrupt::Interrupt;
 use crate::output::{answer, note};
-use crate::progress::{Many, Progress, title, told};
+use crate::progress::{FinishedRuns, Progress, title, told};
 use clap::{Args, Subcommand};
 use cosmic::Registry;
 use cosmic::error::Result;
@@ -98,8 +98,8 @@ impl Run {
         match self.index {
             Some(index) => one(&sweep, index, interrupt, &self.work)?,
             None => {
-                let overseer = Many::new(output, interrupt, plan, folder);
-                sweep.run_all(self.work.threads, &overseer)?;
+                let observer = FinishedRuns::new(output, interrupt, plan, folder);
+                sweep.run_all(self.work.threads, &observer)?;
             }
         }
         let (left, total) = (plan.left(folder).count(), plan.runs());

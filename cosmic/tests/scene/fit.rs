@@ -139,7 +139,7 @@ fn fitting_adds_no_warnings() {
     for scene in built_in() {
         let said = |scene: &Scene| {
             scene
-                .doubts()
+                .warnings()
                 .iter()
                 .map(|d| d.to_string())
                 .collect::<Vec<_>>()

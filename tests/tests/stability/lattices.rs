@@ -7,7 +7,7 @@ use cosmic::lattice::{Body, Lattice, State};
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{MaterialSettings, PhysicsSettings, edges, step_limit};
 use cosmic::simulator::stability::Vibration;
-use cosmic::simulator::{Store, Trajectory};
+use cosmic::simulator::{IdleEnergy, Trajectory};
 use cosmic_tests::{Bare, assert_near, number};
 
 pub(super) fn has_stable_steps(case: &StabilityCase) {
@@ -65,7 +65,7 @@ pub(super) fn keeps_its_energy(case: &StabilityCase) {
         body,
         physics,
     };
-    let store = Store::new(&bare.lattice, &bare.physics, &bare.body);
+    let store = IdleEnergy::new(&bare.lattice, &bare.physics, &bare.body);
     let energy = |state: &State<f64>| store.energy(state).expect("springs have an energy");
     let at_start = energy(&start);
     // Coordinates of 0.1 m are rounded at 1e-17. The energy depends on the squares of extensions, which are 1e-4 m.

@@ -7,7 +7,7 @@ use cosmic::lattice::{EdgeVector, State};
 use cosmic::laws::ContactLaw;
 use cosmic::random::{Purpose, stream, symmetric};
 use cosmic::scene::{Integrator, stable_step};
-use cosmic::simulator::{Divergence, Grade, Span, Store};
+use cosmic::simulator::{Divergence, Grade, IdleEnergy, Span};
 
 /// At the start, the nodes of a free robot are moved by this fraction of its shortest edge. The move is so small that
 /// springs respond linearly, but large compared with rounding errors and with the softening of lengths (D4).
@@ -209,7 +209,7 @@ fn is_finite(state: &State<f64>) -> bool {
 /// force has no energy, such as the force of a damper.
 fn energy_growth(case: &Case, states: &[State<f64>]) -> Option<f64> {
     let body = case.body();
-    let store = Store::new(&case.lattice, &case.scene.physics, &body);
+    let store = IdleEnergy::new(&case.lattice, &case.scene.physics, &body);
     let at_start = store.energy(&case.start)?;
     let energies: Option<Vec<f64>> = states.iter().map(|state| store.energy(state)).collect();
     Some(most(energies?.into_iter()) / (ENERGY * at_start))
