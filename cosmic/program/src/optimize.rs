@@ -116,7 +116,7 @@ impl Arguments {
             let folder = file.parent().unwrap_or(Path::new(""));
             let summary = read_summary(folder, registry);
             return Ok(Origin {
-                scene: self.settings.apply(read_scene(folder, registry)?)?,
+                scene: read_scene(folder, registry)?.set(&self.settings.set)?,
                 name: summary.map_or_else(|_| name_of(&file), |summary| summary.scene),
                 source: file.display().to_string(),
             });

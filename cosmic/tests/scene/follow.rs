@@ -270,7 +270,7 @@ fn a_run_keeps_the_numbers_and_a_template_keeps_the_word() {
     assert_eq!(template, scene);
     assert_eq!(values(&template), values(&scene));
     assert!(scene.to_toml().contains("\nomega = \"auto\"\n"));
-    let run = Scene::parse_of_run("run", &scene.to_run_toml(), scene.registry()).unwrap();
+    let run = scene.registry().parse("run", &scene.to_run_toml()).unwrap();
     assert_eq!(run, scene);
     assert!(run.following().is_empty());
     assert!(

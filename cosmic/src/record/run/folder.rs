@@ -149,12 +149,11 @@ pub fn read_summary(folder: &Path, registry: &Registry) -> Result<Summary> {
     Ok(summary)
 }
 
-/// Reads `scene.toml`, the scene of the run or of the single design in a folder. The file must contain every key and
-/// must agree with the snapshot of the run, if there is one. If the file is missing, the scene is read from the
-/// snapshot.
+/// Reads `scene.toml`, the scene of the run or of the single design in a folder. The file must agree with the snapshot of
+/// the run, if there is one. If the file is missing, the scene is read from the snapshot.
 ///
 /// # Errors
-/// [`Error::Usage`] if the file differs from the scene of the snapshot; the errors of [`Scene::parse_of_run`];
+/// [`Error::Usage`] if the file differs from the scene of the snapshot; the errors of [`Registry::read`];
 /// [`Error::Read`].
 pub fn read_scene(folder: &Path, registry: &Registry) -> Result<Scene> {
     let path = folder.join(SCENE);
@@ -174,8 +173,7 @@ pub fn read_scene(folder: &Path, registry: &Registry) -> Result<Scene> {
 
 /// Reads a scene file. If `begun_with` is given, the file must contain that scene, with which the run began.
 fn read_kept(path: &Path, begun_with: Option<&Scene>, registry: &Registry) -> Result<Scene> {
-    let file = path.display().to_string();
-    let scene = Scene::parse_of_run(&file, &Scene::text(path)?, registry)?;
+    let scene = registry.read(path)?;
     if begun_with.is_some_and(|begun_with| *begun_with != scene) {
         return Err(Error::Usage(format!(
             "{}: this is not the scene with which the run began; remove the file to use the scene in \
