@@ -75,7 +75,7 @@ pub use robot::{
     PhysicsSettings, Senses, UnstableStep, VoidEdges,
 };
 
-pub use stable_step::{phase_limit, stable_step, stable_step_off_bars, step_limit};
+pub use stable_step::{phase_limit, stable_step, stable_step_off_bars};
 pub use terrain::{GroundSettings, ProfileKind};
 pub use toml_file::TomlFile;
 pub use truss_file::TrussFile;

@@ -8,7 +8,7 @@ mod extremes;
 mod trial;
 
 use super::accuracy::Method;
-use super::probe::Vibrations;
+use super::probe::step_limits;
 use crate::report::sheet::{Section, marked};
 use crate::table::{Cell, Emphasis, Table};
 use cosmic::case::Case;
@@ -64,11 +64,11 @@ fn stable_steps(case: &Case) -> Table {
     }
     let limits = |method: Method| {
         let case = method.applied(case, 1.0, 1);
-        let vibrations = Vibrations::of(&case, &case.start.x);
+        let [exact, bound] = step_limits(&case, &case.start.x).map(|limit| limit.step());
         Limits {
-            bound: vibrations.step(&case, vibrations.bound),
-            exact: vibrations.step(&case, vibrations.fastest),
             method,
+            bound,
+            exact,
         }
     };
     let limits: Vec<Limits> = methods.into_iter().map(limits).collect();
