@@ -114,7 +114,7 @@ impl Arguments {
         let beside = self.from.as_ref().map(beside).filter(|file| file.exists());
         if let Some(file) = beside.filter(|_| self.scene.is_none()) {
             let folder = file.parent().unwrap_or(Path::new(""));
-            let summary = read_summary(folder, registry);
+            let summary = read_summary(folder);
             return Ok(Origin {
                 scene: read_scene(folder, registry)?.set(&self.settings.set)?,
                 name: summary.map_or_else(|_| name_of(&file), |summary| summary.scene),

@@ -124,7 +124,7 @@ impl RunFiles {
     /// The errors of [`run::read_summary`] and [`RobotFiles::read`], and similar errors for the other files.
     pub fn read(folder: &Path, registry: &Registry) -> Result<Self> {
         // The summary is written last: without it the run is not finished.
-        let summary = run::read_summary(folder, registry)?;
+        let summary = run::read_summary(folder)?;
         let robot = RobotFiles::read(&folder.join(run::DESIGN), registry)?;
         let trajectory = read_trajectory(folder, &robot)?;
         Ok(Self {

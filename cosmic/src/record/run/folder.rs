@@ -135,18 +135,12 @@ pub(in crate::record) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> 
     write_atomic(&path, |file| file.write_all(kept.to_run_toml().as_bytes()))
 }
 
-/// Reads the summary of a finished run, and checks its `scene.toml` as [`read_scene`] does.
+/// Reads the summary of a finished run.
 ///
 /// # Errors
-/// [`Error::Read`] for a run that is not finished; [`Error::Malformed`] for a damaged summary; the errors of
-/// [`read_scene`].
-pub fn read_summary(folder: &Path, registry: &Registry) -> Result<Summary> {
-    let summary = read_json(&result_of(folder, SUMMARY)?, summary::FORMAT)?;
-    // A summary can be read without a scene, but not beside a wrong one.
-    if folder.join(SCENE).exists() {
-        read_scene(folder, registry)?;
-    }
-    Ok(summary)
+/// [`Error::Read`] for a run that is not finished; [`Error::Malformed`] for a damaged summary.
+pub fn read_summary(folder: &Path) -> Result<Summary> {
+    read_json(&result_of(folder, SUMMARY)?, summary::FORMAT)
 }
 
 /// Reads `scene.toml`, the scene of the run or of the single design in a folder. The file must agree with the snapshot of
