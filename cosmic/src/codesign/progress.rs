@@ -110,14 +110,11 @@ impl Progress {
         let lost = record.loss_horizon.filter(|loss| !loss.is_finite());
         match lost {
             Some(loss) if done >= WITHOUT_LOSS && updates == 0 && self.skipped > 0 => {
-                Err(Error::NotFinite {
-                    names: vec!["the loss".to_owned()],
-                    cause: Some(format!(
-                        "after iteration {} the loss is {loss}, and no gradient so far could be used; check \
-                         the loss and the scene for divisions by zero and extreme values",
-                        record.iteration
-                    )),
-                })
+                Err(Error::NotFinite(format!(
+                    "the loss; after iteration {} the loss is {loss}, and no gradient so far could be used; check \
+                     the loss and the scene for divisions by zero and extreme values",
+                    record.iteration
+                )))
             }
             _ => Ok(()),
         }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use autodiff::{Array, Dual, Kernel, Program, Real};
 
-use super::force::{AnyForce, Force, Given, Pose, Pull, Step};
+use super::force::{AnyForce, Force, ForceParameters, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};
 use super::motion::Particle;
 use super::stiffness::Stiffness;
@@ -190,7 +190,12 @@ impl<L: NodeForce> Force for OnNodes<L> {
         L::NEEDS_TIME
     }
 
-    fn record(&self, p: &mut Program, step: &Step, given: &Given<Array>) -> Vector<Array> {
+    fn record(
+        &self,
+        p: &mut Program,
+        step: &Step,
+        given: &ForceParameters<Array>,
+    ) -> Vector<Array> {
         let kernel = NodeKernel {
             law: self.law.clone(),
             dt: step.dt,

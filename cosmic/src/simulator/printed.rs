@@ -5,7 +5,7 @@ use std::sync::Arc;
 use autodiff::Real;
 use autodiff::wgsl::{self, Options, Printed, Refused};
 
-use super::parameters::Road;
+use super::parameters::ParameterSink;
 use super::plan::Robots;
 use super::prepare::{Simulator, Span};
 use super::robot::Robot;
@@ -191,7 +191,7 @@ enum Kind {
 /// Collects the kinds of a robot's parameters in the order of declaration.
 struct Kinds(Vec<Kind>);
 
-impl Road for Kinds {
+impl ParameterSink for Kinds {
     type Number = f64;
     type Array = ();
 
