@@ -112,19 +112,13 @@ impl Product {
     }
 }
 
-/// For each row of the matrix, the element of the output that holds its result.
-fn places(of: &Layer) -> Vec<usize> {
-    let places = of.places.iter().enumerate();
-    places.filter_map(|(k, &row)| row.then_some(k)).collect()
-}
-
 /// Prints a dense layer.
 pub(super) fn forward(p: &mut Printing, writer: &mut Writer, of: &Layer) {
     let inputs = of.inputs();
     let reads = p.reads(&inputs, By::Any);
     let vector = inputs.iter().map(|&x| (x.len, start_of(x))).collect();
     let matrix = p.memory.matrix(of.matrix.parameter);
-    let to = place(of.output, &p.index(&places(of)));
+    let to = place(of.output, "i");
     let stored = match of.tanh {
         true => format!("{to} = tanh_of(sum);\n"),
         false => format!("{to} = sum;\n"),
@@ -150,18 +144,18 @@ pub(super) fn reverse(p: &mut Printing, writer: &mut Writer, of: &Layer) {
     if !(of_inputs || of_matrix || of_bias) {
         return;
     }
-    let (at, inputs) = (p.index(&places(of)), of.inputs());
+    let inputs = of.inputs();
     // 1. The cotangents before the activation.
     let first = p.kept();
-    let bar = p.bar_at(of.output, "at");
+    let bar = p.bar_at(of.output, "i");
     let slope = match of.tanh {
         true => format!(
             "let y = {};\nlet bar = fma(-y, y, 1.0f) * {bar};\n",
-            value(of.output, "at")
+            value(of.output, "i")
         ),
         false => format!("let bar = {bar};\n"),
     };
-    let mut body = format!("let at = {at};\n{slope}scratch[i] = bar;\n");
+    let mut body = format!("{slope}scratch[i] = bar;\n");
     let mut accesses = vec![
         p.scratch(By::Element, true),
         p.bar(of.output, By::Any, false),
