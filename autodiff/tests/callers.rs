@@ -143,7 +143,6 @@ fn programs_name_the_line_of_their_caller() {
     assert_named(|| p.map_each_edge(&graph, Scaled, [two], &[two], &[]));
     assert_named(|| p.sum_at_nodes(&graph, two));
     assert_named(|| p.solve(&graph, &[two], &[slots], &[three], [two]));
-    assert_named(|| p.dense_tanh_spread(matrix, &[two], two, &[true]));
     assert_named(|| p.state(usize::MAX));
     assert_named(|| p.input(usize::MAX));
     assert_named(|| p.control(usize::MAX));

@@ -111,19 +111,13 @@ impl Product {
     }
 }
 
-/// For each row of the matrix, the element of the output that holds its result.
-fn places(of: &Layer) -> Vec<usize> {
-    let places = of.places.iter().enumerate();
-    places.filter_map(|(k, &row)| row.then_some(k)).collect()
-}
-
 /// Prints a dense layer.
 pub(super) fn forward(p: &mut Printing, writer: &mut Writer, of: &Layer) {
     let inputs = of.inputs();
     let reads = p.reads(&inputs, By::Any);
     let vector = inputs.iter().map(|&x| (x.len, start_of(x))).collect();
     let matrix = p.memory.matrix(of.matrix.parameter);
-    let to = place(of.output, &p.index(&places(of)));
+    let to = place(of.output, "i");
     let stored = match of.tanh {
         true => format!("{to} = tanh_of(sum);\n"),
         false => format!("{to} = sum;\n"),
@@ -154,16 +148,16 @@ pub(super) fn reverse(p: &mut Printing, writer: &mut Writer, of: &Layer) {
 /// Prints the cotangents before the activation, and keeps the numbers for the cotangents of the matrix.
 fn reverse_activation(p: &mut Printing, writer: &mut Writer, of: &Layer) {
     let ([rows, columns], inputs) = ([of.matrix.rows, of.matrix.columns], of.inputs());
-    let (at, first) = (p.index(&places(of)), p.kept());
-    let bar = p.bar_at(of.output, "at");
+    let first = p.kept();
+    let bar = p.bar_at(of.output, "i");
     let slope = match of.tanh {
         true => format!(
             "let y = {};\nlet bar = fma(-y, y, 1.0f) * {bar};\n",
-            value(of.output, "at")
+            value(of.output, "i")
         ),
         false => format!("let bar = {bar};\n"),
     };
-    let mut body = format!("let at = {at};\n{slope}scratch[i] = bar;\n");
+    let mut body = format!("{slope}scratch[i] = bar;\n");
     let mut accesses = vec![
         p.scratch(By::Element, true),
         p.bar(of.output, By::Any, false),

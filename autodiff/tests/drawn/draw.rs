@@ -110,21 +110,16 @@ impl Draw {
     }
 
     fn layer(&mut self) -> Layer {
-        let (bias, gaps) = (self.any(), self.below(4));
+        let bias = self.any();
         let rows = self.arrays[bias];
-        let mut places = vec![true; rows];
-        for _ in 0..gaps {
-            places.insert(self.below(places.len() + 1), false);
-        }
         let seen: Vec<usize> = (0..1 + self.below(3)).map(|_| self.any()).collect();
         let columns = seen.iter().map(|&k| self.arrays[k]).sum();
         self.matrices.push([rows, columns]);
-        self.arrays.push(places.len());
+        self.arrays.push(rows);
         Layer {
             seen,
             bias,
-            tanh: gaps > 0 || self.one_in(2),
-            places,
+            tanh: self.one_in(2),
         }
     }
 

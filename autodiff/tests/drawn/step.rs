@@ -51,7 +51,6 @@ pub(crate) enum Operation {
 pub(crate) struct Layer {
     pub(crate) seen: Vec<usize>,
     pub(crate) bias: usize,
-    pub(crate) places: Vec<bool>,
     pub(crate) tanh: bool,
 }
 
@@ -168,10 +167,9 @@ impl Layer {
     fn record(&self, p: &mut Program, matrix: Matrix, arrays: &[Array]) -> Array {
         let seen: Vec<Array> = self.seen.iter().map(|&k| arrays[k]).collect();
         let bias = arrays[self.bias];
-        match (self.tanh, self.places.contains(&false)) {
-            (false, _) => p.dense(matrix, &seen, bias),
-            (true, false) => p.dense_tanh(matrix, &seen, bias),
-            (true, true) => p.dense_tanh_spread(matrix, &seen, bias, &self.places),
+        match self.tanh {
+            true => p.dense_tanh(matrix, &seen, bias),
+            false => p.dense(matrix, &seen, bias),
         }
     }
 
@@ -181,19 +179,12 @@ impl Layer {
         arrays: &[Vec<R>],
     ) -> Vec<R> {
         let seen: Vec<R> = self.seen.iter().flat_map(|&k| arrays[k].clone()).collect();
-        let mut rows = (0..shape[0]).map(|row| {
+        let rows = (0..shape[0]).map(|row| {
             let weights = &matrix[row * seen.len()..][..seen.len()];
             let sum = R::dot(weights, &seen) * scale::<R>(shape) + arrays[self.bias][row];
             if self.tanh { sum.tanh() } else { sum }
         });
-        let place = |&is_row: &bool| {
-            if is_row {
-                rows.next().unwrap()
-            } else {
-                R::zero()
-            }
-        };
-        self.places.iter().map(place).collect()
+        rows.collect()
     }
 }
 
