@@ -1,17 +1,8 @@
 //! The memory layout of a step's arrays, and sizes that must be refused.
 
 use crate::common::{assert_refused, panic_message};
-use autodiff::{Given, Graph, Kernel, Model, Program, Real, Rollout, Tape, Var, kernel};
-
-#[derive(Clone, Copy)]
-struct Halve;
-
-#[kernel]
-impl Kernel<1, 1> for Halve {
-    fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
-        [R::lit(0.5) * x]
-    }
-}
+use crate::steps::{Mapped, Times};
+use autodiff::{Given, Graph, Model, Program, Real, Rollout, Tape, Var};
 
 /// A model whose next state is a layer of one row, with a zero on each side of it.
 #[derive(Clone)]
@@ -27,22 +18,10 @@ impl Model for Gapped {
     }
 }
 
-/// A model that halves this many numbers.
-#[derive(Clone)]
-struct Many(usize);
-
-impl Model for Many {
-    fn record(&self, p: &mut Program) {
-        let x = p.state(self.0);
-        let [next] = p.map(Halve, [x], &[]);
-        p.advance(x, next);
-    }
-}
-
 /// Fills the memory of this thread's last rollout with NaN. The next rollout may reuse this memory.
 fn leave_nan() {
     Tape::new().record(&[f64::NAN; 1 << 12], |x| {
-        Rollout::new(Many(1 << 12), 3).run(x, &[]);
+        Rollout::new(Mapped(Times(0.5), 1 << 12), 3).run(x, &[]);
     });
 }
 
@@ -79,7 +58,7 @@ impl Model for Chain {
     fn record(&self, p: &mut Program) {
         let graph = Graph::new(5, &[[0, 1], [1, 2], [2, 3], [3, 4]]);
         let x = p.state(5);
-        let [next] = p.map_edges(&graph, Halve, [x], &[], &[]);
+        let [next] = p.map_edges(&graph, Times(0.5), [x], &[], &[]);
         p.advance(x, next);
     }
 }
@@ -112,7 +91,7 @@ struct Huge(usize);
 impl Model for Huge {
     fn record(&self, p: &mut Program) {
         let [long, short] = [self.0.wrapping_sub(1032), 1032].map(|len| p.state(len));
-        let [next] = p.map(Halve, [short], &[]);
+        let [next] = p.map(Times(0.5), [short], &[]);
         p.advance(long, long);
         p.advance(short, next);
     }
@@ -165,25 +144,6 @@ fn starts_whose_arrays_overflow_are_refused() {
         message.contains("too long: their total length overflows") || message.contains(&alone),
         "{message}"
     );
-}
-
-#[test]
-#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
-fn starts_and_entries_that_do_not_fit_are_told() {
-    let rollout = Rollout::new(Many(1), 1);
-    assert_refused("has 2 numbers, but the model's state has 1", || {
-        rollout.run(&[1.0, 2.0], &[])
-    });
-    assert_refused("the first start has 1 numbers, but another has 2", || {
-        rollout.run_batch(&[&[1.0], &[1.0, 2.0]], &[])
-    });
-    let rollout = Rollout {
-        entries: Some(vec![1 << (usize::BITS - 1)]),
-        ..rollout
-    };
-    assert_refused("each must be less than 1,", || {
-        rollout.run_batch(&[&[1.0], &[2.0]], &[])
-    });
 }
 
 #[test]
