@@ -72,7 +72,7 @@ impl Places {
 
     /// The start to which each element or edge belongs, of so many.
     fn starts(&self, starts: usize) -> impl Iterator<Item = usize> {
-        let place = |k| match self {
+        let place = |k: usize| match self {
             Self::Elements(_) => k,
             Self::Edges { edges, .. } => edges[k].slot,
         };
