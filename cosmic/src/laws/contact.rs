@@ -157,9 +157,6 @@ pub trait Surface: Clone + Debug + Send + Sync + Sized + 'static {
     #[doc(hidden)]
     const USE_THE_ATTRIBUTE_KERNEL: ();
 
-    /// Whether kernels over this ground are [compiled](Kernel::COMPILED).
-    const COMPILED: bool;
-
     /// Computes the node after a drift over this ground with a contact law.
     fn drift<C: Contact, R: Real, const D: usize>(
         &self,
@@ -209,8 +206,6 @@ pub struct Flat;
 
 #[kernel]
 impl Surface for Flat {
-    const COMPILED: bool = true;
-
     fn drift<C: Contact, R: Real, const D: usize>(
         &self,
         law: &C::Of<R>,
@@ -260,8 +255,6 @@ impl Surface for Flat {
 
 #[kernel]
 impl Surface for Terrain {
-    const COMPILED: bool = false;
-
     fn drift<C: Contact, R: Real, const D: usize>(
         &self,
         law: &C::Of<R>,
@@ -309,7 +302,6 @@ pub struct Flying<C, G = Flat> {
 #[kernel]
 impl<C: Contact, G: Surface> Kernel<7, 4> for Flying<C, G> {
     const UNIFORMS: usize = 2 + C::COUNT;
-    const COMPILED: bool = C::COMPILED && G::COMPILED;
 
     fn eval<R: Real>(&self, [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7], given: &[R]) -> [R; 4] {
         let (node, impulse) = (Particle::new([x, y, vx, vy]), Vector::new([jx, jy]));
@@ -340,7 +332,6 @@ pub struct Drifting<C, G = Flat> {
 #[kernel]
 impl<C: Contact, G: Surface> Kernel<4, 4> for Drifting<C, G> {
     const UNIFORMS: usize = C::COUNT;
-    const COMPILED: bool = false;
 
     fn eval<R: Real>(&self, node: [R; 4], settings: &[R]) -> [R; 4] {
         let (law, node) = (self.contact.of(settings), Particle::new(node));

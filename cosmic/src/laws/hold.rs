@@ -79,7 +79,6 @@ pub(super) struct Grip<C>(pub(super) C);
 #[kernel]
 impl<C: Contact> Kernel<1, 1> for Grip<C> {
     const UNIFORMS: usize = C::COUNT;
-    const COMPILED: bool = false;
 
     fn eval<R: Real>(&self, _: [R; 1], settings: &[R]) -> [R; 1] {
         [C::grip(&self.0.of(settings))]
@@ -97,8 +96,6 @@ pub(crate) struct FindGround<G> {
 
 #[kernel]
 impl<G: Surface> Kernel<6, 5> for FindGround<G> {
-    const COMPILED: bool = G::COMPILED;
-
     fn eval<R: Real>(&self, [x, y, wx, wy, segment, is_held]: [R; 6], _: &[R]) -> [R; 5] {
         let node = Particle::new([x, y, wx, wy]);
         let (meets, met) = self.ground.meets(node, self.dt);
@@ -370,7 +367,6 @@ pub(super) struct Landing<C, G> {
 #[kernel]
 impl<C: Contact, G: Surface> Kernel<9, 4> for Landing<C, G> {
     const UNIFORMS: usize = C::COUNT;
-    const COMPILED: bool = C::COMPILED && G::COMPILED;
 
     fn eval<R: Real>(
         &self,

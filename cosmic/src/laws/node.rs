@@ -92,7 +92,6 @@ impl<L: NodeForce, const D: usize> NodeKernel<L, D> {
 #[kernel]
 impl<L: NodeForce> Kernel<7, 2> for NodeKernel<L> {
     const UNIFORMS: usize = L::COUNT;
-    const COMPILED: bool = L::COMPILED;
 
     fn eval<R: Real>(
         &self,
