@@ -18,6 +18,7 @@ impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
     }
 
     /// Computes all rows of a layer.
+    #[inline(always)]
     pub(super) fn forward_layer(&mut self, layer: Layer, shared: &[R]) {
         self.gather_own(layer);
         let (memory, points) = (self, W * L::N);
@@ -41,6 +42,7 @@ impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
 
     /// Pulls back the cotangents of all rows of layer `number`. Inputs of the recording, which have places below
     /// `inputs`, get no cotangents.
+    #[inline(always)]
     pub(super) fn reverse_layer(
         &mut self,
         (layer, number): (Layer, usize),
