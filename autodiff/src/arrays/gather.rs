@@ -101,8 +101,9 @@ impl<R: Real> LaneOperation<R> for Gather {
     fn outputs(&self) -> Vec<Array> {
         vec![self.output]
     }
-    fn set_active(&mut self, arrays: &[bool]) {
+    fn set_active(&mut self, arrays: &[bool]) -> bool {
         self.active = arrays[self.input.id];
+        self.active
     }
     #[inline(always)]
     fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]) {

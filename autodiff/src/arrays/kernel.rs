@@ -147,10 +147,13 @@ where
     pulled_back(y, at.y_bar)
 }
 
-/// Converts numbers to duals with zero tangents. Behind them come zeros up to the length `L`. The functions from here on
-/// use loops, because closures might be compiled without the caller's instruction set.
+// `vjp_by_duals` consists of the next three functions. An override of `Kernel::vjp` calls them itself if a part of its
+// results, such as the result of a search, has no derivatives and should be computed without tangents. They use loops, because
+// closures might be compiled without the caller's instruction set.
+
+/// Converts numbers to duals with zero tangents. Behind them come zeros up to the length `L`.
 #[inline(always)]
-pub(super) fn constants<R: Real, const N: usize, const L: usize>(x: &[R]) -> [Dual<R, N>; L] {
+pub fn constants<R: Real, const N: usize, const L: usize>(x: &[R]) -> [Dual<R, N>; L] {
     let mut constants = [Dual::zero(); L];
     for i in 0..x.len() {
         constants[i] = Dual::constant(x[i]);
@@ -160,7 +163,7 @@ pub(super) fn constants<R: Real, const N: usize, const L: usize>(x: &[R]) -> [Du
 
 /// Converts numbers to duals. Number `k` gets the tangent 1 in direction `k`.
 #[inline(always)]
-pub(super) fn seeded<R: Real, const I: usize>(x: [R; I]) -> [Dual<R, I>; I] {
+pub fn seeded<R: Real, const I: usize>(x: [R; I]) -> [Dual<R, I>; I] {
     let mut seeded = [Dual::zero(); I];
     for i in 0..I {
         seeded[i] = Dual::variable(x[i], i);
@@ -170,7 +173,7 @@ pub(super) fn seeded<R: Real, const I: usize>(x: [R; I]) -> [Dual<R, I>; I] {
 
 /// Multiplies each row of cotangents by the tangents of the results.
 #[inline(always)]
-pub(super) fn pulled_back<R: Real, const I: usize, const O: usize, const M: usize>(
+pub fn pulled_back<R: Real, const I: usize, const O: usize, const M: usize>(
     y: [Dual<R, I>; O],
     y_bar: [[R; O]; M],
 ) -> [[R; I]; M] {

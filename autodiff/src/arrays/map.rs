@@ -57,11 +57,11 @@ impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> LaneOperation<R> 
     fn outputs(&self) -> Vec<Array> {
         self.outputs.to_vec()
     }
-    fn set_active(&mut self, arrays: &[bool]) {
+    fn set_active(&mut self, arrays: &[bool]) -> bool {
         for k in 0..I {
             self.active[k] = arrays[self.inputs[k].id];
         }
-        self.uniforms.set_active(arrays);
+        self.uniforms.set_active(arrays) | self.active.contains(&true)
     }
     #[inline(always)]
     fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]) {

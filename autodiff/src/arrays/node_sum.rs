@@ -30,8 +30,9 @@ impl<R: Real> LaneOperation<R> for NodeSum {
     fn outputs(&self) -> Vec<Array> {
         vec![self.output]
     }
-    fn set_active(&mut self, arrays: &[bool]) {
+    fn set_active(&mut self, arrays: &[bool]) -> bool {
         self.is_active = arrays[self.input.id];
+        self.is_active
     }
     #[inline(always)]
     fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]) {

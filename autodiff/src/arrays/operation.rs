@@ -11,9 +11,9 @@ pub(crate) trait Operation<R: Real>: Send {
     fn forward(&mut self, parameters: &[R], row: &mut [R]);
     /// Pulls the cotangents of the outputs back and adds them to the cotangents of the inputs.
     fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>);
-    /// Sets which arrays (by id) and which parameters carry derivatives. An operation may skip the cotangents of all
-    /// others.
-    fn set_active(&mut self, arrays: &[bool], parameters: &[bool]);
+    /// Sets which arrays (by id) and which parameters carry derivatives, and returns whether the outputs do. An operation may
+    /// skip the cotangents of all others.
+    fn set_active(&mut self, arrays: &[bool], parameters: &[bool]) -> bool;
     /// Takes the matrices of a dense layer from the parameters. Other operations have none.
     fn load(&mut self, _parameters: &[&[R]]) {}
     /// Adds the cotangent of the matrix of a dense layer to the cotangents of the parameters. Call it after the last
@@ -28,7 +28,7 @@ pub(crate) trait LaneOperation<R: Real>: Send {
     /// See [`Operation::outputs`].
     fn outputs(&self) -> Vec<Array>;
     /// See [`Operation::set_active`].
-    fn set_active(&mut self, arrays: &[bool]);
+    fn set_active(&mut self, arrays: &[bool]) -> bool;
     /// Implements [`Operation::forward`] with lanes of type `L`. Mark it `#[inline(always)]`.
     fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]);
     /// Implements [`Operation::reverse`] with lanes of type `L`. Mark it `#[inline(always)]`.
@@ -48,8 +48,8 @@ impl<R: Real, T: LaneOperation<R>> Operation<R> for InLanes<T> {
     fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>) {
         R::vectorize(Reverse(&mut self.0, *values, bars));
     }
-    fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) {
-        self.0.set_active(arrays);
+    fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) -> bool {
+        self.0.set_active(arrays)
     }
 }
 

@@ -97,9 +97,11 @@ impl UniformInputs {
         }
     }
 
-    pub(super) fn set_active(&mut self, arrays: &[bool]) {
+    /// Sets which arrays carry derivatives, and returns whether a uniform input does.
+    pub(super) fn set_active(&mut self, arrays: &[bool]) -> bool {
         let is_active = |k: &usize| arrays[self.arrays[*k].id];
         self.active = (0..self.arrays.len()).filter(is_active).collect();
+        !self.active.is_empty()
     }
 
     /// Loads each uniform input into a register, in which the numbers of all starts repeat. `count` is the kernel's

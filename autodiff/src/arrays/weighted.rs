@@ -58,8 +58,9 @@ impl<R: Real> LaneOperation<R> for Weighted {
     fn outputs(&self) -> Vec<Array> {
         self.outputs.to_vec()
     }
-    fn set_active(&mut self, arrays: &[bool]) {
+    fn set_active(&mut self, arrays: &[bool]) -> bool {
         self.active = arrays.to_vec();
+        true
     }
     #[inline(always)]
     fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]) {

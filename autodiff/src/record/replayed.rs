@@ -219,9 +219,10 @@ impl<R: Real> Operation<R> for ReplayedKernel {
         }
     }
 
-    fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) {
+    fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) -> bool {
         let active = |of: &[Array]| of.iter().map(|array| arrays[array.id]).collect();
         self.active = active(&self.inputs);
         self.active_uniforms = active(&self.uniforms);
+        self.active.contains(&true) || self.active_uniforms.contains(&true)
     }
 }

@@ -162,9 +162,9 @@ impl<R: Real> Instance<R> {
             active[state.id] = true;
         }
         for operation in &mut self.operations {
-            operation.set_active(&active, parameters);
+            let is_active = operation.set_active(&active, parameters);
             for output in operation.outputs() {
-                active[output.id] = true;
+                active[output.id] = is_active;
             }
         }
     }

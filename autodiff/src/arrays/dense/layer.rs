@@ -197,7 +197,7 @@ impl<R: Real> Operation<R> for DenseLayer<R> {
         }
     }
 
-    fn set_active(&mut self, arrays: &[bool], parameters: &[bool]) {
+    fn set_active(&mut self, arrays: &[bool], parameters: &[bool]) -> bool {
         self.active = Active {
             inputs: self.layer.x.iter().any(|x| arrays[x.id]),
             weights: parameters[self.layer.matrix.parameter],
@@ -206,6 +206,7 @@ impl<R: Real> Operation<R> for DenseLayer<R> {
         // `set_active` is called at the beginning of each sweep, so the sums over the steps start at zero here.
         self.weights_bar.fill(R::zero());
         self.batch.clear();
+        true
     }
 }
 

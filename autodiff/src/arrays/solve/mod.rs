@@ -429,11 +429,12 @@ impl<R: Real> LaneOperation<R> for Solve<R> {
     fn outputs(&self) -> Vec<Array> {
         self.outputs.clone()
     }
-    fn set_active(&mut self, arrays: &[bool]) {
+    fn set_active(&mut self, arrays: &[bool]) -> bool {
         for entry in &mut self.entries {
             entry.is_active = [arrays[entry.nodes.id], arrays[entry.edges.id]];
         }
         self.is_active = self.b.iter().map(|b| arrays[b.id]).collect();
+        true
     }
     // For a single start the number of starts is a constant, so the loops over starts disappear.
     #[inline(always)]
