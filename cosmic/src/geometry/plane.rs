@@ -1,6 +1,6 @@
 //! Inclined planes.
 
-use autodiff::Real;
+use autodiff::{Dual, Real};
 
 use super::rotation::Rotation;
 use super::vector::Vector;
@@ -50,6 +50,15 @@ impl<R: Real> Plane<R> {
         Self {
             axes: Rotation::select(mask, if_true.axes, if_false.axes),
             offset: R::select(mask, if_true.offset, if_false.offset),
+        }
+    }
+
+    /// The plane for duals with the values of `R`, without tangents.
+    #[inline(always)]
+    pub fn constant<const N: usize>(self) -> Plane<Dual<R, N>> {
+        Plane {
+            axes: self.axes.constant(),
+            offset: Dual::constant(self.offset),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Rotations in the vertical plane.
 
-use autodiff::Real;
+use autodiff::{Dual, Real};
 
 use super::vector::Vector;
 
@@ -94,6 +94,15 @@ impl<R: Real> Rotation<R> {
         Self {
             cos: R::select(mask, if_true.cos, if_false.cos),
             sin: R::select(mask, if_true.sin, if_false.sin),
+        }
+    }
+
+    /// The rotation for duals with the values of `R`, without tangents.
+    #[inline(always)]
+    pub fn constant<const N: usize>(self) -> Rotation<Dual<R, N>> {
+        Rotation {
+            cos: Dual::constant(self.cos),
+            sin: Dual::constant(self.sin),
         }
     }
 

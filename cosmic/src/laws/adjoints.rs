@@ -5,7 +5,7 @@ use autodiff::Real;
 
 use super::bar::Tension;
 use super::bumpers::{Bump, Total};
-use super::contact::{Drifting, Flying};
+use super::contact::Flying;
 use super::coulomb::Coulomb;
 use super::force::Sum;
 use super::hold::{Equation, FirstPass, NextPass};
@@ -35,25 +35,6 @@ impl Flying<NoGround> {
             let t32 = x4.fma(t26, t29);
             let t33 = x6 * t26;
             x_bar[m] = [y0, y1, t28, t27, t33, t30, t32];
-        }
-        x_bar
-    }
-}
-
-impl Drifting<NoGround> {
-    #[inline(always)]
-    #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 4, 4, M>) -> [[R; 4]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
-        let [_, _, _, _] = x;
-        let [_, _, _, _] = y;
-        let t9 = R::lit(self.drift.dt);
-        let mut x_bar = [[R::zero(); 4]; M];
-        for m in 0..M {
-            let [y0, y1, y2, y3] = y_bar[m];
-            let t14 = y1.fma(t9, y3);
-            let t16 = y0.fma(t9, y2);
-            x_bar[m] = [y0, y1, t16, t14];
         }
         x_bar
     }
@@ -124,63 +105,6 @@ impl Flying<Sticking> {
             let t81 = x4.fma(t62, t78);
             let t82 = x6 * t62;
             x_bar[m] = [y0, t72, t77, t76, t82, t79, t81];
-        }
-        x_bar
-    }
-}
-
-impl Drifting<Sticking> {
-    #[inline(always)]
-    #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 4, 4, M>) -> [[R; 4]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
-        let [_, x1, x2, x3] = x;
-        let [_, _, _, _] = y;
-        let t8 = R::lit(0.0);
-        let t9 = R::lit(self.drift.dt);
-        let t10 = t9.fma(x3, x1);
-        let t12 = t10.less(t8);
-        let t13 = x3.less(t8);
-        let t14 = t12 & t13;
-        let t15 = R::lit(-1.0);
-        let t17 = R::select(t14, x3, t15);
-        let t18 = -x1;
-        let t19 = t17.recip();
-        let t20 = t18 * t19;
-        let t21 = t19 * t20;
-        let t22 = -t21;
-        let t23 = t20.less_equal(t8);
-        let t25 = R::select(t23, t8, t20);
-        let t26 = t9.less_equal(t25);
-        let mut x_bar = [[R::zero(); 4]; M];
-        for m in 0..M {
-            let [y0, y1, y2, y3] = y_bar[m];
-            let t35 = R::select(t14, t8, y3);
-            let t37 = R::select(t14, t8, y2);
-            let t38 = x3 * y1;
-            let t39 = y1 * t9;
-            let t40 = R::chain(t20, y1);
-            let t41 = R::select(t23, t8, t40);
-            let t42 = R::select(t26, t39, t41);
-            let t43 = R::select(t14, t42, t39);
-            let t44 = t35 + t43;
-            let t46 = x2.fma(y0, t38);
-            let t47 = y0 * t9;
-            let t48 = R::chain(t20, y0);
-            let t49 = R::select(t23, t8, t48);
-            let t50 = R::select(t26, t47, t49);
-            let t51 = R::select(t14, t50, t47);
-            let t52 = t37 + t51;
-            let t53 = R::select(t14, t46, t8);
-            let t56 = R::select(t26, t8, t53);
-            let t58 = R::select(t23, t8, t56);
-            let t59 = R::chain(t19, t58);
-            let t60 = R::chain(t22, t58);
-            let t61 = -t59;
-            let t62 = y1 + t61;
-            let t63 = R::select(t14, t60, t8);
-            let t65 = t44 + t63;
-            x_bar[m] = [y0, t62, t52, t65];
         }
         x_bar
     }
@@ -292,104 +216,6 @@ impl Flying<Coulomb> {
             let t130 = x4.fma(t104, t127);
             let t131 = x6 * t104;
             x_bar[m] = [y0, t121, t126, t125, t131, t128, t130];
-        }
-        x_bar
-    }
-}
-
-impl Drifting<Coulomb> {
-    #[inline(always)]
-    #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 4, 4, M>) -> [[R; 4]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
-        let [_, x1, x2, x3] = x;
-        let [_, _, _, _] = y;
-        let t8 = R::lit(0.0);
-        let t9 = at.uniforms[0];
-        let t10 = R::lit(self.drift.dt);
-        let t11 = t10.fma(x3, x1);
-        let t12 = R::lit(1.0);
-        let t13 = t11.less(t8);
-        let t14 = x3.less(t8);
-        let t15 = t13 & t14;
-        let t16 = R::lit(-1.0);
-        let t18 = R::select(t15, x3, t16);
-        let t19 = -x1;
-        let t20 = t18.recip();
-        let t21 = t19 * t20;
-        let t22 = t20 * t21;
-        let t23 = -t22;
-        let t24 = t21.less_equal(t8);
-        let t26 = R::select(t24, t8, t21);
-        let t27 = t10.less_equal(t26);
-        let t29 = R::select(t27, t10, t26);
-        let t30 = R::select(t15, t29, t10);
-        let t31 = t10 - t30;
-        let t32 = x3.abs();
-        let t35 = t8.less(x3);
-        let t38 = x2.abs();
-        let t39 = x2.less(t8);
-        let t41 = R::select(t39, t16, t8);
-        let t42 = t8.less(x2);
-        let t43 = R::select(t42, t12, t41);
-        let t44 = (-t9).fma(t32, t38);
-        let t45 = t44.less_equal(t8);
-        let t47 = R::select(t45, t8, t44);
-        let t48 = t43 * t47;
-        let t49 = t8.less(t9);
-        let t51 = R::select(t49, t48, x2);
-        let mut x_bar = [[R::zero(); 4]; M];
-        for m in 0..M {
-            let [y0, y1, y2, y3] = y_bar[m];
-            let t60 = R::select(t15, t8, y3);
-            let t61 = R::select(t15, y2, t8);
-            let t62 = R::select(t15, t8, y2);
-            let t63 = x3 * y1;
-            let t64 = y1 * t10;
-            let t65 = R::chain(t21, y1);
-            let t66 = R::select(t24, t8, t65);
-            let t67 = R::select(t27, t64, t66);
-            let t68 = R::select(t15, t67, t64);
-            let t69 = t60 + t68;
-            let t71 = x2.fma(y0, t63);
-            let t72 = y0 * t10;
-            let t73 = R::chain(t21, y0);
-            let t74 = R::select(t24, t8, t73);
-            let t75 = R::select(t27, t72, t74);
-            let t76 = R::select(t15, t75, t72);
-            let t77 = t62 + t76;
-            let t78 = R::select(t15, y0, t8);
-            let t80 = t51 * t78;
-            let t81 = R::chain(t31, t78);
-            let t82 = t61 + t81;
-            let t83 = R::select(t49, t82, t8);
-            let t84 = R::select(t49, t8, t82);
-            let t85 = t77 + t84;
-            let t86 = -t83;
-            let t87 = R::select(t39, t86, t8);
-            let t88 = R::select(t42, t83, t87);
-            let t90 = R::select(t45, t8, t88);
-            let t91 = -t90;
-            let t92 = R::select(t39, t91, t8);
-            let t93 = R::select(t42, t90, t92);
-            let t94 = t85 + t93;
-            let t95 = t9 * t91;
-            let t96 = -t95;
-            let t97 = R::select(t14, t96, t8);
-            let t98 = R::select(t35, t95, t97);
-            let t99 = t69 + t98;
-            let t100 = -t80;
-            let t101 = t71 + t100;
-            let t102 = R::select(t15, t101, t8);
-            let t105 = R::select(t27, t8, t102);
-            let t107 = R::select(t24, t8, t105);
-            let t108 = R::chain(t20, t107);
-            let t109 = R::chain(t23, t107);
-            let t110 = -t108;
-            let t111 = y1 + t110;
-            let t112 = R::select(t15, t109, t8);
-            let t114 = t99 + t112;
-            x_bar[m] = [y0, t111, t94, t114];
         }
         x_bar
     }

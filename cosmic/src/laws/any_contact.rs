@@ -4,10 +4,10 @@ use std::fmt::Debug;
 
 use autodiff::{Array, Program};
 
-use super::contact::{Contact, Drifting, Flat, Flying};
+use super::contact::{Contact, Flat, Flying};
 use super::hold::{Grip, Landing};
 use super::law::{StepInput, step_inputs};
-use super::motion::{Drift, Flight, Particle};
+use super::motion::{Flight, Particle};
 use super::terrain::Terrain;
 use crate::geometry::Vector;
 use crate::settings::Settings;
@@ -39,15 +39,6 @@ pub(crate) trait AnyContact: Debug + Send + Sync {
         node: [Array; 9],
         settings: &[Array],
     ) -> Particle<Array>;
-    /// Records a drift of all nodes with the kernel [`Drifting`], and returns the nodes after it.
-    fn drift(
-        &self,
-        p: &mut Program,
-        drift: Drift,
-        terrain: Option<&Terrain>,
-        nodes: Particle<Array>,
-        settings: &[Array],
-    ) -> Particle<Array>;
 }
 
 /// The inputs of the kernel [`Flying`]: all nodes, and the impulses and velocities that a push adds to them.
@@ -65,12 +56,13 @@ pub(crate) struct FlightInputs<'a, const D: usize = 2> {
 /// in the expression of the kernel.
 macro_rules! map_over {
     ($p:ident, $terrain:ident, |$ground:ident| $kernel:expr, $node:expr, $settings:expr) => {
-        Particle::new(match $terrain.cloned().filter(|_| C::HAS_GROUND) {
-            None => {
+        Particle::new(match $terrain.cloned() {
+            // The condition is constant, so that no kernel without ground is compiled for terrain.
+            Some($ground) if const { C::HAS_GROUND } => $p.map($kernel, $node, $settings),
+            _ => {
                 let $ground = Flat;
                 $p.map($kernel, $node, $settings)
             }
-            Some($ground) => $p.map($kernel, $node, $settings),
         })
     };
 }
@@ -135,27 +127,6 @@ impl<C: Contact> AnyContact for C {
                 contact,
                 ground,
                 dt
-            },
-            node,
-            settings
-        )
-    }
-    fn drift(
-        &self,
-        p: &mut Program,
-        drift: Drift,
-        terrain: Option<&Terrain>,
-        nodes: Particle<Array>,
-        settings: &[Array],
-    ) -> Particle<Array> {
-        let (contact, node) = (self.clone(), nodes.array());
-        map_over!(
-            p,
-            terrain,
-            |ground| Drifting {
-                drift,
-                contact,
-                ground
             },
             node,
             settings

@@ -2,12 +2,13 @@
 
 use std::fmt::Debug;
 
-use autodiff::arrays::vjp_by_duals;
+use autodiff::arrays::{MOST_UNIFORMS, constants, pulled_back, seeded, vjp_by_duals};
 use autodiff::{Kernel, Pullback, Real};
 
+use super::hold::{Landing, LandingNode};
 use super::law::Law;
 use super::motion::{Drift, Flight, Particle};
-use super::terrain::{NONE, RemainingDrift, Terrain};
+use super::terrain::{NONE, RemainingDrift, Route, Terrain};
 use crate::geometry::{Plane, Vector};
 use crate::kernel;
 
@@ -62,26 +63,22 @@ pub trait Contact: Law {
         fast - Self::respond(law, Impact { velocity, rest }).forward()
     }
 
-    /// Computes the node after a drift over terrain. The node does not meet segment number `but`; -1 stands for no
-    /// segment. If it meets another segment, the law gets the components of the velocity along that segment and out of
-    /// it. If the rest of the drift leads into yet another segment, as in a corner, the law is applied a second time. If
-    /// the node would sink into the ground even then, it stops in the corner.
+    /// Computes the node after a drift over terrain. If the node meets a segment, the law gets the components of the
+    /// velocity along that segment and out of it. If the rest of the drift leads into another segment, as in a corner, the
+    /// law is applied a second time. If the node would sink into the ground even then, it stops in the corner.
     #[inline(always)]
     fn drift_over<R: Real, const D: usize>(
         law: &Self::Of<R>,
-        terrain: &Terrain,
+        route: &mut impl Route<R>,
         drift: &Drift,
         node: Particle<R, D>,
-        but: R,
     ) -> Particle<R, D> {
-        let left = R::lit(drift.dt);
-        let node = terrain.beside_walls(node, R::lit(NONE));
+        let (node, left) = (route.beside_walls(node), R::lit(drift.dt));
         let mut way = RemainingDrift { node, left };
-        let mut met = but;
         for _ in 0..2 {
-            let hit = terrain.meet(&way, met);
+            let hit = route.meet(&way);
             let RemainingDrift { node, left } = hit.reached(&way);
-            let node = terrain.beside_walls(node, hit.segment);
+            let node = route.beside_walls(node);
             let impact = Impact {
                 velocity: node.v,
                 rest: left,
@@ -92,9 +89,8 @@ pub trait Contact: Law {
                 node: Particle { x: node.x, v },
                 left,
             };
-            met = hit.segment;
         }
-        let stops = terrain.meet(&way, met).touches;
+        let stops = route.meet(&way).touches;
         let v = Vector::select(stops, Vector::zero(), way.node.v);
         Particle { v, ..way.node }.after(way.left)
     }
@@ -115,16 +111,6 @@ pub trait Contact: Law {
     ) -> [[R; 7]; M] {
         vjp_by_duals(flying, at)
     }
-
-    /// The adjoint of the kernel [`Drifting`] over flat ground. As for [`flying_vjp`](Contact::flying_vjp), the default
-    /// works for every law.
-    #[inline(always)]
-    fn drifting_vjp<R: Real, const M: usize>(
-        drifting: &Drifting<Self>,
-        at: Pullback<R, 4, 4, M>,
-    ) -> [[R; 4]; M] {
-        vjp_by_duals(drifting, at)
-    }
 }
 
 /// Defines the methods of an `impl` of [`Contact`] that call the generated adjoints of the law.
@@ -136,14 +122,6 @@ macro_rules! emitted_adjoints {
             at: autodiff::Pullback<R, 7, 4, M>,
         ) -> [[R; 7]; M] {
             flying.emitted_vjp(at)
-        }
-
-        #[inline(always)]
-        fn drifting_vjp<R: Real, const M: usize>(
-            drifting: &Drifting<Self>,
-            at: autodiff::Pullback<R, 4, 4, M>,
-        ) -> [[R; 4]; M] {
-            drifting.emitted_vjp(at)
         }
     };
 }
@@ -190,13 +168,13 @@ pub trait Surface: Clone + Debug + Send + Sync + Sized + 'static {
         vjp_by_duals(flying, at)
     }
 
-    /// The adjoint of the kernel [`Drifting`] over this ground.
+    /// The adjoint of the kernel [`Landing`] over this ground.
     #[inline(always)]
-    fn drifting_vjp<C: Contact, R: Real, const M: usize>(
-        drifting: &Drifting<C, Self>,
-        at: Pullback<R, 4, 4, M>,
-    ) -> [[R; 4]; M] {
-        vjp_by_duals(drifting, at)
+    fn landing_vjp<C: Contact, R: Real, const M: usize>(
+        landing: &Landing<C, Self>,
+        at: Pullback<R, 9, 4, M>,
+    ) -> [[R; 9]; M] {
+        vjp_by_duals(landing, at)
     }
 }
 
@@ -244,13 +222,6 @@ impl Surface for Flat {
     ) -> [[R; 7]; M] {
         C::flying_vjp(flying, at)
     }
-
-    fn drifting_vjp<C: Contact, R: Real, const M: usize>(
-        drifting: &Drifting<C>,
-        at: Pullback<R, 4, 4, M>,
-    ) -> [[R; 4]; M] {
-        C::drifting_vjp(drifting, at)
-    }
 }
 
 #[kernel]
@@ -261,7 +232,7 @@ impl Surface for Terrain {
         drift: &Drift,
         node: Particle<R, D>,
     ) -> Particle<R, D> {
-        C::drift_over(law, self, drift, node, R::lit(NONE))
+        C::drift_over(law, &mut self.search(R::lit(NONE)), drift, node)
     }
 
     fn drift_but<C: Contact, R: Real, const D: usize>(
@@ -271,18 +242,49 @@ impl Surface for Terrain {
         node: Particle<R, D>,
         but: R,
     ) -> Particle<R, D> {
-        C::drift_over(law, self, drift, node, but)
+        C::drift_over(law, &mut self.search(but), drift, node)
     }
 
     fn meets<R: Real, const D: usize>(&self, node: Particle<R, D>, dt: f64) -> (R::Mask, R) {
-        let (none, left) = (R::lit(NONE), R::lit(dt));
-        let node = self.beside_walls(node, none);
-        let hit = self.meet(&RemainingDrift { node, left }, none);
+        let (mut search, left) = (self.search(R::lit(NONE)), R::lit(dt));
+        let node = search.beside_walls(node);
+        let hit = search.meet(&RemainingDrift { node, left });
         (hit.touches, hit.segment)
     }
 
     fn plane<R: Real>(&self, segment: R) -> Plane<R> {
         self.plane_of(segment)
+    }
+
+    // The search has no derivative, so it runs without tangents.
+    fn flying_vjp<C: Contact, R: Real, const M: usize>(
+        flying: &Flying<C, Self>,
+        at: Pullback<R, 7, 4, M>,
+    ) -> [[R; 7]; M] {
+        let (law, node) = flying.pushed(at.x, at.uniforms);
+        let mut search = flying.ground.search(R::lit(NONE));
+        C::drift_over(&law, &mut search, &flying.flight.drift, node);
+        let given: [_; MOST_UNIFORMS] = constants(at.uniforms);
+        let (law, node) = flying.pushed(seeded(at.x), &given[..at.uniforms.len()]);
+        let drift = &flying.flight.drift;
+        let node = C::drift_over(&law, &mut search.found(), drift, node);
+        pulled_back(node.array(), at.y_bar)
+    }
+
+    fn landing_vjp<C: Contact, R: Real, const M: usize>(
+        landing: &Landing<C, Self>,
+        at: Pullback<R, 9, 4, M>,
+    ) -> [[R; 9]; M] {
+        let (law, node) = (landing.contact.of(at.uniforms), LandingNode::new(at.x));
+        let mut search = landing.ground.search(node.but());
+        let drift = &Drift { dt: landing.dt };
+        C::drift_over(&law, &mut search, drift, node.moving);
+        let axes = landing.ground.plane(node.segment).axes.constant();
+        let given: [_; MOST_UNIFORMS] = constants(at.uniforms);
+        let law = landing.contact.of(&given[..at.uniforms.len()]);
+        let node = LandingNode::new(seeded(at.x));
+        let after = C::drift_over(&law, &mut search.found(), drift, node.moving);
+        pulled_back(landing.landed(&law, node, axes, after), at.y_bar)
     }
 }
 
@@ -303,11 +305,8 @@ pub struct Flying<C, G = Flat> {
 impl<C: Contact, G: Surface> Kernel<7, 4> for Flying<C, G> {
     const UNIFORMS: usize = 2 + C::COUNT;
 
-    fn eval<R: Real>(&self, [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7], given: &[R]) -> [R; 4] {
-        let (node, impulse) = (Particle::new([x, y, vx, vy]), Vector::new([jx, jy]));
-        let gravity = Vector::new([given[0], given[1]]);
-        let v = (self.flight).velocity(node.v, impulse, inverse_mass, gravity);
-        let (law, node) = (self.contact.of(&given[2..]), Particle { v, ..node });
+    fn eval<R: Real>(&self, node: [R; 7], given: &[R]) -> [R; 4] {
+        let (law, node) = self.pushed(node, given);
         let node = G::drift::<C, R, 2>(&self.ground, &law, &self.flight.drift, node);
         node.array()
     }
@@ -317,29 +316,17 @@ impl<C: Contact, G: Surface> Kernel<7, 4> for Flying<C, G> {
     }
 }
 
-/// The kernel of a drift without a push. It maps `[x, y, vx, vy]` to the new `[x, y, vx, vy]`. The uniform inputs are
-/// the law's settings.
-#[derive(Clone, Debug)]
-pub struct Drifting<C, G = Flat> {
-    /// The duration of the drift.
-    pub drift: Drift,
-    /// The contact law.
-    pub contact: C,
-    /// The ground.
-    pub ground: G,
-}
-
-#[kernel]
-impl<C: Contact, G: Surface> Kernel<4, 4> for Drifting<C, G> {
-    const UNIFORMS: usize = C::COUNT;
-
-    fn eval<R: Real>(&self, node: [R; 4], settings: &[R]) -> [R; 4] {
-        let (law, node) = (self.contact.of(settings), Particle::new(node));
-        let node = G::drift::<C, R, 2>(&self.ground, &law, &self.drift, node);
-        node.array()
-    }
-
-    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 4, 4, M>) -> [[R; 4]; M] {
-        G::drifting_vjp(self, at)
+impl<C: Contact, G> Flying<C, G> {
+    /// The contact law, and the node after the push.
+    #[inline(always)]
+    fn pushed<R: Real>(
+        &self,
+        [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7],
+        given: &[R],
+    ) -> (C::Of<R>, Particle<R>) {
+        let (node, impulse) = (Particle::new([x, y, vx, vy]), Vector::new([jx, jy]));
+        let gravity = Vector::new([given[0], given[1]]);
+        let v = (self.flight).velocity(node.v, impulse, inverse_mass, gravity);
+        (self.contact.of(&given[2..]), Particle { v, ..node })
     }
 }

@@ -2,7 +2,7 @@
 
 use autodiff::Real;
 
-use super::contact::{Contact, Drifting, Flying, Impact, emitted_adjoints};
+use super::contact::{Contact, Flying, Impact, emitted_adjoints};
 use super::law::Law;
 use super::motion::{Drift, Particle};
 use crate::geometry::Vector;

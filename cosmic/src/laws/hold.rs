@@ -5,7 +5,8 @@
 //! which of these stick, and how friction brakes the others. After the last pass, the nodes move. The choices have no
 //! derivative; everything else has one. `tests/data/implicit/README.md` explains the algorithm, and why it is as it is.
 
-use autodiff::{Kernel, Pullback, Real};
+use autodiff::arrays::{pulled_back, seeded};
+use autodiff::{Dual, Kernel, Pullback, Real};
 
 use super::contact::{Contact, Impact, Surface};
 use super::motion::{Drift, Particle};
@@ -105,6 +106,15 @@ impl<G: Surface> Kernel<6, 5> for FindGround<G> {
         let along = Vector::<R>::upright(R::one(), R::zero());
         let [tx, ty] = plane.axes.out_of_rotated(along).array();
         [segment, truth(is_new), tx, ty, plane.height(node.x)]
+    }
+
+    // Nothing is searched again: only the height above the segment that was found has a derivative.
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 6, 5, M>) -> [[R; 6]; M] {
+        let plane = self.ground.plane(at.y[0]).constant();
+        let [x, y, ..] = seeded(at.x);
+        let mut found = [Dual::constant(R::zero()); 5];
+        found[4] = plane.height(Vector::new([x, y]));
+        pulled_back(found, at.y_bar)
     }
 }
 
@@ -357,7 +367,7 @@ impl Kernel<7, 2> for Reaction {
 /// The contact law takes the rest of a held node's velocity into the ground. A node that is not held and still meets the
 /// ground gets the contact law as in an explicit step, as does a held node that runs into another segment.
 #[derive(Clone, Debug)]
-pub(super) struct Landing<C, G> {
+pub struct Landing<C, G> {
     pub(super) contact: C,
     pub(super) ground: G,
     /// The duration of the step, s.
@@ -368,26 +378,69 @@ pub(super) struct Landing<C, G> {
 impl<C: Contact, G: Surface> Kernel<9, 4> for Landing<C, G> {
     const UNIFORMS: usize = C::COUNT;
 
-    fn eval<R: Real>(
-        &self,
-        [x, y, wx, wy, segment, is_held, sticks, slip, slid]: [R; 9],
-        settings: &[R],
-    ) -> [R; 4] {
-        let (node, zero) = (Particle::new([x, y, wx, wy]), R::zero());
+    fn eval<R: Real>(&self, node: [R; 9], settings: &[R]) -> [R; 4] {
         let (law, drift) = (self.contact.of(settings), Drift { dt: self.dt });
-        let (held, axes) = (mask(is_held), self.ground.plane(segment).axes);
-        let but = R::select(held, segment, R::lit(NONE));
-        let after = self.ground.drift_but::<C, R, 2>(&law, &drift, node, but);
-        let turned = after.v - node.v;
+        let node = LandingNode::new(node);
+        let after = (self.ground).drift_but::<C, R, 2>(&law, &drift, node.moving, node.but());
+        let axes = self.ground.plane(node.segment).axes;
+        self.landed(&law, node, axes, after)
+    }
+
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 9, 4, M>) -> [[R; 9]; M] {
+        G::landing_vjp(self, at)
+    }
+}
+
+/// The inputs of [`Landing`].
+pub(super) struct LandingNode<R: Real> {
+    pub(super) moving: Particle<R>,
+    pub(super) segment: R,
+    is_held: R::Mask,
+    sticks: R::Mask,
+    slip: R,
+    slid: R,
+}
+
+impl<R: Real> LandingNode<R> {
+    #[inline(always)]
+    pub(super) fn new([x, y, wx, wy, segment, is_held, sticks, slip, slid]: [R; 9]) -> Self {
+        Self {
+            moving: Particle::new([x, y, wx, wy]),
+            segment,
+            is_held: mask(is_held),
+            sticks: mask(sticks),
+            slip,
+            slid,
+        }
+    }
+
+    /// The number of the segment that the node cannot meet, because it is held there; [`NONE`] if there is none.
+    #[inline(always)]
+    pub(super) fn but(&self) -> R {
+        R::select(self.is_held, self.segment, R::lit(NONE))
+    }
+}
+
+impl<C: Contact, G> Landing<C, G> {
+    /// The node at the end of the step. `axes` are those of its segment, and `after` is the node after an explicit step.
+    #[inline(always)]
+    pub(super) fn landed<R: Real>(
+        &self,
+        law: &C::Of<R>,
+        node: LandingNode<R>,
+        axes: Rotation<R>,
+        after: Particle<R>,
+    ) -> [R; 4] {
+        let (v, zero, rest) = (node.moving.v, R::zero(), R::lit(self.dt));
+        let turned = after.v - v;
         let again = zero.less(turned.forward().abs() + turned.up().abs());
-        let velocity = axes.into_rotated(node.v);
-        let rest = R::lit(self.dt);
-        let braked = axes.out_of_rotated(C::respond(&law, Impact { velocity, rest }));
+        let velocity = axes.into_rotated(v);
+        let braked = axes.out_of_rotated(C::respond(law, Impact { velocity, rest }));
         // Coulomb friction would have stopped a node that the drag has slowed down by more than half.
-        let half = R::lit(0.5) * slid;
-        let stops = mask(sticks) | (velocity.forward() - slip).abs().less(half);
+        let half = R::lit(0.5) * node.slid;
+        let stops = node.sticks | (velocity.forward() - node.slip).abs().less(half);
         let resting = Vector::select(stops, Vector::zero(), braked);
-        let v = Vector::select(held & !again, resting, after.v);
+        let v = Vector::select(node.is_held & !again, resting, after.v);
         Particle { x: after.x, v }.array()
     }
 }

@@ -39,7 +39,7 @@ pub use bar::{Bar, BarForce, MovingTension, Tension};
 pub use bumpers::{Bump, Bumpers, Total};
 pub use choice::{Choice, ContactLaw, ForceLaws, contact, on_bars, on_lattice, on_nodes};
 pub(crate) use choice::{LAW, names};
-pub use contact::{Contact, Drifting, Flat, Flying, Impact, Surface};
+pub use contact::{Contact, Flat, Flying, Impact, Surface};
 pub use coulomb::Coulomb;
 pub use damper::Damper;
 pub(crate) use force::add;

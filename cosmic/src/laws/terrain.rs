@@ -11,7 +11,7 @@
 
 use std::sync::Arc;
 
-use autodiff::{Mask, Real};
+use autodiff::{Dual, Mask, Real};
 
 use super::motion::Particle;
 use crate::geometry::{Plane, Profile, Rotation, Vector, Wall};
@@ -78,6 +78,17 @@ impl Terrain {
         Some(Self { segments, walls })
     }
 
+    /// The search along a drift of a node that does not meet segment number `but`; -1 stands for no segment.
+    #[inline(always)]
+    pub(super) fn search<R: Real>(&self, but: R) -> Search<'_, R> {
+        Search {
+            terrain: self,
+            but,
+            touched: R::lit(NONE),
+            found: Found::nothing(),
+        }
+    }
+
     /// The plane of segment number `segment`; of the first segment for other numbers. It has no derivative.
     #[inline(always)]
     pub(super) fn plane_of<R: Real>(&self, segment: R) -> Plane<R> {
@@ -89,15 +100,11 @@ impl Terrain {
         plane
     }
 
-    /// A node that touches the wall with segment number `touched`, or is behind a wall by a rounding error, is placed
-    /// exactly at the wall. Its derivatives do not change.
+    /// How far a node that touches the wall with segment number `touched`, or is behind a wall by a rounding error, must be
+    /// moved forward to be exactly at the wall, m. It has no derivative.
     #[inline(always)]
-    pub(super) fn beside_walls<R: Real, const D: usize>(
-        &self,
-        node: Particle<R, D>,
-        touched: R,
-    ) -> Particle<R, D> {
-        let (zero, mut x) = (R::zero(), node.x);
+    fn way_to_wall<R: Real, const D: usize>(&self, node: Particle<R, D>, touched: R) -> R {
+        let (zero, mut x, mut all) = (R::zero(), node.x, R::zero());
         for &k in &*self.walls {
             let segment = &self.segments[k];
             let Some(wall) = &segment.wall else { continue };
@@ -110,8 +117,9 @@ impl Terrain {
             let way = (R::lit(wall.place) - x.forward()).detach();
             let way = R::select(touches | is_behind, way, zero);
             x = x.moved_along(Vector::upright(way, zero));
+            all += way;
         }
-        Particle { x, ..node }
+        all
     }
 
     /// The position along the ground at which a node leaves segment number `k`, forward. A node that moves along a wall,
@@ -143,11 +151,7 @@ impl Terrain {
     /// Finds the first segment of the terrain that a node meets on its way. Ignores segment number `but`. The result
     /// has no derivative.
     #[inline(always)]
-    pub(super) fn meet<R: Real, const D: usize>(
-        &self,
-        way: &RemainingDrift<R, D>,
-        but: R,
-    ) -> Hit<R> {
+    fn meet<R: Real, const D: usize>(&self, way: &RemainingDrift<R, D>, but: R) -> Hit<R> {
         let (zero, least) = (R::zero(), R::lit(LEAST_SPEED));
         let Particle { x, v } = way.node;
         // A node that moves straight up or down stays over its segment.
@@ -194,6 +198,98 @@ impl Terrain {
         met.earliest = (earliest - slack).max(zero);
         met.latest = last_met;
         met.detached()
+    }
+}
+
+/// What a node meets along its drift: the segments, in turn, and the walls that it is placed at. Nothing of it has a
+/// derivative.
+pub trait Route<R: Real> {
+    /// The node, which is placed exactly at the wall if it has just met one or is behind one by a rounding error. Its
+    /// derivatives do not change.
+    fn beside_walls<const D: usize>(&mut self, node: Particle<R, D>) -> Particle<R, D>;
+
+    /// The next segment that the node meets.
+    fn meet<const D: usize>(&mut self, way: &RemainingDrift<R, D>) -> Hit<R>;
+}
+
+/// The route that is found by searching. The search notes what it finds.
+pub(super) struct Search<'a, R: Real> {
+    terrain: &'a Terrain,
+    /// The number of the segment that the node does not meet.
+    but: R,
+    /// The number of the segment that the node has just met.
+    touched: R,
+    found: Found<R>,
+}
+
+impl<R: Real> Route<R> for Search<'_, R> {
+    #[inline(always)]
+    fn beside_walls<const D: usize>(&mut self, node: Particle<R, D>) -> Particle<R, D> {
+        let way = self.terrain.way_to_wall(node, self.touched);
+        self.found.ways[self.found.placed] = way;
+        self.found.beside_walls(node)
+    }
+
+    #[inline(always)]
+    fn meet<const D: usize>(&mut self, way: &RemainingDrift<R, D>) -> Hit<R> {
+        let hit = self.terrain.meet(way, self.but);
+        (self.but, self.touched) = (hit.segment, hit.segment);
+        self.found.hits[self.found.met] = hit;
+        self.found.met += 1;
+        hit
+    }
+}
+
+impl<R: Real> Search<'_, R> {
+    /// The route that was found, from its beginning, for duals with the values of `R`.
+    #[inline(always)]
+    pub(super) fn found<const N: usize>(&self) -> Found<Dual<R, N>> {
+        let mut found = Found::nothing();
+        for k in 0..3 {
+            found.ways[k] = Dual::constant(self.found.ways[k]);
+            found.hits[k] = self.found.hits[k].constant();
+        }
+        found
+    }
+}
+
+/// A route that is known.
+pub(super) struct Found<R: Real> {
+    /// How far the node is moved forward to a wall, m.
+    ways: [R; 3],
+    hits: [Hit<R>; 3],
+    /// How often the node was placed, and how often it has met a segment.
+    placed: usize,
+    met: usize,
+}
+
+impl<R: Real> Found<R> {
+    #[inline(always)]
+    fn nothing() -> Self {
+        Self {
+            ways: [R::zero(); 3],
+            hits: [Hit::none(R::zero()); 3],
+            placed: 0,
+            met: 0,
+        }
+    }
+}
+
+impl<R: Real> Route<R> for Found<R> {
+    #[inline(always)]
+    fn beside_walls<const D: usize>(&mut self, node: Particle<R, D>) -> Particle<R, D> {
+        let way = Vector::upright(self.ways[self.placed], R::zero());
+        self.placed += 1;
+        Particle {
+            x: node.x.moved_along(way),
+            ..node
+        }
+    }
+
+    #[inline(always)]
+    fn meet<const D: usize>(&mut self, _: &RemainingDrift<R, D>) -> Hit<R> {
+        self.met += 1;
+        self.hits[self.met - 1]
     }
 }
 
@@ -266,7 +362,7 @@ impl Segment {
 
 /// The rest of a node's drift: the node, and the time for which it still moves.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct RemainingDrift<R, const D: usize = 2> {
+pub struct RemainingDrift<R, const D: usize = 2> {
     pub(super) node: Particle<R, D>,
     /// The remaining time, s.
     pub(super) left: R,
@@ -275,7 +371,7 @@ pub(super) struct RemainingDrift<R, const D: usize = 2> {
 /// The result of a search for the segment that a node meets: the segment, if there is one, and bounds on the time of
 /// impact.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Hit<R: Real> {
+pub struct Hit<R: Real> {
     /// False if the node meets no segment.
     pub(super) touches: R::Mask,
     /// The number of the segment; -1 if there is none.
@@ -308,6 +404,18 @@ impl<R: Real> Hit<R> {
             plane: self.plane.detach(),
             earliest: self.earliest.detach(),
             latest: self.latest.detach(),
+        }
+    }
+
+    /// The hit for duals with the values of `R`.
+    #[inline(always)]
+    fn constant<const N: usize>(self) -> Hit<Dual<R, N>> {
+        Hit {
+            touches: self.touches,
+            segment: Dual::constant(self.segment),
+            plane: self.plane.constant(),
+            earliest: Dual::constant(self.earliest),
+            latest: Dual::constant(self.latest),
         }
     }
 

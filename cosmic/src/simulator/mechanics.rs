@@ -152,8 +152,7 @@ impl Mechanics {
         let terrain = self.terrain.as_ref();
         for _ in 0..self.substeps {
             if let Some(drift) = self.first {
-                let settings = &given.contact[2..];
-                nodes = self.contact.drift(p, drift, terrain, nodes, settings);
+                nodes = self.drifted(p, drift, nodes, given);
             }
             let step = Step {
                 graph,
@@ -200,6 +199,27 @@ impl Mechanics {
             nodes = self.contact.fly(p, self.flight, terrain, pushed);
         }
         nodes
+    }
+
+    /// Records a drift, which is a flight without a push.
+    fn drifted(
+        &self,
+        p: &mut Program,
+        drift: Drift,
+        nodes: Particle<Array>,
+        given: &Parameters<Array>,
+    ) -> Particle<Array> {
+        let (inverse_mass, decay) = (given.inverse_mass, 1.0);
+        let [zero, zeros] =
+            [1, inverse_mass.len()].map(|n| p.gather(given.contact[0], &vec![None; n]));
+        let pushed = FlightInputs {
+            nodes,
+            impulses: Vector::new([zeros; 2]),
+            inverse_mass,
+            uniforms: &[&[zero; 2], &given.contact[2..]].concat(),
+        };
+        let flight = Flight { drift, decay };
+        self.contact.fly(p, flight, self.terrain.as_ref(), pushed)
     }
 
     /// Records the meter after an explicit push in which nodes get these impulses (N s).

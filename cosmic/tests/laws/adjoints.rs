@@ -3,8 +3,8 @@
 use autodiff::arrays::Fixed;
 use autodiff::emit::{adjoint, assert_fresh};
 use cosmic::laws::{
-    BarForce, Bump, Contact, Coulomb, Drift, Drifting, Equation, FirstPass, Flat, Flight, Flying,
-    Hooke, Impulse, Linear, NextPass, NoGround, Sticking, Sum, Tension, Total,
+    BarForce, Bump, Contact, Coulomb, Drift, Equation, FirstPass, Flat, Flight, Flying, Hooke,
+    Impulse, Linear, NextPass, NoGround, Sticking, Sum, Tension, Total,
 };
 
 const HEADER: &str = "\
@@ -15,7 +15,7 @@ use autodiff::Real;
 
 use super::bar::Tension;
 use super::bumpers::{Bump, Total};
-use super::contact::{Drifting, Flying};
+use super::contact::Flying;
 use super::coulomb::Coulomb;
 use super::force::Sum;
 use super::hold::{Equation, FirstPass, NextPass};
@@ -29,9 +29,8 @@ use super::sticking::Sticking;
 /// one setting of the contact law.
 const UNIFORMS: [&str; 3] = ["at.uniforms[0]", "at.uniforms[1]", "at.uniforms[2]"];
 
-/// Generates the code of two adjoint functions for the contact law `name`: the adjoint of a step, and the adjoint of a
-/// drift.
-fn of_contact<C: Contact>(name: &str) -> [String; 2] {
+/// Generates the code of the adjoint function of a step for the contact law `name`.
+fn of_contact<C: Contact>(name: &str) -> String {
     let (contact, ground) = (C::default(), Flat);
     let flying = |v: &[f64]| Fixed {
         kernel: Flying {
@@ -44,21 +43,9 @@ fn of_contact<C: Contact>(name: &str) -> [String; 2] {
         },
         uniforms: v[2..].to_vec(),
     };
-    let drifting = |v: &[f64]| Fixed {
-        kernel: Drifting {
-            drift: Drift { dt: v[0] },
-            contact: contact.clone(),
-            ground,
-        },
-        uniforms: v[1..].to_vec(),
-    };
     let of_flight = ["self.flight.drift.dt", "self.flight.decay"];
     let of_flight = [&of_flight, &UNIFORMS[..2 + C::COUNT]].concat();
-    let of_drift = [&["self.drift.dt"], &UNIFORMS[..C::COUNT]].concat();
-    [
-        adjoint(&format!("Flying<{name}>"), &of_flight, flying),
-        adjoint(&format!("Drifting<{name}>"), &of_drift, drifting),
-    ]
+    adjoint(&format!("Flying<{name}>"), &of_flight, flying)
 }
 
 /// Generates the code of the adjoint function for the impulse of the law along bars `name`.
@@ -128,6 +115,6 @@ fn adjoints_are_fresh() {
         ),
         adjoint("Impulse", &[], |_| Impulse),
     ];
-    let all = [contacts.as_flattened(), &forces, &implicit].concat();
+    let all = [&contacts[..], &forces, &implicit].concat();
     assert_fresh("src/laws/adjoints.rs", HEADER, &all);
 }

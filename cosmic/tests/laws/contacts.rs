@@ -8,11 +8,11 @@ use autodiff::{Kernel, Real};
 use cosmic::geometry::{Profile, Vector};
 use cosmic::kernel;
 use cosmic::laws::{
-    Contact, Coulomb, Drift, Drifting, Flat, Flight, Flying, Impact, Law, NoGround, Sticking,
-    Surface, Terrain,
+    Contact, Coulomb, Drift, Flat, Flight, Flying, Impact, Law, NoGround, Sticking, Surface,
+    Terrain,
 };
 
-use super::kernels::{DT, adjoint, is_right, values, verdict};
+use super::kernels::{DT, Drifting, adjoint, is_right, values, verdict};
 
 fn flying<C: Contact, G: Surface>(contact: C, ground: G) -> Fixed<Flying<C, G>> {
     let drift = Drift { dt: DT };
@@ -21,17 +21,6 @@ fn flying<C: Contact, G: Surface>(contact: C, ground: G) -> Fixed<Flying<C, G>> 
         uniforms: [vec![-0.003, -0.009], values(&contact)].concat(),
         kernel: Flying {
             flight: Flight { drift, decay },
-            contact,
-            ground,
-        },
-    }
-}
-
-fn drifting<C: Contact, G: Surface>(contact: C, ground: G) -> Fixed<Drifting<C, G>> {
-    Fixed {
-        uniforms: values(&contact),
-        kernel: Drifting {
-            drift: Drift { dt: DT },
             contact,
             ground,
         },
@@ -51,7 +40,7 @@ fn contact_is_right<C: Contact>(contact: C) {
     for node in NODES {
         is_right(&flying(contact.clone(), Flat), node);
         let [x, y, vx, vy, ..] = node;
-        is_right(&drifting(contact.clone(), Flat), [x, y, vx, vy]);
+        is_right(&Drifting::new(contact.clone(), Flat), [x, y, vx, vy]);
     }
 }
 
@@ -70,7 +59,7 @@ fn contacts() {
 #[test]
 fn coulomb_friction_at_rest() {
     let resting = [0.3, 1e-3, 0.0, -0.9];
-    let drift = |friction| drifting(Coulomb { friction }, Flat);
+    let drift = |friction| Drifting::new(Coulomb { friction }, Flat);
     is_right(&drift(0.2), resting);
     is_right(&drift(0.0), resting);
     let by_velocity = |friction| adjoint(&drift(friction), resting, [0.0, 0.0, 1.0, 0.0])[2];
@@ -108,7 +97,7 @@ fn wide_valley() -> Terrain {
 
 /// Returns the node `[x, y, vx, vy]` after a drift over [`valley`].
 fn over_valley<C: Contact>(contact: C, node: [f64; 4]) -> [f64; 4] {
-    drifting(contact, valley()).eval(node, &[])
+    Drifting::new(contact, valley()).eval(node, &[])
 }
 
 /// The height of a node above the line through the slope that leads down into the valley, m.
@@ -136,7 +125,7 @@ const SLIDER: [f64; 4] = [0.4996, 0.0005, 0.5, -0.9];
 /// Checks the adjoints of steps and drifts over the valley, for all of [`WALKERS`].
 fn contact_over_terrain_is_right<C: Contact>(contact: C) {
     for node in WALKERS {
-        is_right(&drifting(contact.clone(), valley()), node);
+        is_right(&Drifting::new(contact.clone(), valley()), node);
         let [x, y, vx, vy] = node;
         let pushed = [x, y, vx, vy, 1e-3, -1e-3, 40.0];
         is_right(&flying(contact.clone(), valley()), pushed);
@@ -168,7 +157,7 @@ fn contacts_over_terrain() {
     for friction in [0.1, 0.3, 2.5] {
         contact_over_terrain_is_right(Coulomb { friction });
     }
-    is_right(&drifting(Coulomb { friction: 4.0 }, valley()), SLIDER);
+    is_right(&Drifting::new(Coulomb { friction: 4.0 }, valley()), SLIDER);
 }
 
 #[test]
@@ -196,14 +185,14 @@ fn a_second_impact_within_a_step() {
     assert!((x - 0.5).abs() < 1e-14 && y.abs() < 1e-14, "{x} {y}");
     // A node that comes down the steep side stops in the corner too.
     for node in [SLIDER, [0.5003, 0.0022, -0.1, -1.5]] {
-        let cornered = drifting(Coulomb::default(), valley());
+        let cornered = Drifting::new(Coulomb::default(), valley());
         assert_eq!(cornered.eval(node, &[])[2..], [0.0, 0.0]);
         let by_node = adjoint(&cornered, node, [1.0, -0.4, 1.0, 1.0]);
         assert!(by_node.iter().all(|bar| bar.abs() < 1e-14), "{by_node:?}");
     }
 
     // In a wider corner, the law also responds on the second side, and the node moves on along that side.
-    let wide = drifting(Coulomb::default(), wide_valley());
+    let wide = Drifting::new(Coulomb::default(), wide_valley());
     let [x, y, vx, vy] = wide.eval(SLIDER, &[]);
     assert!(x > 0.5 && (y - 0.25 * (x - 0.5)).abs() < 1e-15);
     // The node slides down with the velocity (0.7, -0.7). After the corner, the component along (4, 1) / sqrt 17
@@ -216,7 +205,7 @@ fn a_second_impact_within_a_step() {
 /// A node that bounces off one side of a valley also bounces off the other side.
 #[test]
 fn a_user_s_law_responds_at_every_impact() {
-    let [x, y, vx, vy] = drifting(Bouncing {}, wide_valley()).eval(SLIDER, &[]);
+    let [x, y, vx, vy] = Drifting::new(Bouncing {}, wide_valley()).eval(SLIDER, &[]);
     // The velocity (0.5, -0.9) is (0.7, -0.7) along the slope plus (-0.2, -0.2) into it. Half of the second part is
     // reflected, which gives (0.8, -0.6). On the other side, this is 2.6 / 17 (4, 1) along the side and -3.2 / 17 (-1,
     // 4) into it.
@@ -243,7 +232,8 @@ fn segments_end_at_their_corners() {
 fn points_on_a_line_are_no_corners() {
     let points = (0..40).map(|k| [0.1 + 1e-4 * f64::from(k), 0.3 - 0.5e-4 * f64::from(k)]);
     let slope = terrain(&points.collect::<Vec<_>>());
-    let [x, _, vx, vy] = drifting(Coulomb::default(), slope).eval([0.1005, 0.2998, 1.0, -0.9], &[]);
+    let [x, _, vx, vy] =
+        Drifting::new(Coulomb::default(), slope).eval([0.1005, 0.2998, 1.0, -0.9], &[]);
     // Of the velocity (1, -0.9), the component along (2, -1) / sqrt 5 remains. The points are 1e-4 apart and rounded at
     // 3e-17, so the direction between them is exact to 1e-12.
     assert!((vx - 2.0 * 2.9 / 5.0).abs() < 1e-11 && (vy + 0.5 * vx).abs() < 1e-11);

@@ -1,8 +1,10 @@
 //! Checks the adjoints of kernels.
 
+use autodiff::arrays::Fixed;
 use autodiff::check::{Along, Claim, Options, Verdict, check_directions};
 use autodiff::{DoubleDouble, Dual, Kernel, Pullback, Real};
-use cosmic::laws::Law;
+use cosmic::kernel;
+use cosmic::laws::{Contact, Drift, Flight, Flying, Law, Surface};
 
 /// The time step of the tests, s.
 pub(super) const DT: f64 = 0.002;
@@ -67,4 +69,40 @@ pub(super) fn is_right<K: Kernel<I, O>, const I: usize, const O: usize>(kernel: 
 /// The values of a law's settings.
 pub(super) fn values(law: &impl Law) -> Vec<f64> {
     law.inputs().into_iter().map(|(_, value)| value).collect()
+}
+
+/// A drift without a push: a kernel that maps the node `[x, y, vx, vy]` to the node after it.
+pub(super) struct Drifting<C, G>(Fixed<Flying<C, G>>);
+
+impl<C: Contact, G: Surface> Drifting<C, G> {
+    pub(super) fn new(contact: C, ground: G) -> Self {
+        Self(Fixed {
+            uniforms: [vec![0.0; 2], values(&contact)].concat(),
+            kernel: Flying {
+                flight: Flight {
+                    drift: Drift { dt: DT },
+                    decay: 1.0,
+                },
+                contact,
+                ground,
+            },
+        })
+    }
+}
+
+/// The inputs of [`Flying`] for a node that gets no impulse.
+fn not_pushed<R: Real>([x, y, vx, vy]: [R; 4]) -> [R; 7] {
+    [x, y, vx, vy, R::zero(), R::zero(), R::one()]
+}
+
+#[kernel]
+impl<C: Contact, G: Surface> Kernel<4, 4> for Drifting<C, G> {
+    fn eval<R: Real>(&self, node: [R; 4], _: &[R]) -> [R; 4] {
+        self.0.eval(not_pushed(node), &[])
+    }
+
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 4, 4, M>) -> [[R; 4]; M] {
+        let at = Pullback::new(&self.0, not_pushed(at.x), &[], at.y_bar);
+        self.0.vjp(at).map(|[x, y, vx, vy, ..]| [x, y, vx, vy])
+    }
 }

@@ -1,25 +1,18 @@
 //! Tests of contact with vertical walls: where nodes end, at walls, edges and feet, and their derivatives.
 
-use autodiff::arrays::Fixed;
 use autodiff::check::Verdict;
 use autodiff::{Dual, Kernel};
 use cosmic::geometry::{Profile, Vector};
-use cosmic::laws::{Contact, Coulomb, Drift, Drifting, Sticking, Terrain};
+use cosmic::laws::{Contact, Coulomb, Sticking, Terrain};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-use super::kernels::{DT, adjoint, is_right, values, verdict};
+use super::kernels::{DT, Drifting, adjoint, is_right, verdict};
 
-fn drifting<C: Contact>(contact: C, points: &[[f64; 2]]) -> Fixed<Drifting<C, Terrain>> {
+fn drifting<C: Contact>(contact: C, points: &[[f64; 2]]) -> Drifting<C, Terrain> {
     let points = points.iter().copied().map(Vector::new).collect();
-    Fixed {
-        uniforms: values(&contact),
-        kernel: Drifting {
-            drift: Drift { dt: DT },
-            contact,
-            ground: Terrain::new(&Profile::new(points).unwrap()).unwrap(),
-        },
-    }
+    let terrain = Terrain::new(&Profile::new(points).unwrap()).unwrap();
+    Drifting::new(contact, terrain)
 }
 
 /// Level ground that rises by 0.125 m at 1 m. The numbers are exact in binary, so that rounding decides nothing.
@@ -160,7 +153,7 @@ const WALKERS: [[f64; 4]; 8] = [
 #[test]
 fn derivatives_at_walls() {
     let (mut moving, mut in_foot) = (0, 0);
-    let mut check = |drift: Fixed<Drifting<Coulomb, Terrain>>, node: [f64; 4]| {
+    let mut check = |drift: Drifting<Coulomb, Terrain>, node: [f64; 4]| {
         let [x, y, vx, vy] = drift.eval(node, &[]);
         // The height of the foot has a rounding error.
         if y.abs() < 1e-12 && [x.abs(), vx, vy] == [1.0, 0.0, 0.0] {
