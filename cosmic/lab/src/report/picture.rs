@@ -10,21 +10,16 @@ pub type Place = Vector<f64>;
 pub struct Colour {
     /// Red, green and blue.
     pub rgb: [u8; 3],
-    /// The opacity, from 0 (invisible) to 1 (opaque).
-    pub opacity: f64,
 }
 
 impl Colour {
-    /// Returns the opaque colour `0xRRGGBB`.
+    /// Returns the colour `0xRRGGBB`.
     pub(super) const fn hex(rgb: u32) -> Self {
         let [_, r, g, b] = rgb.to_be_bytes();
-        Self {
-            rgb: [r, g, b],
-            opacity: 1.0,
-        }
+        Self { rgb: [r, g, b] }
     }
 
-    /// Returns the opaque mixture of this colour and `other`. `share` is the fraction of `other`, from 0 to 1.
+    /// Returns the mixture of this colour and `other`. `share` is the fraction of `other`, from 0 to 1.
     pub(super) fn mixed(self, other: Self, share: f64) -> Self {
         let mix = |k: usize| {
             let (from, to) = (f64::from(self.rgb[k]), f64::from(other.rgb[k]));
@@ -32,7 +27,6 @@ impl Colour {
         };
         Self {
             rgb: [0, 1, 2].map(mix),
-            opacity: 1.0,
         }
     }
 }
@@ -46,63 +40,28 @@ pub(super) const MUTED: Colour = Colour::hex(0x656d76);
 /// The style of a line.
 #[derive(Clone, Copy)]
 pub(super) struct Pen {
-    pub colour: Colour,
+    pub(super) colour: Colour,
     /// The width in pixels.
     pub(super) width: f64,
-    /// The lengths of dashes and gaps in turn, in pixels, written as in SVG; empty for a solid line.
-    pub(super) dashes: &'static str,
 }
 
 impl Pen {
     pub(super) const fn new(colour: Colour, width: f64) -> Self {
-        Self::dashed(colour, width, "")
-    }
-
-    pub(super) const fn dashed(colour: Colour, width: f64, dashes: &'static str) -> Self {
-        Self {
-            colour,
-            width,
-            dashes,
-        }
+        Self { colour, width }
     }
 }
 
 /// The style of a text.
-#[derive(Clone, Copy)]
-pub struct Font {
-    /// The colour.
-    pub colour: Colour,
-    /// The fraction of the text's width that is to the left of its place: 0, 0.5 or 1.
-    pub anchor: f64,
-    /// True for bold text.
-    pub bold: bool,
-    /// The size in pixels.
-    pub size: f64,
-}
-
-impl Font {
-    /// Plain text of 12 pixels that begins at its place.
-    pub const PLAIN: Self = Self {
-        colour: INK,
-        anchor: 0.0,
-        bold: false,
-        size: 12.0,
-    };
-    pub(super) const BOLD: Self = Self {
-        bold: true,
-        ..Self::PLAIN
-    };
-    pub(super) const MUTED: Self = Self {
-        colour: MUTED,
-        ..Self::PLAIN
-    };
-    pub(super) const END: Self = Self::PLAIN.at(1.0);
-    pub(super) const CAPTION: Self = Self::MUTED.at(0.5);
-
-    /// Returns this style with another anchor.
-    pub const fn at(self, anchor: f64) -> Self {
-        Self { anchor, ..self }
-    }
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Font {
+    /// Text that begins at its place.
+    Plain,
+    /// Bold text that begins at its place.
+    Bold,
+    /// Text that ends at its place.
+    End,
+    /// Muted text around its place.
+    Caption,
 }
 
 /// A part of a picture.

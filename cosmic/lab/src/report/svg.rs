@@ -1,6 +1,6 @@
 //! Writes pictures as SVG.
 
-use super::picture::{Colour, Pen, Picture, Place, Shape};
+use super::picture::{Colour, Font, INK, MUTED, Pen, Picture, Place, Shape};
 use crate::table::escape;
 
 impl Picture {
@@ -42,16 +42,15 @@ fn element(shape: &Shape) -> String {
             format!("<rect x=\"{x:.1}\" y=\"{y:.1}\" {size}{fill}/>\n")
         }
         Shape::Text(place, text, font) => {
-            let ([x, y], text, size) = (place.array(), escape(text), font.size);
-            let mut style = paint("fill", font.colour);
-            if font.anchor > 0.0 {
-                let anchor = if font.anchor < 1.0 { "middle" } else { "end" };
-                style += &format!(" text-anchor=\"{anchor}\"");
-            }
-            if font.bold {
-                style += " font-weight=\"600\"";
-            }
-            format!("<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\"{style}>{text}</text>\n")
+            let ([x, y], text) = (place.array(), escape(text));
+            let (colour, style) = match font {
+                Font::Plain => (INK, ""),
+                Font::Bold => (INK, " font-weight=\"600\""),
+                Font::End => (INK, " text-anchor=\"end\""),
+                Font::Caption => (MUTED, " text-anchor=\"middle\""),
+            };
+            let fill = paint("fill", colour);
+            format!("<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"12\"{fill}{style}>{text}</text>\n")
         }
     }
 }
@@ -60,21 +59,12 @@ fn stroke(pen: &Pen) -> String {
     if pen.width == 0.0 {
         return String::new();
     }
-    let dashes = match pen.dashes {
-        "" => String::new(),
-        lengths => format!(" stroke-dasharray=\"{lengths}\""),
-    };
     let (colour, width) = (paint("stroke", pen.colour), pen.width);
-    format!("{colour} stroke-width=\"{width:.1}\"{dashes}")
+    format!("{colour} stroke-width=\"{width:.1}\"")
 }
 
-/// Returns two SVG attributes for a colour: `name` (which is `fill` or `stroke`) with the colour, and the attribute for
-/// its opacity.
+/// Returns the SVG attribute `name` (which is `fill` or `stroke`) with a colour.
 fn paint(name: &str, colour: Colour) -> String {
     let [r, g, b] = colour.rgb;
-    let opacity = match colour.opacity {
-        1.0 => String::new(),
-        opacity => format!(" {name}-opacity=\"{opacity}\""),
-    };
-    format!(" {name}=\"#{r:02x}{g:02x}{b:02x}\"{opacity}")
+    format!(" {name}=\"#{r:02x}{g:02x}{b:02x}\"")
 }
