@@ -310,7 +310,7 @@ impl Run {
         if is_asked(observer) {
             return self.interrupted();
         }
-        if delivery.divergence.is_none() {
+        if delivery.seen.divergence.is_none() {
             return error;
         }
         observer.warning(self, &error.to_string());
@@ -364,12 +364,12 @@ impl Run {
     fn write_result(&self, delivery: &Delivery) -> Result<Summary> {
         let folder = self.lock.folder();
         self.write_design(delivery)?;
-        let Trajectory { steps, states, .. } = delivery.trajectory.clone();
+        let Trajectory { steps, states, .. } = delivery.seen.trajectory.clone();
         let moves = TrajectoryFile {
             dt: self.plan.scene.physics.dt,
             steps,
             states,
-            bars: delivery.bars.clone(),
+            bars: delivery.seen.bars.clone(),
         };
         write_json(&folder.join(TRAJECTORY), trajectory_file::FORMAT, &moves)?;
         let summary = Summary::new(&self.plan, &self.progress, delivery, self.seconds());
@@ -387,7 +387,7 @@ impl Run {
             &delivery.controller,
         );
         design.write(&folder.join(DESIGN))?;
-        let Some(divergence) = &delivery.divergence else {
+        let Some(divergence) = &delivery.seen.divergence else {
             return Ok(());
         };
         let case = design.case(&self.plan.scene, DESIGN)?;
