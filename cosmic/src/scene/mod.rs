@@ -54,7 +54,6 @@ pub use design::{
     BinarisationMethod, BinarisationSettings, DesignSettings, Layout, ProjectionSettings,
     StartKind, StartSettings, VolumeSettings,
 };
-pub use follow::DerivedSetting;
 pub use generator::edges;
 pub(crate) use generator::places;
 pub(crate) use keys::allowed_instead;

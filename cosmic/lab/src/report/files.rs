@@ -67,9 +67,9 @@ impl RobotFiles {
         of_kind.map(|(edge, _)| edge).collect()
     }
 
-    /// Returns a copy of the robot for drawing: its design vectors are `z`, and its materials follow from `z`. Each
-    /// edge gets the solid material of which it has more, or void if it has almost no solid material.
-    pub(super) fn drawn_as(&self, z: &[[f64; 3]]) -> Self {
+    /// Returns a copy of the robot for drawing. Each edge has the solid material of which it has more, or void if it has
+    /// almost no solid material.
+    pub(super) fn drawn(&self) -> Self {
         let drawn = |mixture: Mixture<f64>| {
             if mixture[Material::Void] > 0.98 {
                 Material::Void
@@ -80,8 +80,7 @@ impl RobotFiles {
             }
         };
         let mut design = self.design.clone();
-        design.z = z.to_vec();
-        design.materials = self.mixtures(z).into_iter().map(drawn).collect();
+        design.materials = (self.mixtures(&design.z).into_iter()).map(drawn).collect();
         Self {
             scene: self.scene.clone(),
             lattice: self.lattice.clone(),
