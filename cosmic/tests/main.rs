@@ -76,9 +76,7 @@ mod record {
         mod walk;
         mod write;
     }
-    mod multistart {
-        mod search;
-    }
+    mod multistart;
     mod run {
         mod folder;
     }

@@ -21,7 +21,6 @@ mod design;
 mod optimisation;
 mod beyond;
 mod layout;
-mod version;
 mod base;
 mod keys;
 mod follow;

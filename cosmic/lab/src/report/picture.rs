@@ -1,5 +1,6 @@
-//! A picture is a list of shapes. It is written as SVG or painted as pixels.
+//! A picture is a list of shapes. It is written as SVG here, and painted as pixels in `pixels.rs`.
 
+use crate::table::escape;
 use cosmic::geometry::Vector;
 
 /// A position or a size in a picture, in pixels. The first coordinate points to the right, the second downwards.
@@ -33,9 +34,9 @@ impl Colour {
 
 pub(super) const PAPER: Colour = Colour::hex(0xffffff);
 /// The colour of text and axes.
-pub(super) const INK: Colour = Colour::hex(0x1f2328);
+const INK: Colour = Colour::hex(0x1f2328);
 /// The colour of secondary text.
-pub(super) const MUTED: Colour = Colour::hex(0x656d76);
+const MUTED: Colour = Colour::hex(0x656d76);
 
 /// The style of a line.
 #[derive(Clone, Copy)]
@@ -102,4 +103,68 @@ impl Picture {
         let text = Shape::Text(place.into(), text.into(), font);
         self.shapes.push(text);
     }
+
+    /// Returns the picture as an SVG file on white paper.
+    pub(super) fn to_svg(&self, size: impl Into<Place>, title: &str) -> String {
+        let [width, height] = size.into().array();
+        let title = escape(title);
+        let shapes: String = self.shapes.iter().map(element).collect();
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" \
+             width=\"{width:.0}\" height=\"{height:.0}\" role=\"img\" \
+             font-family=\"system-ui, 'Segoe UI', Helvetica, Arial, sans-serif\" fill=\"none\" \
+             stroke-linecap=\"round\" stroke-linejoin=\"round\">\n<title>{title}</title>\n\
+             <rect width=\"{width:.0}\" height=\"{height:.0}\" fill=\"#fff\"/>\n{shapes}</svg>\n"
+        )
+    }
+}
+
+fn element(shape: &Shape) -> String {
+    match shape {
+        Shape::Line(points, pen) => {
+            let point = |point: &Place| format!("{:.1},{:.1}", point[0], point[1]);
+            let points: Vec<String> = points.iter().map(point).collect();
+            format!(
+                "<polyline points=\"{}\"{}/>\n",
+                points.join(" "),
+                stroke(pen)
+            )
+        }
+        Shape::Disc(middle, radius, fill, edge) => {
+            let [x, y] = middle.array();
+            let style = paint("fill", *fill) + &stroke(edge);
+            format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\"{style}/>\n")
+        }
+        Shape::Rectangle(corner, size, fill) => {
+            let ([x, y], [width, height]) = (corner.array(), size.array());
+            let size = format!("width=\"{width:.1}\" height=\"{height:.1}\"");
+            let fill = paint("fill", *fill);
+            format!("<rect x=\"{x:.1}\" y=\"{y:.1}\" {size}{fill}/>\n")
+        }
+        Shape::Text(place, text, font) => {
+            let ([x, y], text) = (place.array(), escape(text));
+            let (colour, style) = match font {
+                Font::Plain => (INK, ""),
+                Font::Bold => (INK, " font-weight=\"600\""),
+                Font::End => (INK, " text-anchor=\"end\""),
+                Font::Caption => (MUTED, " text-anchor=\"middle\""),
+            };
+            let fill = paint("fill", colour);
+            format!("<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"12\"{fill}{style}>{text}</text>\n")
+        }
+    }
+}
+
+fn stroke(pen: &Pen) -> String {
+    if pen.width == 0.0 {
+        return String::new();
+    }
+    let (colour, width) = (paint("stroke", pen.colour), pen.width);
+    format!("{colour} stroke-width=\"{width:.1}\"")
+}
+
+/// Returns the SVG attribute `name` (which is `fill` or `stroke`) with a colour.
+fn paint(name: &str, colour: Colour) -> String {
+    let [r, g, b] = colour.rgb;
+    format!(" {name}=\"#{r:02x}{g:02x}{b:02x}\"")
 }

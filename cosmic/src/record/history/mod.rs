@@ -3,7 +3,6 @@
 
 mod walk;
 mod rows;
-mod appended;
 mod write;
 
 pub use rows::{DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, read, read_lines};
