@@ -22,58 +22,11 @@ pub enum Projection {
     Stability,
 }
 
-/// Projects the design vectors of a design to mixtures of materials. A layout (one material per edge) does not change
-/// (D7).
-pub fn projected(
-    projection: Projection,
-    design: &Design<[f64; 3]>,
-    settings: &ProjectionSettings,
-    holds: &MixtureLimits,
-) -> Design<Mixture<f64>> {
-    match design {
-        Design::Undecided(z) => Design::Undecided(mixtures(projection, z, settings, holds)),
-        Design::Layout(layout) => Design::Layout(layout.clone()),
-    }
-}
-
-/// The mixture of every edge: positive shares of void, skeleton and actuator that sum to 1.
-///
-/// The design vectors of edges that are [tied](MixtureLimits) together are replaced by their mean. Before every softmax, the
-/// amounts in `holds` are subtracted from the design vectors. The stability projection first subtracts the mean of all
-/// design vectors: in the other order, the mean would cancel a part of the amounts.
-pub fn mixtures<R: Real>(
-    projection: Projection,
-    z: &[[R; 3]],
-    settings: &ProjectionSettings,
-    holds: &MixtureLimits,
-) -> Vec<Mixture<R>> {
-    let z = &*holds.tied(z);
-    let lower = |edge: usize, z: [R; 3]| match holds.amounts.get(edge) {
-        Some(hold) => [0, 1, 2].map(|k| z[k] - R::lit(hold[k])),
-        None => z,
-    };
-    let rows = z.iter().enumerate();
-    match projection {
-        Projection::Performance => rows
-            .map(|(edge, &z)| Mixture(softmax(lower(edge, z), settings.beta)))
-            .collect(),
-        Projection::Stability => {
-            let mean = mean(z);
-            let project = |(edge, z): (usize, &[R; 3])| {
-                let centred = (Vector::new(*z) - mean).array();
-                let centred = lower(edge, centred);
-                let sharp = softmax(centred.map(R::detach), settings.beta_stability);
-                let soft = softmax(centred, settings.beta_straight_through);
-                Mixture([0, 1, 2].map(|k| sharp[k].straight_through(soft[k])))
-            };
-            rows.map(project).collect()
-        }
-    }
-}
-
-/// Restrictions on the mixtures of materials that edges may have. By default there are no restrictions.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct MixtureLimits {
+/// Projects design vectors to mixtures of materials. It knows how sharp the projections of a scene are, and the
+/// restrictions on the mixtures of a lattice's edges.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Projector {
+    settings: ProjectionSettings,
     /// For each edge, the amount that is subtracted from each entry of its design vector. The list is empty if all
     /// amounts are zero.
     amounts: Vec<[f64; 3]>,
@@ -81,17 +34,28 @@ pub struct MixtureLimits {
     ties: Vec<Vec<usize>>,
 }
 
-impl MixtureLimits {
-    /// The restrictions that a scene sets. With `hold_materials`, each edge keeps the solid material that it has in the
-    /// filled layout: the value of that setting is subtracted from the entry of the other solid material. An edge has no
-    /// share of a material that the rules of the lattice do not allow.
+impl Projector {
+    /// A projector without restrictions.
+    pub fn free(settings: &ProjectionSettings) -> Self {
+        Self {
+            settings: settings.clone(),
+            amounts: Vec::new(),
+            ties: Vec::new(),
+        }
+    }
+
+    /// A projector with the restrictions that a scene sets. With `hold_materials`, each edge keeps the solid material that
+    /// it has in the filled layout: the value of that setting is subtracted from the entry of the other solid material. An
+    /// edge has no share of a material that the rules of the lattice do not allow.
     pub fn new(settings: &ProjectionSettings, lattice: &Lattice) -> Self {
         let amount = settings.hold_materials;
         let rules = &lattice.rules;
-        let ties = rules.tie.clone();
+        let free = Self {
+            ties: rules.tie.clone(),
+            ..Self::free(settings)
+        };
         if amount == 0.0 && rules.allow_all() {
-            let amounts = Vec::new();
-            return Self { amounts, ties };
+            return free;
         }
         let betas = [
             settings.beta,
@@ -113,8 +77,52 @@ impl MixtureLimits {
             })
         };
         let filled = filled(lattice).into_iter().enumerate();
-        let amounts = filled.map(hold).collect();
-        Self { amounts, ties }
+        Self {
+            amounts: filled.map(hold).collect(),
+            ..free
+        }
+    }
+
+    /// Projects the design vectors of a design. A layout (one material per edge) does not change (D7).
+    pub fn projected(
+        &self,
+        projection: Projection,
+        design: &Design<[f64; 3]>,
+    ) -> Design<Mixture<f64>> {
+        match design {
+            Design::Undecided(z) => Design::Undecided(self.mixtures(projection, z)),
+            Design::Layout(layout) => Design::Layout(layout.clone()),
+        }
+    }
+
+    /// The mixture of every edge: positive shares of void, skeleton and actuator that sum to 1.
+    ///
+    /// The design vectors of edges that are tied together are replaced by their mean. Before every softmax, the amounts of
+    /// the restrictions are subtracted from the design vectors. The stability projection first subtracts the mean of all
+    /// design vectors: in the other order, the mean would cancel a part of the amounts.
+    pub fn mixtures<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> Vec<Mixture<R>> {
+        let (settings, z) = (&self.settings, &*self.tied(z));
+        let lower = |edge: usize, z: [R; 3]| match self.amounts.get(edge) {
+            Some(hold) => [0, 1, 2].map(|k| z[k] - R::lit(hold[k])),
+            None => z,
+        };
+        let rows = z.iter().enumerate();
+        match projection {
+            Projection::Performance => rows
+                .map(|(edge, &z)| Mixture(softmax(lower(edge, z), settings.beta)))
+                .collect(),
+            Projection::Stability => {
+                let mean = mean(z);
+                let project = |(edge, z): (usize, &[R; 3])| {
+                    let centred = (Vector::new(*z) - mean).array();
+                    let centred = lower(edge, centred);
+                    let sharp = softmax(centred.map(R::detach), settings.beta_stability);
+                    let soft = softmax(centred, settings.beta_straight_through);
+                    Mixture([0, 1, 2].map(|k| sharp[k].straight_through(soft[k])))
+                };
+                rows.map(project).collect()
+            }
+        }
     }
 
     /// True if an amount is subtracted from the entry for `material` in the design vector of `edge`.

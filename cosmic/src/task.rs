@@ -10,10 +10,9 @@ use crate::inputs::Inputs;
 use crate::lattice::{Body, Lattice, State};
 use crate::objective::{Loss, LossOf};
 use crate::policy::Goals;
-use crate::projection::{self, MixtureLimits, Projection, Variation};
+use crate::projection::{Projector, Variation};
 use crate::scene::{
-    AnyDesign, ControllerSettings, MaterialSettings, MovedBody, PhysicsSettings,
-    ProjectionSettings, Scene,
+    AnyDesign, ControllerSettings, MaterialSettings, MovedBody, PhysicsSettings, Scene,
 };
 use crate::simulator::stability::Vibration;
 use crate::simulator::{Robots, Simulator, Span, StepCheck, Trajectory};
@@ -56,10 +55,8 @@ pub struct Task {
     pub physics: PhysicsSettings,
     /// The stiffnesses, densities and strains of the materials.
     pub materials: MaterialSettings,
-    /// The sharpness of the projections, and `delta`, the small number in the overlap measures.
-    pub sharpness: ProjectionSettings,
-    /// The restrictions on the mixtures of edges.
-    holds: MixtureLimits,
+    /// Projects the design vectors of designs to mixtures.
+    pub projector: Projector,
     /// The simulator of the robot.
     pub simulator: Simulator,
     /// True if the weight of a node in means and observations [depends on how solid its edges
@@ -74,14 +71,13 @@ pub struct Task {
 impl Task {
     /// A task for the nominal robot of a scene on a lattice. Its rollouts have `physics.steps` steps.
     pub fn new(lattice: Lattice, scene: &Scene) -> Self {
-        let (physics, sharpness) = (&scene.physics, &scene.projection);
+        let physics = &scene.physics;
         Self {
             simulator: Simulator::new(&lattice, physics, &scene.controller),
-            holds: MixtureLimits::new(sharpness, &lattice),
+            projector: Projector::new(&scene.projection, &lattice),
             lattice,
             physics: physics.clone(),
             materials: scene.materials.clone(),
-            sharpness: sharpness.clone(),
             one_piece: scene.design.one_piece,
             moved: scene.objective.body,
             variation: None,
@@ -181,21 +177,6 @@ impl Task {
     /// The ground line of the physics.
     pub fn ground(&self) -> Ground {
         Ground::from(&self.physics)
-    }
-
-    /// Projects the design vectors `z` to mixtures with `projection`.
-    pub fn mixtures<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> Vec<Mixture<R>> {
-        projection::mixtures(projection, z, &self.sharpness, &self.holds)
-    }
-
-    /// Projects the design vectors of a design to mixtures with `projection`. A layout (one material per edge) does not
-    /// change.
-    pub fn projected(
-        &self,
-        projection: Projection,
-        design: &Design<[f64; 3]>,
-    ) -> Design<Mixture<f64>> {
-        projection::projected(projection, design, &self.sharpness, &self.holds)
     }
 
     /// The time step, s, below which every design of the lattice is [stable](AnyDesign::stable_step), and so are its

@@ -2,7 +2,7 @@ use crate::small::lattice;
 use cosmic::design::Design;
 use cosmic::design::Material::{Actuator, Skeleton, Void};
 use cosmic::lattice::Body;
-use cosmic::projection::{MixtureLimits, Projection, mixtures};
+use cosmic::projection::{Projection, Projector};
 use cosmic::scene::{MovedBody, ProjectionSettings, Scene};
 
 #[test]
@@ -50,12 +50,8 @@ fn nodes_without_a_bar_have_no_weight() {
 #[test]
 fn the_stability_projection_leaves_equal_edges_undecided() {
     let z = vec![[0.9, 0.1, 0.4]; 3];
-    for mixture in mixtures(
-        Projection::Stability,
-        &z,
-        &ProjectionSettings::default(),
-        &MixtureLimits::default(),
-    ) {
+    let projector = Projector::free(&ProjectionSettings::default());
+    for mixture in projector.mixtures(Projection::Stability, &z) {
         // The mean of three equal numbers has a rounding error. The sharpness of 500 multiplies this error.
         assert!(
             mixture

@@ -47,7 +47,9 @@ impl Mixing {
     /// that they see the same robot.
     pub(crate) fn body<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Body<R> {
         match self {
-            Self::By(projection) => task.body(&Design::Undecided(task.mixtures(*projection, z))),
+            Self::By(projection) => {
+                task.body(&Design::Undecided(task.projector.mixtures(*projection, z)))
+            }
             Self::AsGiven => task.body(&Design::of_shares(z)),
             Self::Layout(layout) => task.body_near(layout, z),
         }

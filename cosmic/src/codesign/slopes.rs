@@ -42,7 +42,7 @@ impl Variables<'_> {
     /// undecided design, whose void edges keep their small stiffness.
     pub fn design<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Design<Mixture<R>> {
         match self {
-            Self::Design(projection) => Design::Undecided(task.mixtures(*projection, z)),
+            Self::Design(projection) => Design::Undecided(task.projector.mixtures(*projection, z)),
             Self::Shares => Design::of_shares(z),
             Self::Controller(design) | Self::Nothing(design) => design.lift(),
         }

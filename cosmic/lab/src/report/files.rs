@@ -7,7 +7,7 @@ use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::{Error, Result, fits};
 use cosmic::lattice::Lattice;
 use cosmic::policy::frequency;
-use cosmic::projection::{MixtureLimits, Projection, projected};
+use cosmic::projection::{Projection, Projector};
 use cosmic::reading::read_whole;
 use cosmic::record::files::read_json;
 use cosmic::record::history::{self, DesignRow};
@@ -92,10 +92,9 @@ impl RobotFiles {
     /// Returns the mixture of each edge for the design vectors `z`. One-hot vectors, which are the form of a layout,
     /// are allowed too.
     pub(super) fn mixtures(&self, z: &[[f64; 3]]) -> Vec<Mixture<f64>> {
-        let settings = &self.scene.projection;
-        let holds = MixtureLimits::new(settings, &self.lattice);
+        let projector = Projector::new(&self.scene.projection, &self.lattice);
         let design = Design::of_vectors(z.to_vec());
-        let design = projected(Projection::Performance, &design, settings, &holds);
+        let design = projector.projected(Projection::Performance, &design);
         design.mixtures().into_owned()
     }
 }
