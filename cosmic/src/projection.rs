@@ -246,7 +246,7 @@ impl<R: Real> Body<R> {
     /// shares are those of the layout, it has the bits of the body of the layout. What the layout leaves out stays
     /// out, whatever the shares are: nodes without a bar and the springs at them, and the stiffness of void if
     /// `physics.void_edges` is "drop".
-    pub fn near_layout(
+    pub(crate) fn near_layout(
         layout: &[Material],
         shares: &Design<Mixture<R>>,
         one_piece: bool,
@@ -281,7 +281,7 @@ impl<R: Real> Body<R> {
 
     /// Like [`with_marker`](Self::with_marker), for a body [near a layout](Self::near_layout).
     #[must_use]
-    pub fn with_marker_near(
+    pub(crate) fn with_marker_near(
         self,
         moved: MovedBody,
         layout: &[Material],

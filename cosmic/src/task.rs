@@ -118,7 +118,7 @@ impl Task {
     /// A copy of the task with other physics, such as a shorter time step. Its robots have the controller's settings
     /// `controller`, their feedback, and the goal of the scene.
     #[must_use]
-    pub fn with_physics(&self, physics: &PhysicsSettings, controller: &ControllerSettings) -> Self {
+    pub(crate) fn with_physics(&self, physics: &PhysicsSettings, controller: &ControllerSettings) -> Self {
         let simulator = Simulator::new(&self.lattice, physics, controller);
         Self {
             simulator: simulator.with_memory(self.simulator.memory),
