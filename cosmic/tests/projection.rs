@@ -29,10 +29,13 @@ fn nodes_without_a_bar_have_no_weight() {
     layout[bar.unwrap()] = Skeleton;
     let layout = Design::Layout(layout);
     let marker = |moved, one_piece| {
-        let body: Body<f64> = Body::new(&layout, &lattice, &scene.materials, &scene.physics);
-        let body = body.with_one_piece(one_piece, &layout, &lattice);
+        let mut body: Body<f64> = Body::new(&layout, &lattice, &scene.materials, &scene.physics);
+        if one_piece {
+            body = body.with_one_piece(&layout, layout.layout(), &lattice);
+        }
         let mass = body.mass.clone();
-        (body.with_marker(moved, &layout, &lattice).marker, mass)
+        let body = body.with_marker(moved, &layout, layout.layout(), &lattice);
+        (body.marker, mass)
     };
     let in_use = [0.0, 1.0, 1.0, 1.0, 0.0, 0.0];
     for one_piece in [false, true] {
