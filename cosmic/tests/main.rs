@@ -73,7 +73,7 @@ mod reading;
 mod record {
     mod carry_out;
     mod history {
-        mod walk;
+        mod frames;
         mod write;
     }
     mod multistart;

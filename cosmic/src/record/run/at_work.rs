@@ -5,7 +5,7 @@ use crate::codesign::{CoDesign, Delivery, Progress, Record};
 use crate::error::{Error, Result};
 use crate::record::design_file::{DESIGN, DesignFile};
 use crate::record::files::{sweep, write_atomic, write_json};
-use crate::record::history::{DesignRow, History, Walk};
+use crate::record::history::{DesignRow, Frames, History};
 use crate::record::snapshot::{RunPlan, SNAPSHOT, Snapshot};
 use crate::record::summary::{self, DIVERGED, SUMMARY, Summary};
 use crate::record::trajectory_file::{self, TRAJECTORY, TrajectoryFile};
@@ -258,12 +258,12 @@ impl Run {
     }
 
     /// The motion of the current robot, for the history; `None` if the rollout diverges.
-    fn walk(&self) -> Option<Walk> {
+    fn walk(&self) -> Option<Frames> {
         let physics = &self.plan.scene.physics;
-        let moments = Walk::moments(physics.steps, physics.dt);
+        let moments = Frames::moments(physics.steps, physics.dt);
         let seen = self.codesign.evaluator().watch(&self.progress, moments)?;
         let spacing = self.codesign.task().lattice.spacing;
-        Walk::of_moments(&seen, physics.dt, spacing)
+        Frames::of_moments(&seen, physics.dt, spacing)
     }
 
     /// Warns if the grade of the time step is worse than ever before. Returns an error if the time step is unstable and
