@@ -32,7 +32,7 @@ fn main() -> Result<(), cosmic::Error> {
     let mut losses = [0.0; 20];
     for value in &mut losses {
         let (loss, gradient) = inputs.differentiate(CONTROLLER, |robot| {
-            let mixtures = task.mixtures(Projection::Performance, &robot.z);
+            let mixtures = task.projector.mixtures(Projection::Performance, &robot.z);
             task.loss(
                 &Design::Undecided(mixtures),
                 robot,

@@ -126,7 +126,7 @@ pub fn draw_goals(
 
 /// Draws a single goal for a robot in the state `start`, ahead of its payload or behind it, as `ahead` says. The goal is
 /// as far from the payload as a goal of a [sequence](draw_goals) is from the goal before it.
-pub fn draw_goal(
+pub(crate) fn draw_goal(
     task: &Task,
     start: &State<f64>,
     settings: &GoalsSettings,
@@ -176,7 +176,7 @@ fn from_payload(task: &Task, start: &State<f64>, along: f64) -> Vector<f64> {
 }
 
 /// Draws several [variations](draw) of `task`, one after the other.
-pub fn draw_many(
+pub(crate) fn draw_many(
     task: &Task,
     scatter: &Scatter,
     count: usize,

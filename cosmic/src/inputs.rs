@@ -152,7 +152,7 @@ impl<R: Real> Inputs<R> {
     /// Evaluates `N` functions, each on its own copy of the inputs. Returns the value of each function, and its
     /// gradient with respect to the numbers of `blocks` in its copy. All functions share one recording and one reverse
     /// sweep.
-    pub fn differentiate_copies<const N: usize>(
+    pub(crate) fn differentiate_copies<const N: usize>(
         &self,
         blocks: &[Block],
         functions: impl FnOnce(&[Inputs<Var<R>>; N]) -> [Var<R>; N],
@@ -223,7 +223,7 @@ impl<R: Real> Inputs<R> {
 
     /// For each of `N` functions, its value and its gradient with respect to the numbers of `blocks`. All functions
     /// share one recording. Each function has its own reverse sweep.
-    pub fn differentiate_each<const N: usize>(
+    pub(crate) fn differentiate_each<const N: usize>(
         &self,
         blocks: &[Block],
         functions: impl FnOnce(&Inputs<Var<R>>) -> [Var<R>; N],

@@ -22,58 +22,11 @@ pub enum Projection {
     Stability,
 }
 
-/// Projects the design vectors of a design to mixtures of materials. A layout (one material per edge) does not change
-/// (D7).
-pub fn projected(
-    projection: Projection,
-    design: &Design<[f64; 3]>,
-    settings: &ProjectionSettings,
-    holds: &MixtureLimits,
-) -> Design<Mixture<f64>> {
-    match design {
-        Design::Undecided(z) => Design::Undecided(mixtures(projection, z, settings, holds)),
-        Design::Layout(layout) => Design::Layout(layout.clone()),
-    }
-}
-
-/// The mixture of every edge: positive shares of void, skeleton and actuator that sum to 1.
-///
-/// The design vectors of edges that are [tied](MixtureLimits) together are replaced by their mean. Before every softmax, the
-/// amounts in `holds` are subtracted from the design vectors. The stability projection first subtracts the mean of all
-/// design vectors: in the other order, the mean would cancel a part of the amounts.
-pub fn mixtures<R: Real>(
-    projection: Projection,
-    z: &[[R; 3]],
-    settings: &ProjectionSettings,
-    holds: &MixtureLimits,
-) -> Vec<Mixture<R>> {
-    let z = &*holds.tied(z);
-    let lower = |edge: usize, z: [R; 3]| match holds.amounts.get(edge) {
-        Some(hold) => [0, 1, 2].map(|k| z[k] - R::lit(hold[k])),
-        None => z,
-    };
-    let rows = z.iter().enumerate();
-    match projection {
-        Projection::Performance => rows
-            .map(|(edge, &z)| Mixture(softmax(lower(edge, z), settings.beta)))
-            .collect(),
-        Projection::Stability => {
-            let mean = mean(z);
-            let project = |(edge, z): (usize, &[R; 3])| {
-                let centred = (Vector::new(*z) - mean).array();
-                let centred = lower(edge, centred);
-                let sharp = softmax(centred.map(R::detach), settings.beta_stability);
-                let soft = softmax(centred, settings.beta_straight_through);
-                Mixture([0, 1, 2].map(|k| sharp[k].straight_through(soft[k])))
-            };
-            rows.map(project).collect()
-        }
-    }
-}
-
-/// Restrictions on the mixtures of materials that edges may have. By default there are no restrictions.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct MixtureLimits {
+/// Projects design vectors to mixtures of materials. It knows how sharp the projections of a scene are, and the
+/// restrictions on the mixtures of a lattice's edges.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Projector {
+    settings: ProjectionSettings,
     /// For each edge, the amount that is subtracted from each entry of its design vector. The list is empty if all
     /// amounts are zero.
     amounts: Vec<[f64; 3]>,
@@ -81,17 +34,28 @@ pub struct MixtureLimits {
     ties: Vec<Vec<usize>>,
 }
 
-impl MixtureLimits {
-    /// The restrictions that a scene sets. With `hold_materials`, each edge keeps the solid material that it has in the
-    /// filled layout: the value of that setting is subtracted from the entry of the other solid material. An edge has no
-    /// share of a material that the rules of the lattice do not allow.
+impl Projector {
+    /// A projector without restrictions.
+    pub fn free(settings: &ProjectionSettings) -> Self {
+        Self {
+            settings: settings.clone(),
+            amounts: Vec::new(),
+            ties: Vec::new(),
+        }
+    }
+
+    /// A projector with the restrictions that a scene sets. With `hold_materials`, each edge keeps the solid material that
+    /// it has in the filled layout: the value of that setting is subtracted from the entry of the other solid material. An
+    /// edge has no share of a material that the rules of the lattice do not allow.
     pub fn new(settings: &ProjectionSettings, lattice: &Lattice) -> Self {
         let amount = settings.hold_materials;
         let rules = &lattice.rules;
-        let ties = rules.tie.clone();
+        let free = Self {
+            ties: rules.tie.clone(),
+            ..Self::free(settings)
+        };
         if amount == 0.0 && rules.allow_all() {
-            let amounts = Vec::new();
-            return Self { amounts, ties };
+            return free;
         }
         let betas = [
             settings.beta,
@@ -113,8 +77,52 @@ impl MixtureLimits {
             })
         };
         let filled = filled(lattice).into_iter().enumerate();
-        let amounts = filled.map(hold).collect();
-        Self { amounts, ties }
+        Self {
+            amounts: filled.map(hold).collect(),
+            ..free
+        }
+    }
+
+    /// Projects the design vectors of a design. A layout (one material per edge) does not change (D7).
+    pub fn projected(
+        &self,
+        projection: Projection,
+        design: &Design<[f64; 3]>,
+    ) -> Design<Mixture<f64>> {
+        match design {
+            Design::Undecided(z) => Design::Undecided(self.mixtures(projection, z)),
+            Design::Layout(layout) => Design::Layout(layout.clone()),
+        }
+    }
+
+    /// The mixture of every edge: positive shares of void, skeleton and actuator that sum to 1.
+    ///
+    /// The design vectors of edges that are tied together are replaced by their mean. Before every softmax, the amounts of
+    /// the restrictions are subtracted from the design vectors. The stability projection first subtracts the mean of all
+    /// design vectors: in the other order, the mean would cancel a part of the amounts.
+    pub fn mixtures<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> Vec<Mixture<R>> {
+        let (settings, z) = (&self.settings, &*self.tied(z));
+        let lower = |edge: usize, z: [R; 3]| match self.amounts.get(edge) {
+            Some(hold) => [0, 1, 2].map(|k| z[k] - R::lit(hold[k])),
+            None => z,
+        };
+        let rows = z.iter().enumerate();
+        match projection {
+            Projection::Performance => rows
+                .map(|(edge, &z)| Mixture(softmax(lower(edge, z), settings.beta)))
+                .collect(),
+            Projection::Stability => {
+                let mean = mean(z);
+                let project = |(edge, z): (usize, &[R; 3])| {
+                    let centred = (Vector::new(*z) - mean).array();
+                    let centred = lower(edge, centred);
+                    let sharp = softmax(centred.map(R::detach), settings.beta_stability);
+                    let soft = softmax(centred, settings.beta_straight_through);
+                    Mixture([0, 1, 2].map(|k| sharp[k].straight_through(soft[k])))
+                };
+                rows.map(project).collect()
+            }
+        }
     }
 
     /// True if an amount is subtracted from the entry for `material` in the design vector of `edge`.
@@ -203,28 +211,19 @@ impl<R: Real> Body<R> {
         }
     }
 
-    /// Adds the presence of the nodes to this body if `one_piece` is true. The presence of a node with payload is 1.
-    /// The presence of any other node is 1 minus the product of the shares of void of its edges. In a layout, a node
-    /// without a bar has presence 0, and no spring pulls it.
+    /// Adds the presence of the nodes to this body. The presence of a node with payload is 1. The presence of any other
+    /// node is 1 minus the product of the shares of void of its edges. If the layout is known, a node without a bar has
+    /// presence 0, and no spring pulls it.
     #[must_use]
     pub fn with_one_piece(
         mut self,
-        one_piece: bool,
         design: &Design<Mixture<R>>,
+        layout: Option<&[Material]>,
         lattice: &Lattice,
     ) -> Self {
-        if !one_piece {
-            return self;
-        }
-        self.presence = presence(design, lattice);
-        match design {
-            Design::Layout(layout) => self.without_absent(&is_in_use(lattice, layout), lattice),
-            Design::Undecided(_) => self,
-        }
-    }
-
-    /// This body without the bars at nodes that are not in use: they have neither stiffness nor strain.
-    fn without_absent(mut self, is_in_use: &[bool], lattice: &Lattice) -> Self {
+        self.presence = presence(design, layout, lattice);
+        let Some(layout) = layout else { return self };
+        let is_in_use = is_in_use(lattice, layout);
         for (edge, ends) in lattice.edges.iter().enumerate() {
             if ends.iter().any(|&node| !is_in_use[node]) {
                 // Laws such as end stops act by the strain alone, which tells the share of actuator.
@@ -234,63 +233,24 @@ impl<R: Real> Body<R> {
         self
     }
 
-    /// The body of a layout as a function of the shares of its edges, for derivatives with respect to them. If the
-    /// shares are those of the layout, it has the bits of the body of the layout. What the layout leaves out stays
-    /// out, whatever the shares are: nodes without a bar and the springs at them, and the stiffness of void if
-    /// `physics.void_edges` is "drop".
-    pub fn near_layout(
-        layout: &[Material],
-        shares: &Design<Mixture<R>>,
-        one_piece: bool,
-        lattice: &Lattice,
-        materials: &MaterialSettings,
-        physics: &PhysicsSettings,
-    ) -> Self {
-        let mut materials = materials.clone();
-        if physics.void_edges == VoidEdges::Drop {
-            materials.stiffness[Material::Void as usize] = 0.0;
-        }
-        let mut body = Self::new(shares, lattice, &materials, physics);
-        if !one_piece {
-            return body;
-        }
-        body.presence = presence_near(layout, shares, lattice);
-        body.without_absent(&is_in_use(lattice, layout), lattice)
-    }
-
     /// Chooses the point of this body whose displacement counts. The weights of the centre of mass are the masses of
     /// this body; a node that is not [present](Body::presence) has no weight. The weights of the mean of the nodes in
     /// use are their presences in `design`, even if this body has none.
     #[must_use]
     pub fn with_marker(
-        self,
+        mut self,
         moved: MovedBody,
         design: &Design<Mixture<R>>,
+        layout: Option<&[Material]>,
         lattice: &Lattice,
     ) -> Self {
-        self.marked(moved, || presence(design, lattice))
-    }
-
-    /// Like [`with_marker`](Self::with_marker), for a body [near a layout](Self::near_layout).
-    #[must_use]
-    pub fn with_marker_near(
-        self,
-        moved: MovedBody,
-        layout: &[Material],
-        shares: &Design<Mixture<R>>,
-        lattice: &Lattice,
-    ) -> Self {
-        self.marked(moved, || presence_near(layout, shares, lattice))
-    }
-
-    fn marked(mut self, moved: MovedBody, presence: impl FnOnce() -> Vec<R>) -> Self {
         self.marker.weights = match moved {
             MovedBody::Payload => Vec::new(),
             MovedBody::Mass if self.presence.is_empty() => self.mass.clone(),
             MovedBody::Mass => (self.mass.iter().zip(&self.presence))
                 .map(|(&mass, &presence)| mass * presence)
                 .collect(),
-            MovedBody::Nodes => presence(),
+            MovedBody::Nodes => presence(design, layout, lattice),
         };
         self
     }
@@ -309,39 +269,31 @@ impl<R: Real> Body<R> {
 }
 
 /// How much each node of a design is in use, from 0 to 1. A node with payload has 1. Any other node has 1 minus the
-/// product of the shares of void of its edges, which is 0 for a node of a layout without a bar.
-fn presence<R: Real>(design: &Design<Mixture<R>>, lattice: &Lattice) -> Vec<R> {
-    match design {
-        Design::Undecided(mixtures) => {
-            let mut absent = vec![R::one(); lattice.nodes()];
-            for (ends, mixture) in lattice.edges.iter().zip(mixtures) {
-                (ends.iter()).for_each(|&node| absent[node] *= mixture[Material::Void]);
-            }
-            for payload in &lattice.payload {
-                absent[payload.node] = R::zero();
-            }
-            absent.into_iter().map(|a| R::one() - a).collect()
-        }
-        Design::Layout(layout) => {
-            let presence = |is_live| if is_live { R::one() } else { R::zero() };
-            let is_live = is_in_use(lattice, layout).into_iter();
-            is_live.map(presence).collect()
-        }
-    }
-}
-
-/// How much each node is in use if the shares of a layout vary. A node without a bar in the layout has 0.
-fn presence_near<R: Real>(
-    layout: &[Material],
-    shares: &Design<Mixture<R>>,
+/// product of the shares of void of its edges, or 0 if the layout is known and has no bar there.
+fn presence<R: Real>(
+    design: &Design<Mixture<R>>,
+    layout: Option<&[Material]>,
     lattice: &Lattice,
 ) -> Vec<R> {
-    let nodes = presence(shares, lattice)
-        .into_iter()
-        .zip(is_in_use(lattice, layout));
-    nodes
-        .map(|(presence, is_in_use)| if is_in_use { presence } else { R::zero() })
-        .collect()
+    let mut absent = vec![R::zero(); lattice.nodes()];
+    if let Design::Undecided(mixtures) = design {
+        absent.fill(R::one());
+        for (ends, mixture) in lattice.edges.iter().zip(mixtures) {
+            (ends.iter()).for_each(|&node| absent[node] *= mixture[Material::Void]);
+        }
+        for payload in &lattice.payload {
+            absent[payload.node] = R::zero();
+        }
+    }
+    let mut presence: Vec<R> = absent.into_iter().map(|a| R::one() - a).collect();
+    if let Some(layout) = layout {
+        for (presence, is_in_use) in presence.iter_mut().zip(is_in_use(lattice, layout)) {
+            if !is_in_use {
+                *presence = R::zero();
+            }
+        }
+    }
+    presence
 }
 
 /// The mass of each node: the sum of `physics.node_mass` (D2), half the mass of each of its edges, and its payload.

@@ -42,7 +42,7 @@ pub fn stream(seed: u64, purpose: Purpose) -> ChaCha8Rng {
 }
 
 /// One of the many streams for a seed and a purpose, given by its number. Number 0 is the stream of [`stream`].
-pub fn stream_of(seed: u64, purpose: Purpose, number: u64) -> ChaCha8Rng {
+pub(crate) fn stream_of(seed: u64, purpose: Purpose, number: u64) -> ChaCha8Rng {
     let mut key = [0; 32];
     key[..8].copy_from_slice(&seed.to_le_bytes());
     key[8..16].copy_from_slice(&number.to_le_bytes());

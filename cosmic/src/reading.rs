@@ -32,7 +32,7 @@ pub fn read_whole(path: &Path) -> Result<Vec<u8>> {
 ///
 /// # Errors
 /// [`Error::Read`], and [`Error::Usage`] for a longer file.
-pub fn read_at_most(path: &Path, most: u64) -> Result<Vec<u8>> {
+pub(crate) fn read_at_most(path: &Path, most: u64) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let read = |file: File| file.take(most.saturating_add(1)).read_to_end(&mut bytes);
     let length = File::open(path)

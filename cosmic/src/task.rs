@@ -10,10 +10,9 @@ use crate::inputs::Inputs;
 use crate::lattice::{Body, Lattice, State};
 use crate::objective::{Loss, LossOf};
 use crate::policy::Goals;
-use crate::projection::{self, MixtureLimits, Projection, Variation};
+use crate::projection::{Projector, Variation};
 use crate::scene::{
-    AnyDesign, ControllerSettings, MaterialSettings, MovedBody, PhysicsSettings,
-    ProjectionSettings, Scene,
+    AnyDesign, ControllerSettings, MaterialSettings, MovedBody, PhysicsSettings, Scene, VoidEdges,
 };
 use crate::simulator::stability::Vibration;
 use crate::simulator::{Robots, Simulator, Span, StepCheck, Trajectory};
@@ -56,10 +55,8 @@ pub struct Task {
     pub physics: PhysicsSettings,
     /// The stiffnesses, densities and strains of the materials.
     pub materials: MaterialSettings,
-    /// The sharpness of the projections, and `delta`, the small number in the overlap measures.
-    pub sharpness: ProjectionSettings,
-    /// The restrictions on the mixtures of edges.
-    holds: MixtureLimits,
+    /// Projects the design vectors of designs to mixtures.
+    pub projector: Projector,
     /// The simulator of the robot.
     pub simulator: Simulator,
     /// True if the weight of a node in means and observations [depends on how solid its edges
@@ -74,14 +71,13 @@ pub struct Task {
 impl Task {
     /// A task for the nominal robot of a scene on a lattice. Its rollouts have `physics.steps` steps.
     pub fn new(lattice: Lattice, scene: &Scene) -> Self {
-        let (physics, sharpness) = (&scene.physics, &scene.projection);
+        let physics = &scene.physics;
         Self {
             simulator: Simulator::new(&lattice, physics, &scene.controller),
-            holds: MixtureLimits::new(sharpness, &lattice),
+            projector: Projector::new(&scene.projection, &lattice),
             lattice,
             physics: physics.clone(),
             materials: scene.materials.clone(),
-            sharpness: sharpness.clone(),
             one_piece: scene.design.one_piece,
             moved: scene.objective.body,
             variation: None,
@@ -122,7 +118,11 @@ impl Task {
     /// A copy of the task with other physics, such as a shorter time step. Its robots have the controller's settings
     /// `controller`, their feedback, and the goal of the scene.
     #[must_use]
-    pub fn with_physics(&self, physics: &PhysicsSettings, controller: &ControllerSettings) -> Self {
+    pub(crate) fn with_physics(
+        &self,
+        physics: &PhysicsSettings,
+        controller: &ControllerSettings,
+    ) -> Self {
         let simulator = Simulator::new(&self.lattice, physics, controller);
         Self {
             simulator: simulator.with_memory(self.simulator.memory),
@@ -152,50 +152,42 @@ impl Task {
 
     /// The body that belongs to a design. It includes the [variation](Task::varied) of this task, if there is one.
     pub fn body<R: Real>(&self, design: &Design<Mixture<R>>) -> Body<R> {
-        let (lattice, one_piece) = (&self.lattice, self.one_piece);
-        let body = Body::new(design, lattice, &self.materials, &self.physics)
-            .with_one_piece(one_piece, design, lattice);
-        self.as_built(body).with_marker(self.moved, design, lattice)
+        self.built(design, design.layout(), &self.materials)
     }
 
     /// The body of a finished robot as a function of the shares of its edges, for derivatives with respect to them. If
-    /// the shares are those of the layout, it has the bits of the [body](Self::body) of the layout. Nodes without a bar in
-    /// the layout do not belong to the robot, whatever the shares are.
+    /// the shares are those of the layout, it has the bits of the [body](Self::body) of the layout. What the layout
+    /// leaves out stays out, whatever the shares are: nodes without a bar and the springs at them, and the stiffness of
+    /// void if `physics.void_edges` is "drop".
     pub fn body_near<R: Real>(&self, layout: &[Material], shares: &[[R; 3]]) -> Body<R> {
-        let (lattice, one_piece) = (&self.lattice, self.one_piece);
-        let (materials, physics) = (&self.materials, &self.physics);
-        let shares = Design::of_shares(shares);
-        let body = Body::near_layout(layout, &shares, one_piece, lattice, materials, physics);
-        self.as_built(body)
-            .with_marker_near(self.moved, layout, &shares, lattice)
+        let mut materials = self.materials.clone();
+        if self.physics.void_edges == VoidEdges::Drop {
+            materials.stiffness[Material::Void as usize] = 0.0;
+        }
+        self.built(&Design::of_shares(shares), Some(layout), &materials)
     }
 
-    /// A body with the [variation](Task::varied) of this task, if there is one.
-    fn as_built<R: Real>(&self, body: Body<R>) -> Body<R> {
-        match &self.variation {
-            None => body,
-            Some(variation) => body.varied(variation),
+    /// The body of a design, which is known to have or to be near `layout`.
+    fn built<R: Real>(
+        &self,
+        design: &Design<Mixture<R>>,
+        layout: Option<&[Material]>,
+        materials: &MaterialSettings,
+    ) -> Body<R> {
+        let lattice = &self.lattice;
+        let mut body = Body::new(design, lattice, materials, &self.physics);
+        if self.one_piece {
+            body = body.with_one_piece(design, layout, lattice);
         }
+        if let Some(variation) = &self.variation {
+            body = body.varied(variation);
+        }
+        body.with_marker(self.moved, design, layout, lattice)
     }
 
     /// The ground line of the physics.
     pub fn ground(&self) -> Ground {
         Ground::from(&self.physics)
-    }
-
-    /// Projects the design vectors `z` to mixtures with `projection`.
-    pub fn mixtures<R: Real>(&self, projection: Projection, z: &[[R; 3]]) -> Vec<Mixture<R>> {
-        projection::mixtures(projection, z, &self.sharpness, &self.holds)
-    }
-
-    /// Projects the design vectors of a design to mixtures with `projection`. A layout (one material per edge) does not
-    /// change.
-    pub fn projected(
-        &self,
-        projection: Projection,
-        design: &Design<[f64; 3]>,
-    ) -> Design<Mixture<f64>> {
-        projection::projected(projection, design, &self.sharpness, &self.holds)
     }
 
     /// The time step, s, below which every design of the lattice is [stable](AnyDesign::stable_step), and so are its

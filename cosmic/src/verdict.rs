@@ -224,16 +224,16 @@ impl<'m> Measured<'m> {
         Self {
             displacement: finite(delivery.robust.p50),
             reliability: Some(&delivery.reliability),
-            standstill: delivery.standstill,
+            standstill: delivery.seen.standstill,
             is_far: delivery.merit.is_none(),
             losses: (delivery.merit.zip(delivery.idle_merit))
                 .and_then(|(merit, idle)| finite(-merit.p50).zip(finite(-idle.p50))),
-            is_undecided: delivery.structure.is_none(),
-            structure: delivery.structure,
-            loads: delivery.loads.as_ref(),
-            energy: delivery.robust_energy.or(delivery.energy),
-            bars: bars(delivery.volume, lattice),
-            volumes: Some([delivery.volume, delivery.actuator_volume]),
+            is_undecided: delivery.seen.structure.is_none(),
+            structure: delivery.seen.structure,
+            loads: delivery.seen.loads.as_ref(),
+            energy: delivery.robust_energy.or(delivery.seen.energy),
+            bars: bars(delivery.seen.volume, lattice),
+            volumes: Some([delivery.seen.volume, delivery.seen.actuator_volume]),
             ..Self::unmeasured(scene, lattice)
         }
     }

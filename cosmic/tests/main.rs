@@ -73,12 +73,10 @@ mod reading;
 mod record {
     mod carry_out;
     mod history {
-        mod walk;
+        mod frames;
         mod write;
     }
-    mod multistart {
-        mod search;
-    }
+    mod multistart;
     mod run {
         mod folder;
     }

@@ -2,7 +2,7 @@ use crate::small::lattice;
 use cosmic::design::Design;
 use cosmic::design::Material::{Actuator, Skeleton, Void};
 use cosmic::lattice::Body;
-use cosmic::projection::{MixtureLimits, Projection, mixtures};
+use cosmic::projection::{Projection, Projector};
 use cosmic::scene::{MovedBody, ProjectionSettings, Scene};
 
 #[test]
@@ -29,10 +29,13 @@ fn nodes_without_a_bar_have_no_weight() {
     layout[bar.unwrap()] = Skeleton;
     let layout = Design::Layout(layout);
     let marker = |moved, one_piece| {
-        let body: Body<f64> = Body::new(&layout, &lattice, &scene.materials, &scene.physics);
-        let body = body.with_one_piece(one_piece, &layout, &lattice);
+        let mut body: Body<f64> = Body::new(&layout, &lattice, &scene.materials, &scene.physics);
+        if one_piece {
+            body = body.with_one_piece(&layout, layout.layout(), &lattice);
+        }
         let mass = body.mass.clone();
-        (body.with_marker(moved, &layout, &lattice).marker, mass)
+        let body = body.with_marker(moved, &layout, layout.layout(), &lattice);
+        (body.marker, mass)
     };
     let in_use = [0.0, 1.0, 1.0, 1.0, 0.0, 0.0];
     for one_piece in [false, true] {
@@ -50,12 +53,8 @@ fn nodes_without_a_bar_have_no_weight() {
 #[test]
 fn the_stability_projection_leaves_equal_edges_undecided() {
     let z = vec![[0.9, 0.1, 0.4]; 3];
-    for mixture in mixtures(
-        Projection::Stability,
-        &z,
-        &ProjectionSettings::default(),
-        &MixtureLimits::default(),
-    ) {
+    let projector = Projector::free(&ProjectionSettings::default());
+    for mixture in projector.mixtures(Projection::Stability, &z) {
         // The mean of three equal numbers has a rounding error. The sharpness of 500 multiplies this error.
         assert!(
             mixture

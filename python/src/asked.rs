@@ -1,6 +1,6 @@
 //! Requested rollouts of robots.
 
-use crate::arrays::{Batch, Number, Sizes, flattened};
+use crate::arrays::{Number, Sizes, flattened};
 use crate::work::{Stop, group_size};
 use autodiff::Real;
 use cosmic::design::{Design, Material};
@@ -8,9 +8,11 @@ use cosmic::error::Error;
 use cosmic::geometry::from_flat;
 use cosmic::inputs::Inputs;
 use cosmic::lattice::{Body, State};
+use cosmic::policy::{Controller, Goals};
 use cosmic::projection::Projection;
 use cosmic::simulator::{Robots, Span, Surroundings, Trajectory};
 use cosmic::task::Task;
+use numpy::{PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -45,53 +47,143 @@ impl Mixing {
     /// that they see the same robot.
     pub(crate) fn body<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Body<R> {
         match self {
-            Self::By(projection) => task.body(&Design::Undecided(task.mixtures(*projection, z))),
+            Self::By(projection) => {
+                task.body(&Design::Undecided(task.projector.mixtures(*projection, z)))
+            }
             Self::AsGiven => task.body(&Design::of_shares(z)),
             Self::Layout(layout) => task.body_near(layout, z),
         }
     }
 }
 
-/// A requested rollout: the inputs of robots, and the observed steps.
+/// Requested rollouts: the inputs of robots, and the observed steps. Inputs that all robots share are stored once.
 pub(crate) struct Asked<R> {
-    pub(crate) batch: Batch<R>,
+    z: Vec<Vec<[R; 3]>>,
+    controllers: Vec<Controller<R>>,
+    starts: Vec<State<R>>,
+    /// The goals of each robot; empty if the robots have the scene's goal.
+    goals: Vec<Goals<R>>,
     pub(crate) mixing: Vec<Mixing>,
+    pub(crate) robots: usize,
     pub(crate) span: Span,
 }
 
 impl<R: Number> Asked<R> {
+    /// Reads the arrays of [`Sizes::shapes`], and the goals if there is one array more. Each has an axis for robots in
+    /// front, of length 1 if all robots share the array. Python has checked their shapes and their numbers.
     pub(crate) fn new(
         sizes: &Sizes,
         arrays: &[Bound<PyAny>],
         span: Span,
         projection: &str,
     ) -> PyResult<Self> {
-        let batch = Batch::new(arrays, sizes)?;
-        let mixing = (0..batch.robots).map(|robot| Mixing::of(projection, batch.z(robot)));
+        let arrays = arrays.iter().map(|array| {
+            let array = array.cast::<PyArrayDyn<R>>()?;
+            Ok(array.try_readonly()?)
+        });
+        let arrays: Vec<_> = arrays.collect::<PyResult<_>>()?;
+        let counts: Vec<usize> = arrays.iter().map(|array| array.shape()[0]).collect();
+        let data = arrays.iter().map(|array| Ok(array.as_slice()?));
+        let data: Vec<&[R]> = data.collect::<PyResult<_>>()?;
+        let part = |array: usize, robot: usize| {
+            let length = data[array].len() / counts[array];
+            &data[array][robot % counts[array] * length..][..length]
+        };
+        // The numbers of the robots that differ in at least one of these arrays.
+        let differ = |arrays: Range<usize>| 0..counts[arrays].iter().copied().max().unwrap_or(0);
+        let x0 = 1 + sizes.blocks.len();
+        let own = |robot: usize| (1..x0).flat_map(move |array| part(array, robot)).copied();
+        let state = |robot: usize| State {
+            x: from_flat(part(x0, robot)),
+            v: from_flat(part(x0 + 1, robot)),
+        };
+        let z: Vec<_> = differ(0..1)
+            .map(|robot| part(0, robot).as_chunks().0.to_vec())
+            .collect();
+        let robots = differ(0..counts.len()).end;
+        let mixing = (0..robots).map(|robot| Mixing::of(projection, &z[robot % z.len()]));
         Ok(Self {
             mixing: mixing.collect(),
-            batch,
+            z,
+            controllers: (differ(1..x0))
+                .map(|robot| Controller::new(&sizes.blocks, own(robot).collect()))
+                .collect(),
+            starts: differ(x0..x0 + 2).map(state).collect(),
+            goals: (differ(x0 + 2..counts.len()))
+                .map(|robot| sizes.goals(part(x0 + 2, robot)))
+                .collect(),
+            robots,
             span,
         })
     }
 
+    /// Returns the controller of all robots, if they share one.
+    pub(crate) fn shared_controller(&self) -> Option<&Controller<R>> {
+        match &self.controllers[..] {
+            [controller] => Some(controller),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn z(&self, robot: usize) -> &[[R; 3]] {
+        &self.z[robot % self.z.len()]
+    }
+
+    pub(crate) fn controller(&self, robot: usize) -> &Controller<R> {
+        &self.controllers[robot % self.controllers.len()]
+    }
+
+    pub(crate) fn start(&self, robot: usize) -> &State<R> {
+        &self.starts[robot % self.starts.len()]
+    }
+
+    /// Returns the goals of a robot; `None` if it has the scene's goal.
+    pub(crate) fn goals(&self, robot: usize) -> Option<&Goals<R>> {
+        self.goals.get(robot % self.goals.len().max(1))
+    }
+
+    /// Returns the components of a robot's goals; empty if it has the scene's goal.
+    pub(crate) fn components(&self, robot: usize) -> Vec<R> {
+        let goals = self.goals(robot).into_iter().flat_map(Goals::iter);
+        goals.flatten().collect()
+    }
+
+    /// True if all robots have the same design vectors.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn shares_design(&self) -> bool {
+        self.z.len() < 2
+    }
+
+    /// True if all robots have the same goals.
+    pub(crate) fn shares_goals(&self) -> bool {
+        self.goals.len() < 2
+    }
+
+    pub(crate) fn inputs(&self, robot: usize) -> Inputs<R> {
+        Inputs {
+            z: self.z(robot).to_vec(),
+            controller: self.controller(robot).clone(),
+            start: self.start(robot).clone(),
+        }
+    }
+
     /// Returns the body with which a robot is simulated.
     pub(crate) fn body(&self, task: &Task, robot: usize) -> Body<R> {
-        self.mixing[robot].body(task, self.batch.z(robot))
+        self.mixing[robot].body(task, self.z(robot))
     }
 
     /// Simulates a range of robots together. If there are several, they must share one controller.
     fn group(&self, task: &Task, robots: Range<usize>) -> Vec<Trajectory<R>> {
         let bodies = robots.clone().map(|robot| self.body(task, robot));
         let bodies: Vec<Body<R>> = bodies.collect();
-        let controller = self.batch.controller(robots.start);
-        let starts = robots.clone().map(|robot| self.batch.start(robot));
+        let controller = self.controller(robots.start);
+        let starts = robots.clone().map(|robot| self.start(robot));
         let starts: Vec<&State<R>> = starts.collect();
-        let differ = match self.batch.shares_goals() {
+        let differ = match self.shares_goals() {
             true => robots.take(1),
             false => robots.take(usize::MAX),
         };
-        let surroundings = differ.map(|robot| surroundings_of(task, &self.batch.components(robot)));
+        let surroundings = differ.map(|robot| surroundings_of(task, &self.components(robot)));
         let surroundings: Vec<_> = surroundings.collect();
         let robots = Robots {
             surroundings: &surroundings,
@@ -107,8 +199,8 @@ impl<R: Number> Asked<R> {
     ///
     /// Returns the number of the first robot whose last state is absurd.
     pub(crate) fn fill(&self, task: &Task, [x, v]: [&mut [R]; 2], stop: &Stop) -> Option<usize> {
-        let robots = self.batch.robots;
-        let together = group_size(robots, self.batch.shared_controller().is_some());
+        let robots = self.robots;
+        let together = group_size(robots, self.shared_controller().is_some());
         let length = together * x.len() / robots;
         let places = x.chunks_mut(length).zip(v.chunks_mut(length)).enumerate();
         // Each thread copies the states of its robots into the arrays and then drops them, to save memory.
@@ -130,10 +222,10 @@ impl<R: Number> Asked<R> {
 
     /// Repeats the rollout of a robot in double precision, to find where and why it diverges.
     pub(crate) fn divergence(&self, task: &Task, robot: usize) -> Error {
-        let (start, controller) = (self.batch.start(robot), self.batch.controller(robot));
+        let (start, controller) = (self.start(robot), self.controller(robot));
         let (start, controller) = (start.map(Into::into), controller.map(Into::into));
         let body = self.body(task, robot).map(Into::into);
-        let goals = self.batch.goals(robot).map(|goals| goals.map(Into::into));
+        let goals = self.goals(robot).map(|goals| goals.map(Into::into));
         let task = goals.map_or(Cow::Borrowed(task), |goals| {
             Cow::Owned(task.with_goals(&goals))
         });

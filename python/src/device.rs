@@ -69,7 +69,7 @@ impl Device {
         let by = Wanted {
             bodies: true,
             controllers: true,
-            surroundings: !asked.batch.components(0).is_empty(),
+            surroundings: !asked.components(0).is_empty(),
         };
         let losses = Pulled { task, asked, bars };
         let found = self.0.differentiated(&of, by, &losses)?.into_iter();
@@ -85,28 +85,27 @@ impl Device {
 
 /// The requested robots as a population.
 fn batch<R: Number>(task: &Task, asked: &Asked<R>) -> Batch {
-    let of = &asked.batch;
-    let robots = of.robots;
+    let robots = asked.robots;
     let or_one = |is_shared: bool| 0..if is_shared { 1 } else { robots };
     let body = |robot| -> Body<f64> { asked.body(task, robot).map(Into::into) };
-    let surroundings = |robot| surroundings_of(task, &of.components(robot)).map(Into::into);
+    let surroundings = |robot| surroundings_of(task, &asked.components(robot)).map(Into::into);
     Batch {
         simulator: task.simulator.clone(),
         span: asked.span.clone(),
-        surroundings: or_one(of.shares_goals()).map(surroundings).collect(),
-        bodies: or_one(of.shares_design()).map(body).collect(),
-        controllers: or_one(of.shared_controller().is_some())
-            .map(|robot| of.controller(robot).map(Into::into))
+        surroundings: or_one(asked.shares_goals()).map(surroundings).collect(),
+        bodies: or_one(asked.shares_design()).map(body).collect(),
+        controllers: or_one(asked.shared_controller().is_some())
+            .map(|robot| asked.controller(robot).map(Into::into))
             .collect(),
         starts: (0..robots)
-            .map(|robot| of.start(robot).map(Into::into))
+            .map(|robot| asked.start(robot).map(Into::into))
             .collect(),
     }
 }
 
 impl<R: Number> Pulled<'_, R> {
     fn inputs(&self, robot: usize) -> Inputs<f64> {
-        let inputs = self.asked.batch.inputs(robot);
+        let inputs = self.asked.inputs(robot);
         Inputs {
             z: inputs.z.iter().map(|row| row.map(Into::into)).collect(),
             controller: inputs.controller.map(Into::into),
@@ -117,7 +116,7 @@ impl<R: Number> Pulled<'_, R> {
 
 impl<R: Number> Losses for Pulled<'_, R> {
     fn numbers(&self, robot: usize) -> Vec<f64> {
-        let goals = self.asked.batch.components(robot).into_iter();
+        let goals = self.asked.components(robot).into_iter();
         let mut numbers = self.inputs(robot).get(ALL);
         numbers.extend(goals.map(Into::<f64>::into));
         numbers
@@ -125,7 +124,7 @@ impl<R: Number> Losses for Pulled<'_, R> {
 
     fn robot(&self, robot: usize, numbers: &[Var<f64>]) -> Member<Var<f64>> {
         let mut inputs: Inputs<Var<f64>> = self.inputs(robot).lift();
-        let goals = self.asked.batch.components(robot).len();
+        let goals = self.asked.components(robot).len();
         let (own, goals) = numbers.split_at(numbers.len() - goals);
         inputs.set(ALL, own);
         Member {
@@ -137,7 +136,7 @@ impl<R: Number> Losses for Pulled<'_, R> {
     }
 
     fn loss(&self, robot: usize, walk: &Trajectory<Var<f64>>) -> Var<f64> {
-        let length = self.bars[0].len() / self.asked.batch.robots;
+        let length = self.bars[0].len() / self.asked.robots;
         let bars = self.bars.map(|bars| &bars[robot * length..][..length]);
         let pairs = flattened(std::slice::from_ref(walk)).concat().into_iter();
         let pairs = pairs.zip(bars.concat());

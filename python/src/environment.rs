@@ -49,7 +49,7 @@ impl Driven {
             let task = &simulator.get().task;
             let materials = z.iter().map(Material::dominant).collect();
             let design = Design::of_vectors(z);
-            let body = task.body(&task.projected(Projection::Performance, &design));
+            let body = task.body(&task.projector.projected(Projection::Performance, &design));
             Ok(Self {
                 simulator,
                 materials,

@@ -36,10 +36,7 @@ impl Observer for Watch {
         let (last, record) = (run.last_iteration(), Box::new(record.clone()));
         // Sending fails only if the process is about to end.
         _ = self.events.send(Event::Iteration { last, record });
-        match self.is_stopped() {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        }
+        ControlFlow::Continue(())
     }
 
     fn stop(&self) -> Option<Arc<AtomicBool>> {

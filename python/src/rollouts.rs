@@ -32,7 +32,7 @@ impl Simulator {
     /// Returns the exception for a robot whose rollout diverges.
     fn diverged<R: Number>(&self, asked: &Asked<R>, robot: usize) -> PyErr {
         let error = asked.divergence(&self.task, robot);
-        match asked.batch.robots {
+        match asked.robots {
             1 => of_class(&error, error.within()),
             _ => of_class(&error, format!("robot {robot}: {}", error.within())),
         }
@@ -47,7 +47,7 @@ impl Simulator {
         check: bool,
     ) -> PyResult<Pair<'py>> {
         let asked = Asked::<R>::new(&self.sizes, arrays, span, projection)?;
-        let robots = asked.batch.robots;
+        let robots = asked.robots;
         let shape = [robots, asked.span.observed.len(), self.sizes.nodes, 2];
         // The arrays are made by NumPy: it requests large memory pages for large arrays, which makes them ten times
         // cheaper.
@@ -91,13 +91,13 @@ impl Simulator {
         let bars = [x.as_slice()?, v.as_slice()?];
         let products = match self.device()? {
             None => self.products(py, &asked, |robot| {
-                let length = bars[0].len() / asked.batch.robots;
+                let length = bars[0].len() / asked.robots;
                 let cotangents = bars.map(|bar| &bar[robot * length..][..length]).concat();
-                let goals = asked.batch.components(robot);
+                let goals = asked.components(robot);
                 let function = |inputs: &Inputs<_>, goals: &[_]| {
                     seen(&self.task, &asked.mixing[robot], inputs, goals, &asked.span)
                 };
-                let inputs = asked.batch.inputs(robot);
+                let inputs = asked.inputs(robot);
                 let (values, gradient) = inputs.vjp(ALL, &goals, function, &cotangents);
                 (ends_absurd(&values, self.sizes.nodes), gradient)
             })?,
@@ -123,10 +123,10 @@ impl Simulator {
         let asked = Asked::<R>::new(&self.sizes, arrays, span, projection)?;
         let along = Asked::<R>::new(&self.sizes, tangents, asked.span.clone(), "none")?;
         let products = self.products(py, &asked, |robot| {
-            let tangents = along.batch.inputs(robot % along.batch.robots);
-            let goals = asked.batch.components(robot).into_iter();
+            let tangents = along.inputs(robot % along.robots);
+            let goals = asked.components(robot).into_iter();
             let goals: Vec<_> = goals.map(Dual::constant).collect();
-            let (values, slopes) = asked.batch.inputs(robot).jvp(&tangents, |inputs| {
+            let (values, slopes) = asked.inputs(robot).jvp(&tangents, |inputs| {
                 seen(
                     &self.task,
                     &asked.mixing[robot],
@@ -147,7 +147,7 @@ impl Simulator {
         asked: &Asked<R>,
         of: impl Fn(usize) -> (bool, Vec<R>) + Sync + Send,
     ) -> PyResult<Products<R>> {
-        let robots = asked.batch.robots;
+        let robots = asked.robots;
         let all = |stop: &Stop| each(robots, 1, stop, |robot| of(robot.start));
         whole(in_pool(py, robots, all)?)
     }

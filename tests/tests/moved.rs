@@ -83,7 +83,7 @@ fn a_run_delivers_the_displacement_of_the_body() {
     };
     let payload = deliver(MovedBody::Payload);
     let delivery = deliver(MovedBody::Mass);
-    let seen = &delivery.trajectory;
+    let seen = &delivery.seen.trajectory;
     let weights = &seen.marker.weights;
     let moved = mean(weights, &seen.states[0].x, &seen.at(64).x);
     // Sums of six numbers below 1 m are rounded at 1e-16.

@@ -148,7 +148,8 @@ fn an_optimisation_delivers_the_same_robot_at_every_scale() {
     for world in worlds.chain(tasks) {
         let scene = scene(&world);
         let robot = delivered(&scene);
-        assert!(robot.along.is_finite() && robot.along != 0.0, "{world}");
+        let along = robot.seen.moved.forward();
+        assert!(along.is_finite() && along != 0.0, "{world}");
         for exponent in [-3, 1, 3] {
             let factors = Factors {
                 length: 4_f64.powi(exponent),
@@ -158,7 +159,7 @@ fn an_optimisation_delivers_the_same_robot_at_every_scale() {
             let says = format!("{world}: {factors:?}");
             assert_eq!(other.design, robot.design, "{says}");
             assert!(other.controller == robot.controller, "{says}");
-            assert_eq!(other.along, factors.length * robot.along, "{says}");
+            assert_eq!(other.seen.moved.forward(), factors.length * along, "{says}");
             assert_eq!(
                 other.spread.p10,
                 factors.length * robot.spread.p10,

@@ -1,8 +1,8 @@
 //! `cosmic check`.
 
-use crate::arguments::{Work, seed};
+use crate::arguments::{Settings, Work, seed};
 use crate::output::{answer, in_colour, note};
-use crate::source::{Source, SourceArguments};
+use crate::source::Source;
 use clap::Args;
 use cosmic::Registry;
 use cosmic::case::Case;
@@ -10,6 +10,7 @@ use cosmic::error::{Error, Result};
 use cosmic::numbers::rounded;
 use cosmic::parallel::pool;
 use cosmic::record::files::make_folder;
+use cosmic::scene::BUILTIN;
 use cosmic_lab::check::accuracy::Method;
 use cosmic_lab::check::{accuracy, distance, gradient, plan, stability};
 use cosmic_lab::report::sheet::Sheet;
@@ -29,8 +30,11 @@ use std::path::PathBuf;
 /// scene, whose robot is not designed yet, the distance is only printed.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
+    /// A built-in scene, a scene file, a run's folder or design.json, or a reference case
+    #[arg(value_name = "SCENE", default_value = BUILTIN[0].name)]
+    source: String,
     #[command(flatten)]
-    robot: SourceArguments,
+    settings: Settings,
     /// Maximum number of steps for the gradient. The motion is chaotic, so finite differences are meaningless over
     /// thousands of steps
     #[arg(long, value_name = "N", default_value_t = 256)]
@@ -53,7 +57,7 @@ pub(super) struct Arguments {
 
 impl Arguments {
     pub(super) fn run(&self, registry: &Registry) -> Result<()> {
-        let source = self.robot.read(registry)?;
+        let source = Source::read(&self.source, &self.settings, registry)?;
         if let Some(folder) = &self.out {
             make_folder(folder)?;
         }
@@ -92,7 +96,7 @@ impl Arguments {
         let wanted = more.into_iter().filter(|(wanted, _)| *wanted);
         sections.extend(wanted.map(|(_, part)| part(case)));
         Ok(Sheet {
-            title: self.robot.source.clone(),
+            title: self.source.clone(),
             subject: subject(case),
             sections,
         })

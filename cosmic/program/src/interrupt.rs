@@ -7,46 +7,31 @@ use std::process;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A flag that the first signal sets, to ask the run to stop.
-#[derive(Clone, Debug)]
-pub(super) struct Interrupt(Arc<AtomicBool>);
-
-impl Interrupt {
-    /// Starts to listen for the signals. Unless `quiet` is true, the first signal prints a note, except SIGUSR1.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] if the signal handler cannot be installed.
-    pub(super) fn listen(quiet: bool) -> Result<Self> {
-        let asked = Arc::new(AtomicBool::new(false));
-        let heard = Arc::clone(&asked);
-        let on_signal = move || {
-            if heard.swap(true, Ordering::Relaxed) {
-                // Ending at once loses little: the run can be resumed from its last snapshot.
-                process::exit(75);
-            }
-            if !quiet {
-                note(
-                    "stopping: what is running is saved after its current time step, so that it can be resumed; press \
-                     Ctrl-C again to end now",
-                );
-            }
-        };
-        ctrlc::set_handler(on_signal)
-            .map_err(|error| Error::Usage(format!("cannot install the signal handler: {error}")))?;
-        #[cfg(unix)]
-        listen_for_usr1(&asked)?;
-        Ok(Self(asked))
-    }
-
-    /// The flag that the first signal sets.
-    pub(super) fn flag(&self) -> Arc<AtomicBool> {
-        Arc::clone(&self.0)
-    }
-
-    /// True after the first signal.
-    pub(super) fn is_asked(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
-    }
+/// Starts to listen for the signals, and returns a flag that the first signal sets. Unless `quiet` is true, the first
+/// signal prints a note, except SIGUSR1.
+///
+/// # Errors
+/// [`Error::Usage`] if the signal handler cannot be installed.
+pub(super) fn listen(quiet: bool) -> Result<Arc<AtomicBool>> {
+    let asked = Arc::new(AtomicBool::new(false));
+    let heard = Arc::clone(&asked);
+    let on_signal = move || {
+        if heard.swap(true, Ordering::Relaxed) {
+            // Ending at once loses little: the run can be resumed from its last snapshot.
+            process::exit(75);
+        }
+        if !quiet {
+            note(
+                "stopping: what is running is saved after its current time step, so that it can be resumed; press \
+                 Ctrl-C again to end now",
+            );
+        }
+    };
+    ctrlc::set_handler(on_signal)
+        .map_err(|error| Error::Usage(format!("cannot install the signal handler: {error}")))?;
+    #[cfg(unix)]
+    listen_for_usr1(&asked)?;
+    Ok(asked)
 }
 
 /// Lets SIGUSR1 do what the other signals do.

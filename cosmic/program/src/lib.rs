@@ -57,12 +57,7 @@ enum Command {
 
 impl Command {
     fn run(&self, registry: &Registry) -> Result<()> {
-        self.carry_out(registry)
-            .map_err(|error| or_scene(error, registry))
-    }
-
-    fn carry_out(&self, registry: &Registry) -> Result<()> {
-        match self {
+        let done = match self {
             Command::Optimize(arguments) => arguments.run(registry),
             Command::Resume(arguments) => arguments.run(registry),
             Command::Evaluate(arguments) => arguments.run(registry),
@@ -74,7 +69,8 @@ impl Command {
             Command::Sweep(arguments) => arguments.run(registry),
             Command::Scene(arguments) => arguments.run(registry),
             Command::Completions(arguments) => arguments.run(command(registry)),
-        }
+        };
+        done.map_err(|error| or_scene(error, registry))
     }
 }
 

@@ -1,13 +1,12 @@
 //! Shows the progress of runs: as bars in a terminal, and as occasional lines in a pipe or a file.
 
 use crate::arguments::Output;
-use crate::interrupt::Interrupt;
 use crate::output::{metres, note, unreliable};
 use cosmic::codesign::{Phase, Record};
 use cosmic::keys::Keyed;
 use cosmic::numbers::{clock, counted};
 use cosmic::record::{Observer, Run};
-use cosmic_lab::sweep::{Ended, Plan, RunOutcome, SweepObserver};
+use cosmic_lab::sweep::{Plan, RunOutcome, SweepObserver};
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::BTreeMap;
 use std::mem;
@@ -26,7 +25,7 @@ pub(super) struct Progress {
     quiet: bool,
     /// The progress bars. They are hidden with `--quiet` and if there is no terminal.
     bars: MultiProgress,
-    interrupt: Interrupt,
+    stop: Arc<AtomicBool>,
     /// The lines to print when the first run begins.
     introduction: Vec<String>,
     /// What was said [about](about) phases so far.
@@ -64,7 +63,7 @@ fn about(phase: Phase) -> &'static str {
 }
 
 impl Progress {
-    pub(super) fn new(output: &Output, interrupt: Interrupt, introduction: Vec<String>) -> Self {
+    pub(super) fn new(output: &Output, stop: Arc<AtomicBool>, introduction: Vec<String>) -> Self {
         let bars = MultiProgress::new();
         if output.quiet {
             bars.set_draw_target(ProgressDrawTarget::hidden());
@@ -72,7 +71,7 @@ impl Progress {
         Self {
             quiet: output.quiet,
             bars,
-            interrupt,
+            stop,
             introduction,
             explained: Vec::new(),
             runs: BTreeMap::new(),
@@ -148,11 +147,7 @@ impl Observer for Progress {
         if let Some(line) = line.filter(|_| !self.quiet && self.bars.is_hidden()) {
             note(&line);
         }
-        if self.interrupt.is_asked() {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
+        ControlFlow::Continue(())
     }
 
     fn end(&mut self, run: &Run) {
@@ -166,7 +161,7 @@ impl Observer for Progress {
     }
 
     fn stop(&self) -> Option<Arc<AtomicBool>> {
-        Some(self.interrupt.flag())
+        Some(Arc::clone(&self.stop))
     }
 }
 
@@ -195,7 +190,7 @@ impl Pace {
 /// Prints a line whenever one of several simultaneous runs ends.
 pub(super) struct FinishedRuns {
     quiet: bool,
-    interrupt: Interrupt,
+    stop: Arc<AtomicBool>,
     /// The titles of all runs: their trials and seeds.
     titles: Vec<String>,
     done: AtomicUsize,
@@ -204,11 +199,11 @@ pub(super) struct FinishedRuns {
 
 impl FinishedRuns {
     /// Begins to show the runs of `plan` in `folder`, of which some may be finished.
-    pub(super) fn new(output: &Output, interrupt: Interrupt, plan: &Plan, folder: &Path) -> Self {
+    pub(super) fn new(output: &Output, stop: Arc<AtomicBool>, plan: &Plan, folder: &Path) -> Self {
         let over = plan.runs() - plan.left(folder).count();
         Self {
             quiet: output.quiet,
-            interrupt,
+            stop,
             titles: (0..plan.runs()).map(|index| title(plan, index)).collect(),
             done: AtomicUsize::new(over),
             pace: Pace::new(over),
@@ -217,22 +212,17 @@ impl FinishedRuns {
 }
 
 impl SweepObserver for FinishedRuns {
-    fn stop(&self) -> Option<Arc<AtomicBool>> {
-        Some(self.interrupt.flag())
+    fn stop(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.stop)
     }
 
-    fn is_stopped(&self) -> bool {
-        self.interrupt.is_asked()
-    }
-
-    fn ended(&self, ended: &Ended) {
+    fn ended(&self, index: usize, outcome: &RunOutcome) {
         let done = 1 + self.done.fetch_add(1, Ordering::Relaxed);
         if self.quiet {
             return;
         }
-        let (title, total) = (&self.titles[ended.index], self.titles.len());
-        let left = self.pace.left(done, total);
-        let says = told(&ended.outcome);
+        let (title, total) = (&self.titles[index], self.titles.len());
+        let (says, left) = (told(outcome), self.pace.left(done, total));
         note(&format!("{done}/{total}  {title}  {says}  {left} left"));
     }
 

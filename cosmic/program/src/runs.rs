@@ -1,7 +1,7 @@
 //! Does one run, for `optimize` and `resume`: sets up threads, signals and progress, and prints a short summary.
 
 use crate::arguments::{Output, Work};
-use crate::interrupt::Interrupt;
+use crate::interrupt;
 use crate::output::{in_colour, metres, note, print, see_again, unreliable};
 use crate::progress::Progress;
 use cosmic::Registry;
@@ -38,7 +38,7 @@ pub(super) fn carry_out(
     work: impl FnOnce(&mut dyn Observer) -> Result<Summary> + Send,
 ) -> Result<()> {
     let pool = pool(*threads)?;
-    let mut progress = Progress::new(output, Interrupt::listen(output.quiet)?, introduction);
+    let mut progress = Progress::new(output, interrupt::listen(output.quiet)?, introduction);
     let done = pool.install(|| work(&mut progress));
     drop(progress);
     let diverged = folder.join(DIVERGED);

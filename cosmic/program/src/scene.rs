@@ -8,7 +8,7 @@ use cosmic::Registry;
 use cosmic::codesign::Review;
 use cosmic::error::{Error, Result};
 use cosmic::numbers::shortened;
-use cosmic::scene::{Builtin, DerivedSetting, Finding, Scene};
+use cosmic::scene::{Builtin, Finding, Scene, Setting};
 use serde_json::json;
 
 /// The seed of the robot that `scene check` examines. It is also the default seed of `optimize`.
@@ -86,10 +86,12 @@ fn check(name: &str, settings: &Settings, output: &Output, registry: &Registry) 
     let scene = settings.load(name, registry)?;
     let review = Review::new(&scene, SEED)?;
     if output.json {
+        let rule = |s: Setting| json!({ "key": s.key, "value": s.value, "rule": s.auto });
+        let following: Vec<_> = scene.following().into_iter().map(rule).collect();
         print_json(&json!({
             "ok": review.refusals.is_empty(),
             "departures": scene.departures(),
-            "following": scene.following(),
+            "following": following,
             "robot": scene.robot(),
             "world": scene.world(),
             "refusals": review.refusals,
@@ -114,10 +116,7 @@ fn check(name: &str, settings: &Settings, output: &Output, registry: &Registry) 
 /// of the numbers that follow are in the output of `scene show`.
 fn description(name: &str, scene: &Scene) -> Result<String> {
     let following = scene.following().into_iter();
-    let lines = following.map(|DerivedSetting { key, value, .. }| {
-        let value = shortened(&value);
-        format!("{key} = {value} (auto)\n")
-    });
+    let lines = following.map(|s| format!("{} = {} (auto)\n", s.key, shortened(&s.value)));
     Ok(format!(
         "{}robot: {}\nworld: {}\ncost: {}\n{name}: ok\n",
         lines.collect::<String>(),

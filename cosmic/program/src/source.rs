@@ -1,7 +1,6 @@
 //! Reads a robot from a reference case, a design or a scene, for the commands that roll out one robot.
 
 use crate::arguments::Settings;
-use clap::Args;
 use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::design::Design;
@@ -11,27 +10,11 @@ use cosmic::reading::{MARK, placed, read_whole, text_of};
 use cosmic::record::run::{DESIGN, read_scene};
 use cosmic::record::summary::result_of;
 use cosmic::record::{DesignFile, design_file};
-use cosmic::scene::{BUILTIN, Scene};
+use cosmic::scene::Scene;
 use std::path::{Path, PathBuf};
 
 /// A robot that is read from a scene has no trained controller. This is the seed for its random weights.
 const SEED: u64 = 0;
-
-/// The arguments that name a robot to roll out and change settings of its scene.
-#[derive(Debug, Clone, Args)]
-pub(super) struct SourceArguments {
-    /// A built-in scene, a scene file, a run's folder or design.json, or a reference case
-    #[arg(value_name = "SCENE", default_value = BUILTIN[0].name)]
-    pub(super) source: String,
-    #[command(flatten)]
-    pub(super) settings: Settings,
-}
-
-impl SourceArguments {
-    pub(super) fn read(&self, registry: &Registry) -> Result<Source> {
-        Source::read(&self.source, &self.settings, registry)
-    }
-}
 
 /// A robot that a command can simulate.
 pub(super) struct Source {

@@ -1,7 +1,7 @@
 //! `cosmic sweep`.
 
 use crate::arguments::{Output, Work, count, seed};
-use crate::interrupt::Interrupt;
+use crate::interrupt;
 use crate::output::{answer, note};
 use crate::progress::{FinishedRuns, Progress, title, told};
 use clap::{Args, Subcommand};
@@ -13,6 +13,8 @@ use cosmic_lab::sweep::{self, Overrides, Sweep};
 use serde_json::json;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// Do many runs, in any number of processes, and make a table of the results
 #[derive(Debug, Args)]
@@ -89,16 +91,16 @@ impl Run {
             plan.run(index, registry)?;
         }
         plan.keep(folder, registry)?;
-        let interrupt = Interrupt::listen(output.quiet)?;
+        let stop = interrupt::listen(output.quiet)?;
         let sweep = Sweep {
             folder,
             plan,
             registry,
         };
         match self.index {
-            Some(index) => one(&sweep, index, interrupt, &self.work)?,
+            Some(index) => one(&sweep, index, stop, &self.work)?,
             None => {
-                let observer = FinishedRuns::new(output, interrupt, plan, folder);
+                let observer = FinishedRuns::new(output, stop, plan, folder);
                 sweep.run_all(self.work.threads, &observer)?;
             }
         }
@@ -113,9 +115,9 @@ impl Run {
     }
 }
 
-fn one(sweep: &Sweep, index: usize, interrupt: Interrupt, work: &Work) -> Result<()> {
+fn one(sweep: &Sweep, index: usize, stop: Arc<AtomicBool>, work: &Work) -> Result<()> {
     let pool = pool(work.threads)?;
-    let mut progress = Progress::new(&work.output, interrupt, Vec::new());
+    let mut progress = Progress::new(&work.output, stop, Vec::new());
     let outcome = pool.install(|| sweep.run_one(index, &mut progress));
     drop(progress);
     let (title, says) = (title(sweep.plan, index), told(&outcome?));

@@ -9,7 +9,7 @@ use crate::inputs::{ALL, DESIGN, Inputs};
 use crate::lattice::Body;
 use crate::objective::{Displacement, measures};
 use crate::policy::Weights;
-use crate::projection::{self, MixtureLimits, Projection};
+use crate::projection::{Projection, Projector};
 use crate::simulator::{Divergence, GuardedRollout, Span, StepCheck};
 use crate::task::{Horizon, Task};
 
@@ -35,13 +35,8 @@ impl Case {
         match &self.design {
             Design::Layout(layout) => Design::Layout(layout.clone()),
             Design::Undecided(_) => {
-                let holds = MixtureLimits::new(&self.scene.projection, &self.lattice);
-                Design::Undecided(projection::mixtures(
-                    projection,
-                    z,
-                    &self.scene.projection,
-                    &holds,
-                ))
+                let projector = Projector::new(&self.scene.projection, &self.lattice);
+                Design::Undecided(projector.mixtures(projection, z))
             }
         }
     }

@@ -253,7 +253,7 @@ impl CoDesign {
         controller: Controller<f64>,
     ) -> Progress {
         let z = design.vectors();
-        let mixtures = self.task().mixtures(Projection::Performance, &z);
+        let mixtures = self.task().projector.mixtures(Projection::Performance, &z);
         let first_measures = measures(&mixtures, self.scene().projection.delta).constrained();
         Progress {
             seed,
@@ -304,7 +304,10 @@ impl CoDesign {
     /// Like [`step_check`](Self::step_check), but for the initial design that belongs to a seed.
     pub(super) fn step_check_at_start(&self, seed: u64) -> Result<StepCheck> {
         let start = self.start_of(seed)?;
-        let design = self.task().projected(Projection::Performance, &start);
+        let design = self
+            .task()
+            .projector
+            .projected(Projection::Performance, &start);
         Ok(self.evaluator.step_check_of(&design))
     }
 }

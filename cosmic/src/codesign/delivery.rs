@@ -5,19 +5,20 @@ use rayon::prelude::*;
 
 use super::domains::VARIED;
 use super::evaluator::Evaluator;
+use super::observed::ObservedRollout;
 use super::other_steps::OtherSteps;
 use super::progress::{Candidate, Progress};
 use super::quantiles::Quantiles;
 use super::reach::{Reached, first_best};
 use super::reliability::Reliability;
 use super::standstill::Standstill;
-use crate::design::{Design, Material, Mixture, Structure};
+use crate::design::{Design, Material, Mixture};
 use crate::domain::Domain;
 use crate::geometry::Vector;
 use crate::policy::Controller;
 use crate::random::Purpose;
 use crate::scene::{GoalKind, GradientPrecision, SelectionKind};
-use crate::simulator::{BarLoad, Divergence, Energy, Loads, Trajectory};
+use crate::simulator::Energy;
 use crate::task::together;
 
 /// The result of an optimisation: a robot and its measured displacement.
@@ -32,10 +33,10 @@ pub struct Delivery {
     pub controller: Controller<f64>,
     /// The iteration that produced the controller.
     pub iteration: usize,
-    /// Displacement of the payload in one unperturbed rollout, along the x and y axes of the world, in metres.
+    /// What the unperturbed rollout of the robot tells about it.
+    pub seen: ObservedRollout,
+    /// Displacement of the payload in the unperturbed rollout, along the x and y axes of the world, in metres.
     pub displacement: Vector<f64>,
-    /// Displacement of the payload along the ground in the same unperturbed rollout, in metres.
-    pub along: f64,
     /// The quantiles by which the controller was chosen: those of its merit over perturbed starts. The merit is the
     /// displacement along the ground in metres; for tasks other than distance, it is minus the loss.
     pub selection: Quantiles,
@@ -67,28 +68,9 @@ pub struct Delivery {
     /// Only beside `merit`: the same quantiles of the same robot with a controller whose numbers are all 0, so that its
     /// muscles rest.
     pub idle_merit: Option<Quantiles>,
-    /// Mean share of solid material (skeleton and actuator) over the edges.
-    pub volume: f64,
-    /// Mean share of actuators over the edges.
-    pub actuator_volume: f64,
-    /// How the bars of `materials` are connected; `None` for an undecided design, which has no bars.
-    pub structure: Option<Structure>,
-    /// The loads of the bars of `materials` over all steps of the unperturbed rollout; `None` for
-    /// an undecided design and for a diverged rollout.
-    pub loads: Option<Loads>,
-    /// Where and since when the robot stands still in the unperturbed rollout; `None` if it walks on to the end.
-    pub standstill: Option<Standstill>,
-    /// The energy that the robot needs in the unperturbed rollout; `None` if `loads` is `None`.
-    pub energy: Option<Energy>,
     /// The energy of the varied robot whose displacement is nearest to the median of `robust`, per distance of that median:
     /// the figures to quote. `None` for an undecided design and if there is no median.
     pub robust_energy: Option<Energy>,
-    /// The loads of each edge, `None` for a void edge. Empty if `loads` is `None`.
-    pub bars: Vec<Option<BarLoad>>,
-    /// The states after every 16 steps of the unperturbed rollout, and its last state.
-    pub trajectory: Trajectory<f64>,
-    /// Where the unperturbed rollout diverged, if it did.
-    pub divergence: Option<Divergence>,
 }
 
 impl Evaluator {
@@ -145,7 +127,6 @@ impl Evaluator {
             controller: controller.clone(),
             iteration: chosen.iteration,
             displacement: self.task.ground().vector_to_world(seen.moved),
-            along: seen.moved.forward(),
             selection,
             selection_score: self.steady_score(&selection, merit, &unsteady, &other_steps),
             robust: robust.displacement,
@@ -156,16 +137,8 @@ impl Evaluator {
             last: spreads[judged.len() - 1].displacement,
             merit: self.quoted(spreads[0].merit, varied.merit),
             idle_merit,
-            volume: seen.volume,
-            actuator_volume: seen.actuator_volume,
-            structure: seen.structure,
-            loads: seen.loads,
-            standstill: seen.standstill,
-            energy: seen.energy,
             robust_energy,
-            bars: seen.bars,
-            trajectory: seen.trajectory,
-            divergence: seen.divergence,
+            seen,
         })
     }
 

@@ -57,8 +57,7 @@ impl Evaluator {
     /// The design in the form that is simulated. Before the snap, this is the design vectors after the performance
     /// projection; after the snap, it is the layout (D7).
     pub fn design(&self, progress: &Progress) -> Design<Mixture<f64>> {
-        self.task
-            .projected(Projection::Performance, &progress.design)
+        (self.task.projector).projected(Projection::Performance, &progress.design)
     }
 
     /// Compares the time step with the vibrations of a design. Random variations of the robot, which domain

@@ -5,7 +5,7 @@ use super::progress::{Progress, Record};
 use super::reach::Reached;
 use super::schedule::{Phase, Schedule};
 use super::settle::settle;
-use super::slope::Slope;
+use super::slope::{GradientPoint, Slope};
 use super::slopes::Variables;
 use crate::design::{Design, clamp};
 use crate::optimiser::{Linearisation, bound_norm};
@@ -48,21 +48,13 @@ impl CoDesign {
             || full.then(|| self.evaluator.evaluate(progress)),
         );
         note_displacement(record, evaluated);
-        let first = slopes.iter().flatten().next();
         let seen = match slopes[0] {
             Some(_) => Projection::Performance,
             None => Projection::Stability,
         };
-        let judged = |slope: &Slope| {
-            self.evaluator
-                .judged(slope.displacement, Variables::Design(seen), &at)
-        };
-        record.displacement_horizon = first.map(judged);
-        record.stuck = first.is_some_and(|slope| slope.stuck);
-        progress.note_slopes(slopes.iter().flatten());
-        record.merit_horizon = first.and_then(|slope| self.evaluator.merit_horizon(slope));
-        let losses = || slopes.iter().flatten().map(|slope| slope.loss);
-        record.loss_horizon = losses().find(|loss| !loss.is_finite()).or(losses().next());
+        let known: Vec<&Slope> = slopes.iter().flatten().collect();
+        self.note_horizon(record, &known, Variables::Design(seen), &at);
+        progress.note_slopes(known);
 
         let (rows, terms) = self.evaluator.rows_and_terms(&at.inputs, progress, now);
         let share = self.scene().schedule.stability_share;
@@ -124,11 +116,7 @@ impl CoDesign {
             || known.or_else(|| full.then(|| self.evaluator.evaluate(progress))),
         );
         note_displacement(record, evaluated);
-        record.displacement_horizon =
-            Some(self.evaluator.judged(slope.displacement, variables, &at));
-        record.merit_horizon = self.evaluator.merit_horizon(&slope);
-        record.loss_horizon = Some(slope.loss);
-        record.stuck = slope.stuck;
+        self.note_horizon(record, &[&slope], variables, &at);
         if rate != 0.0 {
             progress.note_slopes([&slope]);
         }
@@ -142,6 +130,24 @@ impl CoDesign {
             return;
         }
         self.move_controller(progress, slope, rate, record);
+    }
+
+    /// Records what gradients tell about the robot within their horizon: the first one, except for a loss that is not
+    /// finite.
+    fn note_horizon(
+        &self,
+        record: &mut Record,
+        slopes: &[&Slope],
+        variables: Variables,
+        at: &GradientPoint,
+    ) {
+        let lost = slopes.iter().find(|slope| !slope.loss.is_finite());
+        let (first, is_far) = (slopes[0], self.evaluator.is_far());
+        let displacement = self.evaluator.judged(first.displacement, variables, at);
+        record.displacement_horizon = Some(displacement);
+        record.merit_horizon = (!is_far).then_some(-first.loss);
+        record.loss_horizon = Some(lost.unwrap_or(&first).loss);
+        record.stuck = first.stuck;
     }
 
     /// Updates the numbers of the controller by Adam.

@@ -69,7 +69,7 @@ pub struct Progress {
 impl Progress {
     /// The number of the iteration before the first one of this run: 0, or the iteration after which a given robot
     /// entered.
-    pub fn before_first(&self) -> usize {
+    pub(crate) fn before_first(&self) -> usize {
         self.entered.unwrap_or(0)
     }
 
@@ -104,7 +104,7 @@ impl Progress {
     ///
     /// # Errors
     /// [`Error::NotFinite`] with the iteration and the loss.
-    pub fn check_loss(&self, record: &Record) -> Result<()> {
+    pub(crate) fn check_loss(&self, record: &Record) -> Result<()> {
         let done = record.iteration - self.before_first();
         let updates = self.mma.iter().map(|mma| mma.updates).sum::<u64>() + self.adam.updates;
         let lost = record.loss_horizon.filter(|loss| !loss.is_finite());

@@ -177,24 +177,12 @@ impl Evaluator {
 
     /// The result of a rollout. If the rollout diverged (`seen` is `None`), all its numbers are NaN.
     fn reached_in(&self, start: &State<f64>, seen: Option<&Trajectory<f64>>) -> Reached {
-        let Some(seen) = seen else {
-            return self.reached_by(Vector::NAN, || f64::NAN);
+        let moved = seen.map_or(Vector::NAN, |seen| self.between(start, seen));
+        let merit = match seen {
+            Some(seen) if !self.loss.is_far() => -LossOf::<f64>::loss_of(&*self.loss, seen),
+            _ => moved.forward(),
         };
-        let moved = self.between(start, seen);
-        self.reached_by(moved, || LossOf::<f64>::loss_of(&*self.loss, seen))
-    }
-
-    /// The result of a robot, from the displacement `moved` of its payload. `loss` computes the loss; it
-    /// is called only if the merit is minus the loss.
-    pub(super) fn reached_by(&self, moved: Vector<f64>, loss: impl Fn() -> f64) -> Reached {
-        Reached {
-            moved,
-            merit: if self.loss.is_far() {
-                moved.forward()
-            } else {
-                -loss()
-            },
-        }
+        Reached { moved, merit }
     }
 
     /// Displacement of the payload, or of the body that the scene names, from `start` to the end of a trajectory in

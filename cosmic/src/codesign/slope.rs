@@ -18,8 +18,6 @@ pub struct Slope {
     pub loss: f64,
     /// Displacement along the ground, in metres.
     pub displacement: f64,
-    /// The number by which robots are ranked, as in [`Reached::merit`](super::reach::Reached::merit).
-    pub merit: f64,
     /// True if the payload does not move within the horizon and did not move in earlier passes. The gradient of the
     /// centre of mass is then used.
     pub stuck: bool,
@@ -63,7 +61,6 @@ impl Slope {
             }
             mean.loss += share * slope.loss;
             mean.displacement += share * slope.displacement;
-            mean.merit += share * slope.merit;
         }
         mean
     }

@@ -4,16 +4,13 @@ use autodiff::{CotangentBound, Real, Var};
 
 use super::evaluator::Evaluator;
 use super::progress::Progress;
-use super::reach::Reached;
 use super::schedule::Schedule;
 use super::slope::{GradientPoint, Slope};
 use crate::design::{Design, Mixture};
 use crate::inputs::{Block, CONTROLLER, DESIGN, Inputs, NOTHING};
-use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf};
 use crate::projection::Projection;
 use crate::scene::{GradientPrecision, GradientSettings, MovedBody};
-use crate::simulator::Trajectory;
 use crate::task::{Horizon, Task, together};
 
 /// The variables that the loss is differentiated with respect to.
@@ -42,7 +39,7 @@ impl Variables<'_> {
     /// undecided design, whose void edges keep their small stiffness.
     pub fn design<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Design<Mixture<R>> {
         match self {
-            Self::Design(projection) => Design::Undecided(task.mixtures(*projection, z)),
+            Self::Design(projection) => Design::Undecided(task.projector.mixtures(*projection, z)),
             Self::Shares => Design::of_shares(z),
             Self::Controller(design) | Self::Nothing(design) => design.lift(),
         }
@@ -198,12 +195,6 @@ impl Evaluator {
         }
     }
 
-    /// The merit (the number by which robots are ranked) within the horizon; `None` if robots are ranked by their
-    /// displacement alone.
-    pub(super) fn merit_horizon(&self, slope: &Slope) -> Option<f64> {
-        (!self.is_far()).then_some(slope.merit)
-    }
-
     /// The gradients of one task, computed in the number type `R`.
     fn differentiated<R: Real + Into<f64>, const N: usize>(
         &self,
@@ -215,50 +206,26 @@ impl Evaluator {
     where
         dyn AnyLoss: LossOf<Var<R>>,
     {
-        let mut reached = [None; N];
+        let mut displacements = [f64::NAN; N];
         let in_type = inputs.lift::<R>();
         let found = in_type.differentiate_copies(variables[0].blocks(), |copies: &[_; N]| {
             let designs: [_; N] = std::array::from_fn(|k| variables[k].design(task, &copies[k].z));
-            let losses = self.losses_of(task, &designs, &copies[0], &inputs.start, horizon);
+            let seen = task.over_horizon(&designs, &copies[0], &*self.loss, horizon);
             std::array::from_fn(|k| {
-                reached[k] = Some(losses[k].1);
-                losses[k].0
+                displacements[k] = self.between(&inputs.start, &seen[k]).forward();
+                self.loss.loss_of(&seen[k])
             })
         });
         std::array::from_fn(|k| {
             let loss: f64 = found[k].0.into();
             let unit = self.unit();
             let usable = |g: f64| if loss.is_finite() { g / unit } else { f64::NAN };
-            let Reached { moved, merit, .. } =
-                reached[k].expect("each loss was computed with its result");
             Slope {
                 gradient: found[k].1.iter().map(|&g| usable(g.into())).collect(),
                 loss,
-                displacement: moved.forward(),
-                merit,
+                displacement: displacements[k],
                 stuck: false,
             }
         })
-    }
-
-    /// The loss of each robot within a horizon, and the robot's result measured from `start`.
-    pub fn losses_of<R: Real, const N: usize>(
-        &self,
-        task: &Task,
-        designs: &[Design<Mixture<R>>; N],
-        inputs: &Inputs<R>,
-        start: &State<f64>,
-        horizon: &Horizon,
-    ) -> Vec<(R, Reached)>
-    where
-        dyn AnyLoss: LossOf<R>,
-    {
-        let seen = task.over_horizon(designs, inputs, &*self.loss, horizon);
-        let lost = |seen: &Trajectory<R>| {
-            let loss = self.loss.loss_of(seen);
-            let moved = self.between(start, seen);
-            (loss, self.reached_by(moved, || loss.primal()))
-        };
-        seen.iter().map(lost).collect()
     }
 }

@@ -61,11 +61,6 @@ pub struct Payload {
 }
 
 impl Payload {
-    /// The default payload: node 0 with the mass `physics.payload_mass` of the scene.
-    pub fn first_node() -> Vec<Self> {
-        Self::at(0)
-    }
-
     /// A payload at a single node, with the mass `physics.payload_mass` of the scene.
     pub fn at(node: usize) -> Vec<Self> {
         vec![Self { node, mass: None }]
@@ -103,7 +98,7 @@ impl EdgeRules {
     }
 
     /// True if the rules allow every material for every edge.
-    pub fn allow_all(&self) -> bool {
+    pub(crate) fn allow_all(&self) -> bool {
         self.lists().iter().all(|(_, list)| list.is_empty())
     }
 
@@ -147,7 +142,7 @@ struct RawTruss {
     // Read as lists of any length, so that the error for three coordinates can say what to do.
     nodes: Vec<Vec<f64>>,
     edges: Vec<[usize; 2]>,
-    #[serde(default = "Payload::first_node", deserialize_with = "payload")]
+    #[serde(default = "first_node", deserialize_with = "payload")]
     payload: Vec<Payload>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     keep: Vec<usize>,
@@ -165,6 +160,11 @@ struct RawTruss {
     stiffness: Vec<f64>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     given_numbers: Vec<usize>,
+}
+
+/// The payload of a truss file that names none: node 0.
+fn first_node() -> Vec<Payload> {
+    Payload::at(0)
 }
 
 /// Reads the key `payload`: the number of a node, or a list of nodes with their masses.
@@ -251,7 +251,7 @@ impl Default for Truss {
         Self {
             nodes: Vec::new(),
             edges: Vec::new(),
-            payload: Payload::first_node(),
+            payload: Payload::at(0),
             rules: EdgeRules::default(),
             rest: Vec::new(),
             stiffness: Vec::new(),

@@ -6,7 +6,7 @@ use super::block::{Block, Controller, Role, Shape};
 use super::clock::Clock;
 use super::gaits::Gaits;
 use super::mlp::Mlp;
-use super::policy::{Policy, Sizes};
+use super::step::{Policy, Sizes};
 use super::tempo::TEMPO;
 use crate::lattice::Lattice;
 use crate::random::{self, Purpose};

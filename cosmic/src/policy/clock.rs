@@ -4,9 +4,8 @@ use autodiff::Array;
 
 use super::block::Block;
 use super::mlp::{blocks, record};
-use super::policy::{Policy, Sizes};
 use super::sensing::Sight;
-use super::step::PolicyStep;
+use super::step::{Policy, PolicyStep, Sizes};
 
 /// The network of [`Mlp`](super::Mlp) in open loop: its observation does not include the robot. Its activations depend
 /// only on the time.

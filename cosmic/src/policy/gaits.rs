@@ -3,9 +3,8 @@
 use autodiff::{Array, Kernel, Real};
 
 use super::block::Block;
-use super::policy::{Policy, Sizes};
 use super::sensing::Sight;
-use super::step::PolicyStep;
+use super::step::{Policy, PolicyStep, Sizes};
 use crate::kernel;
 
 /// A network whose hidden units are in three groups: one for a goal ahead, one for a goal behind, and one for a goal

@@ -2,6 +2,12 @@
 
 use super::Scene;
 
+/// The value of the key `format` in the scene of a run.
+pub(super) const FORMAT: &str = "cosmic-scene";
+
+/// The version of the scenes that this program writes for runs, and reads.
+pub(super) const VERSION: u32 = 1;
+
 /// The keys that a scene file may have above its first section.
 pub(super) const TOP_KEYS: [&str; 3] = ["format", "version", "base"];
 

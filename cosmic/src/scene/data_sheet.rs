@@ -1,7 +1,6 @@
 //! What the parts of a scene can do by their data sheets.
 
 use super::{ActuatorPart, Scene, SkeletonPart};
-use crate::lattice::Lattice;
 use crate::laws::Actuator;
 
 /// Length of a skeleton bar divided by its thickness from which it is sound, and from which it is doubtful. Euler's load and
@@ -67,49 +66,5 @@ impl Scene {
             }),
             thickness,
         }
-    }
-
-    /// Sentences about parts that do not fit the edges of the lattice, each with the keys of the settings to change.
-    pub(super) fn misfits(&self) -> Vec<(&'static [&'static str], String)> {
-        let (sheet, mut found) = (self.data_sheet(), Vec::new());
-        if sheet == DataSheet::default() {
-            return found;
-        }
-        let lengths = Lattice::new(&self.lattice, &self.physics).rest_length;
-        let all = lengths.len();
-        let shortest = lengths.iter().copied().fold(f64::INFINITY, f64::min);
-        if let Some(device) = sheet.length {
-            let is_short = |length: &&f64| device.room(**length) < device.least;
-            let short = lengths.iter().filter(is_short).count();
-            let (keys, what): (&[&str], _) = match device.is_stated {
-                true => (&["parts.length", "materials.max_strain"], "is"),
-                false => (
-                    &["parts.stroke", "materials.max_strain"],
-                    "has a stroke, so it must be at least",
-                ),
-            };
-            if short > 0 {
-                found.push((
-                    keys,
-                    format!(
-                        "{short} of {all} edges are too short for an actuator: the shortest shrinks to {:.4} m, but the device {what} {} m long",
-                        device.room(shortest),
-                        device.least
-                    ),
-                ));
-            }
-        }
-        if let Some(thickness) = sheet.thickness {
-            let [_, least] = SLENDERNESS.map(|ratio| ratio * thickness);
-            let short = lengths.iter().filter(|length| **length < least).count();
-            if short > 0 {
-                let says = format!(
-                    "{short} of {all} edges are too short for a skeleton bar that is {thickness} m thick: the shortest is \
-                     {shortest:.4} m long"
-                );
-                found.push((&["parts.outer"], says));
-            }
-        }
-        found
     }
 }

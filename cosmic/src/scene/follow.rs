@@ -16,7 +16,6 @@ use crate::geometry::Ground;
 use crate::lattice::Lattice;
 use crate::laws::{Actuator, Bumpers, Damper, ForceLaws, OnBars, Stops};
 use autodiff::Real;
-use serde::Serialize;
 
 /// The largest share of the stable step that a mechanical step takes. The stable step is that of vibrations about the
 /// state at rest; stretched and compressed bars vibrate a little faster.
@@ -266,19 +265,11 @@ const RULES: [Rule; 22] = [
 ];
 
 impl Scene {
-    /// The settings that follow from the robot and its world, with their values and how they follow, in the order in
-    /// which a scene is written.
-    pub fn following(&self) -> Vec<DerivedSetting> {
-        let settings = self.settings().into_iter();
-        let following = settings.filter(|setting| self.auto.contains(&setting.key));
-        let of = |Setting {
-                      key, value, auto, ..
-                  }| DerivedSetting {
-            key,
-            value,
-            rule: auto,
-        };
-        following.map(of).collect()
+    /// The settings that follow from the robot and its world, in the order in which a scene is written.
+    pub fn following(&self) -> Vec<Setting> {
+        let mut settings = self.settings();
+        settings.retain(|setting| self.auto.contains(&setting.key));
+        settings
     }
 
     /// Computes the settings whose files say "auto". Reading and changing a scene does this. A program that changes the
@@ -332,15 +323,4 @@ impl Scene {
             }
         }
     }
-}
-
-/// A setting that follows from the robot and its world.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct DerivedSetting {
-    /// The key, such as `physics.dt`.
-    pub key: String,
-    /// The value as a scene file would state it.
-    pub value: String,
-    /// How the value follows, as a phrase.
-    pub rule: &'static str,
 }

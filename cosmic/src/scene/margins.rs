@@ -45,7 +45,7 @@ impl PhysicsSettings {
 impl Scene {
     /// The coefficient of friction divided by the smallest one that holds a robot at rest on the slope. `None` on level
     /// ground and where nothing slips.
-    pub fn friction_margin(&self) -> Option<f64> {
+    pub(crate) fn friction_margin(&self) -> Option<f64> {
         let slope = self.physics.incline_deg.to_radians().tan().abs();
         let slips = self.slips() && self.physics.gravity != 0.0;
         (slope > 0.0 && slips).then(|| self.physics.friction / slope)
@@ -58,7 +58,7 @@ impl Scene {
     }
 
     /// The weight of all payloads as a share of what actuators can [lift](Self::lift) at most.
-    pub fn share_of_lift(&self, lattice: &Lattice) -> f64 {
+    pub(crate) fn share_of_lift(&self, lattice: &Lattice) -> f64 {
         match self.payload_mass(lattice) * self.physics.gravity.abs() {
             0.0 => 0.0,
             weight => weight / self.lift(lattice),

@@ -21,7 +21,6 @@ mod design;
 mod optimisation;
 mod beyond;
 mod layout;
-mod version;
 mod base;
 mod keys;
 mod follow;
@@ -54,7 +53,6 @@ pub use design::{
     BinarisationMethod, BinarisationSettings, DesignSettings, Layout, ProjectionSettings,
     StartKind, StartSettings, VolumeSettings,
 };
-pub use follow::DerivedSetting;
 pub use generator::edges;
 pub(crate) use generator::places;
 pub(crate) use keys::allowed_instead;

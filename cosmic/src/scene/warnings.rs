@@ -1,6 +1,8 @@
 //! Warnings about settings that can be simulated but are probably a mistake.
 
-use super::{BarNumbers, Integrator, ProfileKind, Scene, Setting, StartKind};
+use super::{
+    BarNumbers, DataSheet, Integrator, ProfileKind, SLENDERNESS, Scene, Setting, StartKind,
+};
 use crate::geometry::{Range, Vector};
 use crate::lattice::Lattice;
 use crate::laws::Stops;
@@ -188,8 +190,42 @@ impl Scene {
 
 /// Warnings about parts that do not fit the edges of the lattice.
 fn misfits(scene: &Scene) -> Vec<Finding> {
-    let of = |(keys, says): (&[&str], String)| Finding::new(scene, keys, says, String::new());
-    scene.misfits().into_iter().map(of).collect()
+    let (sheet, mut found) = (scene.data_sheet(), Vec::new());
+    if sheet == DataSheet::default() {
+        return found;
+    }
+    let lengths = Lattice::new(&scene.lattice, &scene.physics).rest_length;
+    let all = lengths.len();
+    let shortest = lengths.iter().copied().fold(f64::INFINITY, f64::min);
+    let mut warn = |keys: &[&str], says| found.push(Finding::new(scene, keys, says, String::new()));
+    if let Some(device) = sheet.length {
+        let is_short = |length: &&f64| device.room(**length) < device.least;
+        let short = lengths.iter().filter(is_short).count();
+        let (key, what) = match device.is_stated {
+            true => ("parts.length", "is"),
+            false => ("parts.stroke", "has a stroke, so it must be at least"),
+        };
+        if short > 0 {
+            let says = format!(
+                "{short} of {all} edges are too short for an actuator: the shortest shrinks to {:.4} m, but the device {what} {} m long",
+                device.room(shortest),
+                device.least
+            );
+            warn(&[key, "materials.max_strain"], says);
+        }
+    }
+    if let Some(thickness) = sheet.thickness {
+        let [_, least] = SLENDERNESS.map(|ratio| ratio * thickness);
+        let short = lengths.iter().filter(|length| **length < least).count();
+        if short > 0 {
+            let says = format!(
+                "{short} of {all} edges are too short for a skeleton bar that is {thickness} m thick: the shortest is \
+                 {shortest:.4} m long"
+            );
+            warn(&["parts.outer"], says);
+        }
+    }
+    found
 }
 
 /// The largest and the smallest plausible size of a robot, m. Other sizes are probably in other units.

@@ -1,11 +1,10 @@
 //! The parts of reading a scene that need more than one key: the base and the version, missing keys, numbers that
 //! follow from others, and contradictions.
 
-use super::base::{Base, TOP_KEYS};
+use super::base::{Base, FORMAT, TOP_KEYS, VERSION};
 use super::diagnostic::{Fault, suggest};
 use super::read::{KeyPlace, Reader, abridged};
 use super::toml_file::key_of_sweep;
-use super::version::{FORMAT, VERSION};
 use super::{Scene, check};
 use crate::error::in_shell;
 use crate::settings::{SettingValue, within};

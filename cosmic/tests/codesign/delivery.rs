@@ -45,7 +45,7 @@ fn delivered_loads_cover_every_step() {
         let materials = delivery.materials.iter().enumerate();
         materials.map(bar).collect::<Vec<_>>()
     };
-    for (bar, other) in delivery.bars.iter().zip(loads(1)) {
+    for (bar, other) in delivery.seen.bars.iter().zip(loads(1)) {
         assert_eq!(bar.is_some(), other.is_some());
         let (Some(bar), Some(other)) = (bar, other) else {
             continue;
@@ -59,7 +59,7 @@ fn delivered_loads_cover_every_step() {
         let peaks = actuators.filter_map(|(bar, _)| Some(bar.as_ref()?.speed.peak));
         peaks.fold(0.0, f64::max)
     };
-    let told = delivery.loads.unwrap().speed.peak;
+    let told = delivery.seen.loads.unwrap().speed.peak;
     assert_eq!(told, peak(&loads(1)));
     // The steps that `trajectory` keeps do not include the peak.
     assert!(told > peak(&loads(16)));
@@ -69,9 +69,9 @@ fn delivered_loads_cover_every_step() {
 fn an_undecided_design_has_neither_structure_nor_loads() {
     let codesign = CoDesign::new(&tiny()).unwrap();
     let delivery = codesign.evaluator().deliver(&codesign.begin(1).unwrap());
-    assert!(delivery.along.is_finite());
-    assert_eq!((delivery.structure, delivery.loads), (None, None));
-    assert!(delivery.bars.is_empty());
+    assert!(delivery.seen.moved.forward().is_finite());
+    assert_eq!((delivery.seen.structure, delivery.seen.loads), (None, None));
+    assert!(delivery.seen.bars.is_empty());
 }
 
 #[test]

@@ -66,7 +66,10 @@ fn polished_robots_get_farther_and_without_trials_nothing_is_polished() {
         let (codesign, at_snap) = after(&scene, 7, seed);
         let (_, progress) = after(&scene, scene.schedule.iterations, seed);
         let flips = changes(&at_snap, &progress);
-        (flips, codesign.evaluator().deliver(&progress).along)
+        (
+            flips,
+            codesign.evaluator().deliver(&progress).seen.moved.forward(),
+        )
     };
     let mut better = 0;
     for seed in 0..4 {

@@ -23,8 +23,8 @@ fn a_nearly_absurd_state_has_not_diverged() {
     let reached = evaluator.evaluate(&progress);
     assert!((5e5..1e6).contains(&reached.along().abs()), "{reached:?}");
     let delivery = evaluator.deliver(&progress);
-    assert_eq!(delivery.divergence, None);
-    assert_eq!(delivery.along, reached.along());
+    assert_eq!(delivery.seen.divergence, None);
+    assert_eq!(delivery.seen.moved.forward(), reached.along());
     assert!(delivery.spread.p10.is_finite(), "{delivery:?}");
 }
 
@@ -78,7 +78,7 @@ fn a_robot_with_a_node_beyond_the_bound_has_diverged() {
         let (beyond, same, flown) = moves(Some(bound));
         assert!(beyond.along().is_nan() && beyond.merit.is_nan());
         assert_eq!(same, slopes);
-        let found = flown.divergence.unwrap();
+        let found = flown.seen.divergence.unwrap();
         assert_eq!(Some(found.step + 1), first(bound));
         let says = cosmic::Error::from(&found).to_string();
         let node = format!("node {} at", found.node);
@@ -86,7 +86,7 @@ fn a_robot_with_a_node_beyond_the_bound_has_diverged() {
         for words in [node, allowed] {
             assert!(says.contains(&words), "{says}");
         }
-        assert!(flown.along.is_nan() && flown.loads.is_none());
+        assert!(flown.seen.moved.forward().is_nan() && flown.seen.loads.is_none());
     }
 }
 

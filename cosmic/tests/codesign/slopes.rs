@@ -13,9 +13,9 @@ fn loss_at<R: Real>(evaluator: &Evaluator, inputs: &Inputs<R>, horizon: &Horizon
 where
     dyn AnyLoss: LossOf<R>,
 {
-    let (task, start) = (&evaluator.task, &evaluator.start);
+    let task = &evaluator.task;
     let design = Variables::Design(Projection::Performance).design(task, &inputs.z);
-    evaluator.losses_of(task, &[design], inputs, start, horizon)[0].0
+    task.loss(&design, inputs, &*evaluator.loss, horizon)
 }
 
 /// The slopes of the loss over 24 steps along a direction in the design and along one in the controller. Each must

@@ -2,7 +2,7 @@
 
 use cosmic::lattice::Lattice;
 use cosmic::laws::{Damper, Stops};
-use cosmic::scene::{AnyDesign, DerivedSetting, Scene};
+use cosmic::scene::{AnyDesign, Scene};
 
 /// Every key that can follow, with a value that no rule gives here, and with the power of the scale of lengths by which
 /// the value grows. Times grow by its square root.
@@ -47,8 +47,7 @@ fn following(scene: &Scene) -> Scene {
 
 fn values(scene: &Scene) -> Vec<(String, String)> {
     let all = scene.following().into_iter();
-    all.map(|DerivedSetting { key, value, .. }| (key, value))
-        .collect()
+    all.map(|setting| (setting.key, setting.value)).collect()
 }
 
 /// What experiments found for `earth` alone. `stability` declares its other numbers.

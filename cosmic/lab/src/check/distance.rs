@@ -51,18 +51,18 @@ pub fn distance(case: &Case, is_delivered: bool) -> Section {
     let median = steps[0].spread.p50;
     section.check(median.is_finite(), "the robot diverges");
     let least = LEAST_WALK * case.lattice.scale;
-    let compare = Comparison { median, least };
+    let reference = Reference { median, least };
     if is_delivered && median.is_finite() {
         let half = std::iter::once((&steps[1], "half the time step".to_owned()));
         let methods = methods.iter().filter(|trial| trial.is_stable);
         let methods = methods.map(|trial| (trial, trial.method.name()));
         for (trial, name) in half.chain(methods) {
-            let off = compare.apart(&[trial]);
+            let off = reference.apart(&[trial]);
             let failure = format!("{name} changes the distance by {} %", brief(100.0 * off));
             section.check(off <= STEADY, failure);
         }
     }
-    section.answers = answers(case, &compare, (&steps, &methods, &single));
+    section.answers = answers(case, &reference, (&steps, &methods, &single));
     let rows: Vec<Trial> = steps.into_iter().chain(methods).chain([single]).collect();
     section.tables = vec![table(&rows)];
     section
@@ -102,14 +102,14 @@ fn trial<R: Real + Into<f64>>(
 }
 
 /// The median distance that others are compared with.
-pub struct Comparison {
+pub struct Reference {
     /// The median distance with the scene's own settings, m.
     pub median: f64,
     /// The distance that counts at least, m: differences of a robot that stays in place are not magnified.
     pub least: f64,
 }
 
-impl Comparison {
+impl Reference {
     /// The difference of a distance from the own one, as a share of the own one. Infinite if it is not finite.
     pub fn off(&self, distance: f64) -> f64 {
         let off = (distance - self.median).abs() / self.median.abs().max(self.least);
@@ -149,7 +149,7 @@ impl Comparison {
 /// Answers the questions, each in a sentence.
 fn answers(
     case: &Case,
-    compare: &Comparison,
+    reference: &Reference,
     (steps, methods, single): (&[Trial], &[Trial], &Trial),
 ) -> Vec<Item> {
     let own = &steps[0];
@@ -174,15 +174,15 @@ fn answers(
             "Every other integrator needs a shorter time step than the scene's",
             Level::Doubtful,
         ),
-        _ => compare.answer("the integrator", &compared, |t| {
+        _ => reference.answer("the integrator", &compared, |t| {
             format!("by {}", t.method.name())
         }),
     };
     vec![
         Item::figure(figure, Level::Good),
-        compare.answer("the time step", &all, at),
+        reference.answer("the time step", &all, at),
         by_method,
-        compare.answer("the precision", &[own, single], |t| {
+        reference.answer("the precision", &[own, single], |t| {
             format!("in {}", t.precision)
         }),
     ]

@@ -9,7 +9,8 @@ mod controller;
 pub mod mujoco;
 
 use crate::files::write_texts;
-use crate::report::{RobotFiles, RunFiles, loads};
+use crate::report::gait::Gait;
+use crate::report::{RobotFiles, RunFiles};
 use crate::table::Table;
 use cosmic::error::{Error, Result};
 use cosmic::record::files::make_folder;
@@ -22,7 +23,7 @@ use std::path::{Path, PathBuf};
 /// [`Error::Usage`] for a robot without solid bars; [`Error::Write`].
 pub fn write_tables(run: &RunFiles, folder: &Path) -> Result<Vec<PathBuf>> {
     let members = some_members(&run.robot)?;
-    let bars = bars(&run.robot, &members, &loads(run)?).to_csv();
+    let bars = bars(&run.robot, &members, &Gait::new(run)?.loads).to_csv();
     let nodes = nodes(&run.robot, &members).to_csv();
     make_folder(folder)?;
     write_texts(folder, [("bars.csv", bars), ("nodes.csv", nodes)])

@@ -9,7 +9,7 @@ use super::motion::{Flag, Motion};
 use cosmic::design::Design;
 use cosmic::geometry::{Range, Vector};
 use cosmic::lattice::State;
-use cosmic::record::history::{DesignRow, Walk};
+use cosmic::record::history::{DesignRow, Frames};
 use cosmic::verdict::SKELETON_STRAINS;
 
 /// Seconds between two frames on a page with one robot.
@@ -47,7 +47,7 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: &Gait) -> Value {
 
 /// Returns the data of a robot and its world. The first of `walks` (recorded motions) is the motion of the run's final
 /// robot. The data contain the part of the ground that the walks reach.
-fn of_walks(motion: &Motion, robot: &RobotFiles, walks: &[Option<Walk>]) -> Value {
+fn of_walks(motion: &Motion, robot: &RobotFiles, walks: &[Option<Frames>]) -> Value {
     json!({
         "robot": of_robot(robot, &motion.states()[0].x),
         "world": world(motion, walks),
@@ -90,7 +90,7 @@ pub(super) fn of_lane(name: &str, motion: &Motion) -> Value {
             "width": 4.0 * side, "ground": corners, "cos": 1.0, "sin": 0.0, "limit": motion.limit,
             "skeleton": SKELETON_STRAINS, "origin": 0.0,
         },
-        "walk": Walk::of(states.iter(), seconds, unit),
+        "walk": Frames::of(states.iter(), seconds, unit),
     })
 }
 
@@ -119,9 +119,9 @@ fn mixtures(robot: &RobotFiles, z: &[[f64; 3]]) -> Vec<[i64; 3]> {
 }
 
 /// Returns the data of the world: the part of the ground that the motions `walks` reach.
-fn world(motion: &Motion, walks: &[Option<Walk>]) -> Value {
+fn world(motion: &Motion, walks: &[Option<Frames>]) -> Value {
     let width = 4.0 * motion.robot.lattice.side();
-    let places = walks.iter().flatten().flat_map(Walk::places);
+    let places = walks.iter().flatten().flat_map(Frames::places);
     let firsts = places.filter_map(|places| places.first().copied());
     let start = motion.payload(&motion.states()[0]).forward();
     let across = Range::of(firsts.map(Vector::forward).chain([start])).widened(2.0 * width);
@@ -138,10 +138,10 @@ fn world(motion: &Motion, walks: &[Option<Walk>]) -> Value {
 }
 
 /// Returns the motion of the run's final robot, with 25 frames per second, or fewer if the rollout is long.
-fn walk(motion: &Motion) -> Option<Walk> {
+fn walk(motion: &Motion) -> Option<Frames> {
     let (seconds, indices) = motion.every(FRAME);
     let states = indices.into_iter().map(|k| &motion.states()[k]);
-    Walk::of(states, seconds, motion.robot.lattice.spacing / PARTS)
+    Frames::of(states, seconds, motion.robot.lattice.spacing / PARTS)
 }
 
 /// Returns the data of the charts over the iterations, and the phases.

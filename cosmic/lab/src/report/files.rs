@@ -7,7 +7,7 @@ use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::{Error, Result, fits};
 use cosmic::lattice::Lattice;
 use cosmic::policy::frequency;
-use cosmic::projection::{MixtureLimits, Projection, projected};
+use cosmic::projection::{Projection, Projector};
 use cosmic::reading::read_whole;
 use cosmic::record::files::read_json;
 use cosmic::record::history::{self, DesignRow};
@@ -67,9 +67,9 @@ impl RobotFiles {
         of_kind.map(|(edge, _)| edge).collect()
     }
 
-    /// Returns a copy of the robot for drawing: its design vectors are `z`, and its materials follow from `z`. Each
-    /// edge gets the solid material of which it has more, or void if it has almost no solid material.
-    pub(super) fn drawn_as(&self, z: &[[f64; 3]]) -> Self {
+    /// Returns a copy of the robot for drawing. Each edge has the solid material of which it has more, or void if it has
+    /// almost no solid material.
+    pub(super) fn drawn(&self) -> Self {
         let drawn = |mixture: Mixture<f64>| {
             if mixture[Material::Void] > 0.98 {
                 Material::Void
@@ -80,8 +80,7 @@ impl RobotFiles {
             }
         };
         let mut design = self.design.clone();
-        design.z = z.to_vec();
-        design.materials = self.mixtures(z).into_iter().map(drawn).collect();
+        design.materials = (self.mixtures(&design.z).into_iter()).map(drawn).collect();
         Self {
             scene: self.scene.clone(),
             lattice: self.lattice.clone(),
@@ -93,10 +92,9 @@ impl RobotFiles {
     /// Returns the mixture of each edge for the design vectors `z`. One-hot vectors, which are the form of a layout,
     /// are allowed too.
     pub(super) fn mixtures(&self, z: &[[f64; 3]]) -> Vec<Mixture<f64>> {
-        let settings = &self.scene.projection;
-        let holds = MixtureLimits::new(settings, &self.lattice);
+        let projector = Projector::new(&self.scene.projection, &self.lattice);
         let design = Design::of_vectors(z.to_vec());
-        let design = projected(Projection::Performance, &design, settings, &holds);
+        let design = projector.projected(Projection::Performance, &design);
         design.mixtures().into_owned()
     }
 }

@@ -1,4 +1,4 @@
-//! Prepares the gait of a robot for the scripts of a page: when its nodes touch the ground, the target strains and
+//! Prepares the gait of a robot for a page: when its nodes touch the ground, the target strains and
 //! strains of its actuators, the loads of its bars, and its energies. All of this is computed from the states of the
 //! trajectory file, except the loads: the run recorded them in every step.
 
@@ -8,12 +8,13 @@ use serde_json::{Value, json};
 
 use super::files::RunFiles;
 use super::motion::Motion;
+use crate::table::Table;
 use cosmic::Result;
 use cosmic::case::Case;
 use cosmic::design::Material;
 use cosmic::geometry::Range;
 use cosmic::lattice::State;
-use cosmic::numbers::rounded;
+use cosmic::numbers::{decimals, rounded};
 use cosmic::record::run::DESIGN;
 use cosmic::simulator::{BarLoad, EdgeMoments, Trajectory};
 
@@ -70,6 +71,44 @@ impl<'r> Gait<'r> {
         } else {
             "over all steps of the rollout".to_owned()
         }
+    }
+
+    /// Returns a sentence that compares the largest strains of the actuators with the largest target strain.
+    pub(super) fn peaks(&self, actuators: &[usize], limit: f64) -> String {
+        let loads = &self.loads;
+        let percent = |strain: f64| decimals(100.0 * strain, 1) + " %";
+        let peak = |edge: &&usize| loads[**edge].strain.peak;
+        let Some(&most) = actuators.iter().max_by(|a, b| peak(a).total_cmp(&peak(b))) else {
+            return "No edge is an actuator.".to_owned();
+        };
+        let largest = percent(loads[most].strain.peak);
+        let (beyond, all) = (
+            actuators.iter().filter(|edge| peak(edge) > limit).count(),
+            actuators.len(),
+        );
+        let limit = percent(limit);
+        if beyond == 0 {
+            return format!(
+                "No actuator is strained beyond \u{b1}{limit}, the largest target strain; the largest strain is {largest} (edge {most})."
+            );
+        }
+        format!(
+            "<b class=\"beyond\">{beyond} of {all} actuators are strained beyond \u{b1}{limit}</b>, the largest target strain; the largest strain is {largest} (edge {most})."
+        )
+    }
+
+    /// Returns the table of the loads of all actuators, hidden until the reader opens it.
+    pub(super) fn table(&self, actuators: &[usize]) -> String {
+        if actuators.is_empty() {
+            return String::new();
+        }
+        let table = Table::of("", "", actuators)
+            .column("edge", "number in design.json", |edge| *edge)
+            .keyed(|edge| Some(&self.loads[*edge]));
+        let table = table.done().to_html();
+        format!(
+            "<details><summary>Strain, force, speed and power of every actuator</summary>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Loads of actuators\">{table}</div></details>\n"
+        )
     }
 
     /// Returns the data of the last periods of the clock: which nodes are on the ground, and the target strains and

@@ -5,7 +5,7 @@ use serde_json::Value;
 use super::files::{RobotFiles, RunFiles};
 use super::gait::Gait;
 use super::motion::Motion;
-use super::{data, loads, robot, tiles, verdict};
+use super::{data, robot, tiles, verdict};
 use crate::table::{Table, escape};
 use crate::walk::{self, Walk};
 use cosmic::design::Material;
@@ -46,10 +46,10 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: &Gait) -> String {
         include_str!("page/run.html"),
         peaks = match summary.undecided {
             true => UNDECIDED.to_owned(),
-            false => loads::peaks(&gait.loads, &actuators, motion.limit),
+            false => gait.peaks(&actuators, motion.limit),
         },
         states = gait.loads_over(),
-        table = loads::table(&gait.loads, &actuators),
+        table = gait.table(&actuators),
     );
     let convergence = if run.history.is_empty() {
         "<p>No history was kept.</p>\n"

@@ -1,5 +1,6 @@
-//! A picture is a list of shapes. It is written as SVG or painted as pixels.
+//! A picture is a list of shapes. It is written as SVG here, and painted as pixels in `pixels.rs`.
 
+use crate::table::escape;
 use cosmic::geometry::Vector;
 
 /// A position or a size in a picture, in pixels. The first coordinate points to the right, the second downwards.
@@ -10,21 +11,16 @@ pub type Place = Vector<f64>;
 pub struct Colour {
     /// Red, green and blue.
     pub rgb: [u8; 3],
-    /// The opacity, from 0 (invisible) to 1 (opaque).
-    pub opacity: f64,
 }
 
 impl Colour {
-    /// Returns the opaque colour `0xRRGGBB`.
+    /// Returns the colour `0xRRGGBB`.
     pub(super) const fn hex(rgb: u32) -> Self {
         let [_, r, g, b] = rgb.to_be_bytes();
-        Self {
-            rgb: [r, g, b],
-            opacity: 1.0,
-        }
+        Self { rgb: [r, g, b] }
     }
 
-    /// Returns the opaque mixture of this colour and `other`. `share` is the fraction of `other`, from 0 to 1.
+    /// Returns the mixture of this colour and `other`. `share` is the fraction of `other`, from 0 to 1.
     pub(super) fn mixed(self, other: Self, share: f64) -> Self {
         let mix = |k: usize| {
             let (from, to) = (f64::from(self.rgb[k]), f64::from(other.rgb[k]));
@@ -32,77 +28,41 @@ impl Colour {
         };
         Self {
             rgb: [0, 1, 2].map(mix),
-            opacity: 1.0,
         }
     }
 }
 
 pub(super) const PAPER: Colour = Colour::hex(0xffffff);
 /// The colour of text and axes.
-pub(super) const INK: Colour = Colour::hex(0x1f2328);
+const INK: Colour = Colour::hex(0x1f2328);
 /// The colour of secondary text.
-pub(super) const MUTED: Colour = Colour::hex(0x656d76);
+const MUTED: Colour = Colour::hex(0x656d76);
 
 /// The style of a line.
 #[derive(Clone, Copy)]
 pub(super) struct Pen {
-    pub colour: Colour,
+    pub(super) colour: Colour,
     /// The width in pixels.
     pub(super) width: f64,
-    /// The lengths of dashes and gaps in turn, in pixels, written as in SVG; empty for a solid line.
-    pub(super) dashes: &'static str,
 }
 
 impl Pen {
     pub(super) const fn new(colour: Colour, width: f64) -> Self {
-        Self::dashed(colour, width, "")
-    }
-
-    pub(super) const fn dashed(colour: Colour, width: f64, dashes: &'static str) -> Self {
-        Self {
-            colour,
-            width,
-            dashes,
-        }
+        Self { colour, width }
     }
 }
 
 /// The style of a text.
-#[derive(Clone, Copy)]
-pub struct Font {
-    /// The colour.
-    pub colour: Colour,
-    /// The fraction of the text's width that is to the left of its place: 0, 0.5 or 1.
-    pub anchor: f64,
-    /// True for bold text.
-    pub bold: bool,
-    /// The size in pixels.
-    pub size: f64,
-}
-
-impl Font {
-    /// Plain text of 12 pixels that begins at its place.
-    pub const PLAIN: Self = Self {
-        colour: INK,
-        anchor: 0.0,
-        bold: false,
-        size: 12.0,
-    };
-    pub(super) const BOLD: Self = Self {
-        bold: true,
-        ..Self::PLAIN
-    };
-    pub(super) const MUTED: Self = Self {
-        colour: MUTED,
-        ..Self::PLAIN
-    };
-    pub(super) const END: Self = Self::PLAIN.at(1.0);
-    pub(super) const CAPTION: Self = Self::MUTED.at(0.5);
-
-    /// Returns this style with another anchor.
-    pub const fn at(self, anchor: f64) -> Self {
-        Self { anchor, ..self }
-    }
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Font {
+    /// Text that begins at its place.
+    Plain,
+    /// Bold text that begins at its place.
+    Bold,
+    /// Text that ends at its place.
+    End,
+    /// Muted text around its place.
+    Caption,
 }
 
 /// A part of a picture.
@@ -143,4 +103,68 @@ impl Picture {
         let text = Shape::Text(place.into(), text.into(), font);
         self.shapes.push(text);
     }
+
+    /// Returns the picture as an SVG file on white paper.
+    pub(super) fn to_svg(&self, size: impl Into<Place>, title: &str) -> String {
+        let [width, height] = size.into().array();
+        let title = escape(title);
+        let shapes: String = self.shapes.iter().map(element).collect();
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" \
+             width=\"{width:.0}\" height=\"{height:.0}\" role=\"img\" \
+             font-family=\"system-ui, 'Segoe UI', Helvetica, Arial, sans-serif\" fill=\"none\" \
+             stroke-linecap=\"round\" stroke-linejoin=\"round\">\n<title>{title}</title>\n\
+             <rect width=\"{width:.0}\" height=\"{height:.0}\" fill=\"#fff\"/>\n{shapes}</svg>\n"
+        )
+    }
+}
+
+fn element(shape: &Shape) -> String {
+    match shape {
+        Shape::Line(points, pen) => {
+            let point = |point: &Place| format!("{:.1},{:.1}", point[0], point[1]);
+            let points: Vec<String> = points.iter().map(point).collect();
+            format!(
+                "<polyline points=\"{}\"{}/>\n",
+                points.join(" "),
+                stroke(pen)
+            )
+        }
+        Shape::Disc(middle, radius, fill, edge) => {
+            let [x, y] = middle.array();
+            let style = paint("fill", *fill) + &stroke(edge);
+            format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\"{style}/>\n")
+        }
+        Shape::Rectangle(corner, size, fill) => {
+            let ([x, y], [width, height]) = (corner.array(), size.array());
+            let size = format!("width=\"{width:.1}\" height=\"{height:.1}\"");
+            let fill = paint("fill", *fill);
+            format!("<rect x=\"{x:.1}\" y=\"{y:.1}\" {size}{fill}/>\n")
+        }
+        Shape::Text(place, text, font) => {
+            let ([x, y], text) = (place.array(), escape(text));
+            let (colour, style) = match font {
+                Font::Plain => (INK, ""),
+                Font::Bold => (INK, " font-weight=\"600\""),
+                Font::End => (INK, " text-anchor=\"end\""),
+                Font::Caption => (MUTED, " text-anchor=\"middle\""),
+            };
+            let fill = paint("fill", colour);
+            format!("<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"12\"{fill}{style}>{text}</text>\n")
+        }
+    }
+}
+
+fn stroke(pen: &Pen) -> String {
+    if pen.width == 0.0 {
+        return String::new();
+    }
+    let (colour, width) = (paint("stroke", pen.colour), pen.width);
+    format!("{colour} stroke-width=\"{width:.1}\"")
+}
+
+/// Returns the SVG attribute `name` (which is `fill` or `stroke`) with a colour.
+fn paint(name: &str, colour: Colour) -> String {
+    let [r, g, b] = colour.rgb;
+    format!(" {name}=\"#{r:02x}{g:02x}{b:02x}\"")
 }

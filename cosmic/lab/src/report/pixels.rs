@@ -3,8 +3,7 @@
 use super::picture::{Colour, PAPER, Pen, Picture, Place, Shape};
 use cosmic::geometry::{Bounds, Segment, Vector};
 use tiny_skia::{
-    FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Rect, Stroke, StrokeDash,
-    Transform,
+    FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Rect, Stroke, Transform,
 };
 
 /// Lines that leave the picture are cut off this many pixels outside it. The number must exceed the width of any line.
@@ -96,15 +95,10 @@ impl Canvas {
         if pen.width == 0.0 {
             return;
         }
-        let dashes = pen
-            .dashes
-            .split(' ')
-            .map_while(|length| length.parse().ok());
         let stroke = Stroke {
             width: pen.width as f32,
             line_cap: LineCap::Round,
             line_join: LineJoin::Round,
-            dash: StrokeDash::new(dashes.collect(), 0.0),
             ..Stroke::default()
         };
         let (paint, scale) = (paint(pen.colour), self.scale);
@@ -112,9 +106,8 @@ impl Canvas {
     }
 }
 
-fn colour(Colour { rgb, opacity }: Colour) -> tiny_skia::Color {
-    let [r, g, b] = rgb;
-    tiny_skia::Color::from_rgba8(r, g, b, (255.0 * opacity).round() as u8)
+fn colour(Colour { rgb: [r, g, b] }: Colour) -> tiny_skia::Color {
+    tiny_skia::Color::from_rgba8(r, g, b, 255)
 }
 
 fn paint(fill: Colour) -> Paint<'static> {

@@ -18,7 +18,7 @@ const PANEL: f64 = (WIDTH - 2.0 * MARGIN) / 6.0;
 pub(super) fn draw(motion: &Motion) -> String {
     let mut picture = Picture::default();
     let title = format!("{:.1} s of walking", motion.duration());
-    picture.text([MARGIN, 26.0], title, Font::BOLD);
+    picture.text([MARGIN, 26.0], title, Font::Bold);
     draw_legend(&mut picture, motion);
     let bottom = draw_journey(&mut picture, motion);
     let bottom = draw_gait(&mut picture, motion, bottom + 46.0);
@@ -57,7 +57,7 @@ fn draw_journey(picture: &mut Picture, motion: &Motion) -> f64 {
         view.draw_robot(picture, &bars, motion.payload(state));
         let top = motion.bounds(state).high.up();
         let above = view.place(motion.centre(state).with_up(top)) - Vector::new([0.0, 8.0]);
-        picture.text(above, format!("{:.1} s", motion.time(index)), Font::CAPTION);
+        picture.text(above, format!("{:.1} s", motion.time(index)), Font::Caption);
     }
     bottom + 12.0
 }
@@ -103,7 +103,7 @@ fn draw_gait(picture: &mut Picture, motion: &Motion, top: f64) -> f64 {
     } else {
         format!("From start to end, {period:.2} s")
     };
-    picture.text([MARGIN, top], title, Font::BOLD);
+    picture.text([MARGIN, top], title, Font::Bold);
     for (panel, index) in moments.into_iter().enumerate() {
         let left = MARGIN + PANEL * panel as f64;
         let middle = middles[panel];
@@ -115,7 +115,7 @@ fn draw_gait(picture: &mut Picture, motion: &Motion, top: f64) -> f64 {
         };
         draw_panel(picture, &view, moments[0]..=index);
         let place = [left + 0.5 * PANEL, bottom + 28.0];
-        picture.text(place, format!("{:.2} s", motion.time(index)), Font::CAPTION);
+        picture.text(place, format!("{:.2} s", motion.time(index)), Font::Caption);
     }
     bottom
 }
@@ -154,17 +154,17 @@ fn draw_legend(picture: &mut Picture, motion: &Motion) {
     let (left, y) = (WIDTH - 532.0, 22.0);
     let mut key = |x: f64, colour, name: &str| {
         picture.line([[left + x, y], [left + x + 18.0, y]], Pen::new(colour, 4.0));
-        picture.text([left + x + 26.0, y + 4.0], name, Font::PLAIN);
+        picture.text([left + x + 26.0, y + 4.0], name, Font::Plain);
     };
     key(0.0, SKELETON, "skeleton");
     key(416.0, BEYOND, "beyond limits");
     draw_payload(picture, [left + 98.0, y], 5.0);
-    picture.text([left + 108.0, y + 4.0], "payload", Font::PLAIN);
-    picture.text([left + 168.0, y + 4.0], "actuator", Font::PLAIN);
+    picture.text([left + 108.0, y + 4.0], "payload", Font::Plain);
+    picture.text([left + 168.0, y + 4.0], "actuator", Font::Plain);
     let percent = 100.0 * motion.limit;
     let [low, high] = [left + 272.0, left + 352.0];
     let least = format!("\u{2212}{percent:.0} %");
-    picture.text([low - 6.0, y + 4.0], least, Font::END);
+    picture.text([low - 6.0, y + 4.0], least, Font::End);
     for k in 0..20 {
         let colour = motion.colour((f64::from(k) / 9.5 - 1.0) * motion.limit);
         let x = low + 4.0 * f64::from(k);
@@ -173,6 +173,6 @@ fn draw_legend(picture: &mut Picture, motion: &Motion) {
     picture.text(
         [high + 8.0, y + 4.0],
         format!("+{percent:.0} %"),
-        Font::PLAIN,
+        Font::Plain,
     );
 }

@@ -5,7 +5,7 @@ use crate::files::write_texts;
 use crate::table::{Emphasis, Table, aligned, escape, prose};
 use cosmic::error::{Error, Result};
 use cosmic::record::files::make_folder;
-use cosmic::verdict::{Item as Answer, Level};
+use cosmic::verdict::{Item, Level};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -50,7 +50,7 @@ pub struct Section {
     /// The results as text for a terminal, in place of the tables and notes.
     pub text: String,
     /// Answers in plain words, each with its level.
-    pub answers: Vec<Answer>,
+    pub answers: Vec<Item>,
     /// Explanations for the page that come before the tables.
     pub notes: Vec<String>,
     /// The tables. Each is also written as a file `name.csv`.
@@ -84,12 +84,12 @@ impl Section {
     }
 
     /// How many checks there are, and how many of them failed.
-    fn outcome(&self) -> Answer {
+    fn outcome(&self) -> Item {
         let (checks, failed) = (self.checks, self.failures.len());
         let noun = if checks == 1 { "check" } else { "checks" };
         let level = if failed == 0 { Level::Good } else { Level::Bad };
         let title = &self.title;
-        Answer::limit(format!("{title}: {checks} {noun}, {failed} failed"), level)
+        Item::limit(format!("{title}: {checks} {noun}, {failed} failed"), level)
     }
 
     fn to_html(&self) -> String {
@@ -166,7 +166,7 @@ impl Sheet {
     }
 
     /// Returns the sheet as text for a terminal. `shown` converts an answer to text, for example with a colour.
-    pub fn to_text(&self, shown: impl Fn(&Answer) -> String) -> String {
+    pub fn to_text(&self, shown: impl Fn(&Item) -> String) -> String {
         let mut text = format!("{}: {}\n", self.title, self.subject);
         for section in &self.sections {
             text += &format!("\n{}\n{}", section.title.to_uppercase(), section.text);
@@ -187,7 +187,7 @@ impl Sheet {
         let answers = self.sections.iter().flat_map(|section| &section.answers);
         let outcomes = self.sections.iter().map(Section::outcome);
         let answers = answers.cloned().chain(outcomes);
-        let answer = |Answer { text, level, .. }: Answer| {
+        let answer = |Item { text, level, .. }: Item| {
             format!("<li class=\"{}\">{}</li>\n", level.name(), escape(&text))
         };
         let answers: String = answers.map(answer).collect();

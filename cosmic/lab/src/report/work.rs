@@ -47,7 +47,7 @@ pub fn write(path: &Path, registry: &Registry) -> Result<Vec<PathBuf>> {
 }
 
 fn of_run(run: &RunFiles) -> Result<Vec<PathBuf>> {
-    let robot = run.robot.drawn_as(&run.robot.design.z);
+    let robot = run.robot.drawn();
     let motion = Motion::new(&robot, &run.trajectory);
     let page = page::of_run(run, &motion, &Gait::new(run)?);
     let texts = [("report.html", page), ("robot.svg", robot::draw(&motion))];
@@ -67,7 +67,7 @@ pub fn write_walk(
     title: &str,
 ) -> Result<Vec<PathBuf>> {
     make_folder(folder)?;
-    let robot = robot.drawn_as(&robot.design.z);
+    let robot = robot.drawn();
     let motion = Motion::new(&robot, &walk.trajectory).with_goals(&walk.goals);
     let page = page::of_walk(walk, &motion, title);
     let mut written = write_texts(folder, [("walk.html", page)])?;

@@ -2,7 +2,6 @@
 
 use super::{Plan, SWEEP};
 use cosmic::Registry;
-use cosmic::codesign::Record;
 use cosmic::error::{Error, Result};
 use cosmic::parallel::{ThreadPlan, in_parallel};
 use cosmic::record::snapshot::SNAPSHOT;
@@ -10,9 +9,8 @@ use cosmic::record::{self, Observer, Run, Summary};
 use std::collections::BTreeMap;
 use std::fs;
 use std::num::NonZeroUsize;
-use std::ops::ControlFlow;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 /// The outcome of an attempt to do a run.
@@ -28,27 +26,14 @@ pub enum RunOutcome {
     Taken,
 }
 
-/// A run of the sweep that has just ended.
-#[derive(Clone, Debug)]
-pub struct Ended {
-    /// The run's number in the plan.
-    pub index: usize,
-    /// The run's outcome.
-    pub outcome: RunOutcome,
-}
-
 /// Receives the events of a sweep, from any thread, and may stop the sweep early.
 pub trait SweepObserver: Sync {
-    /// Returns true if the sweep must stop. The runs in progress are saved before they stop.
-    fn is_stopped(&self) -> bool;
+    /// The flag with which another thread asks the sweep to stop. The runs in progress are saved before they
+    /// [stop](Observer::stop).
+    fn stop(&self) -> Arc<AtomicBool>;
 
-    /// The flag with which another thread asks the runs to [stop](Observer::stop).
-    fn stop(&self) -> Option<Arc<AtomicBool>> {
-        None
-    }
-
-    /// Is called when a run has ended. Calls do not overlap.
-    fn ended(&self, ended: &Ended);
+    /// Is called when the run with the number `index` has ended. Calls do not overlap.
+    fn ended(&self, index: usize, outcome: &RunOutcome);
 
     /// Is called with a [warning](Observer::warning) of a run. `run` is the run's name.
     fn warning(&self, run: &str, text: &str);
@@ -135,7 +120,7 @@ impl Sweep<'_> {
     ) -> Result<Vec<Result<RunOutcome>>> {
         let telling = Mutex::new(());
         let done = in_parallel(runs.len(), ThreadPlan::of_one(threads), |k, _| {
-            if observer.is_stopped() {
+            if observer.stop().load(Ordering::Relaxed) {
                 return Err(self.stopped());
             }
             let index = runs[k];
@@ -146,8 +131,7 @@ impl Sweep<'_> {
             };
             if matches!(outcome, RunOutcome::Done(_) | RunOutcome::Diverged(_)) {
                 let _told = telling.lock();
-                let outcome = outcome.clone();
-                observer.ended(&Ended { index, outcome });
+                observer.ended(index, &outcome);
             }
             Ok(Ok(outcome))
         });
@@ -194,30 +178,18 @@ fn first_of(failed: BTreeMap<usize, Error>) -> Result<()> {
     Err(first)
 }
 
-/// The observer of one of several parallel runs. It passes warnings on to the observer of the sweep and ignores iterations.
+/// The observer of one of several parallel runs. It passes warnings on to the observer of the sweep.
 struct RunObserver<'o> {
     observer: &'o dyn SweepObserver,
     name: &'o str,
 }
 
 impl Observer for RunObserver<'_> {
-    fn iteration(&mut self, _: &Run, _: &Record) -> ControlFlow<()> {
-        if self.observer.is_stopped() {
-            ControlFlow::Break(())
-        } else {
-            ControlFlow::Continue(())
-        }
-    }
-
     fn warning(&mut self, _: &Run, text: &str) {
         self.observer.warning(self.name, text);
     }
 
     fn stop(&self) -> Option<Arc<AtomicBool>> {
-        self.observer.stop()
-    }
-
-    fn is_stopped(&self) -> bool {
-        self.observer.is_stopped()
+        Some(self.observer.stop())
     }
 }

@@ -2,7 +2,7 @@ use crate::small::small;
 use cosmic::laws::ContactLaw;
 use cosmic::verdict::Level;
 use cosmic_lab::check::distance;
-use cosmic_lab::check::distance::{Comparison, SAME};
+use cosmic_lab::check::distance::{Reference, SAME};
 
 /// The distance of a robot in free fall along the ground is 0 for every time step, integrator and precision.
 #[test]
@@ -42,7 +42,7 @@ fn a_delivered_robot_whose_distance_depends_on_the_time_step_fails() {
 fn distances_are_compared_with_the_scenes_own() {
     // The medians of a robot at 2, 1, 0.5 and 0.25 ms.
     let level = |median: f64, distances: &[f64]| {
-        let compare = Comparison {
+        let compare = Reference {
             median,
             least: 0.01,
         };
@@ -52,7 +52,7 @@ fn distances_are_compared_with_the_scenes_own() {
     assert_eq!(level(3.99, &[3.99, 4.03, 4.03, 3.96]), Level::Good);
     assert_eq!(level(4.0, &[4.4]), Level::Doubtful);
     assert_eq!(level(4.0, &[5.0]), Level::Bad);
-    let compare = |median, least| Comparison { median, least };
+    let compare = |median, least| Reference { median, least };
     assert_eq!(compare(4.0, 0.01).off(f64::NAN), f64::INFINITY);
     // A robot that stays in place: a difference of 1 mm is small compared with 5 cm.
     assert_eq!(compare(0.0, 0.05).off(0.001), 0.02);

@@ -1,11 +1,10 @@
 //! The history of a run: `history.jsonl` has a line for each iteration; `designs.jsonl` has the designs of some
 //! iterations and how they walk.
 
-mod walk;
+mod frames;
 mod rows;
-mod appended;
 mod write;
 
+pub use frames::Frames;
 pub use rows::{DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, read, read_lines};
-pub use walk::Walk;
 pub use write::History;

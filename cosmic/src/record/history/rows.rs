@@ -1,6 +1,6 @@
 //! The lines of `history.jsonl` and `designs.jsonl`.
 
-use super::walk::Walk;
+use super::frames::Frames;
 use crate::codesign::Record;
 use crate::error::Result;
 use crate::reading::read_whole;
@@ -32,12 +32,12 @@ pub struct DesignRow {
     pub z: Vec<[f64; 3]>,
     /// The motion of the robot with the controller of the iteration. `None` if the rollout diverged.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub walk: Option<Walk>,
+    pub walk: Option<Frames>,
 }
 
 impl DesignRow {
     /// Makes the row of an iteration; `z` is rounded.
-    pub fn new(iteration: usize, z: &[[f64; 3]], walk: Option<Walk>) -> Self {
+    pub fn new(iteration: usize, z: &[[f64; 3]], walk: Option<Frames>) -> Self {
         let rounded = |x: f64| (1e4 * x).round() / 1e4;
         let z = z.iter().map(|z| z.map(rounded)).collect();
         Self { iteration, z, walk }

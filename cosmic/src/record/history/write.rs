@@ -1,10 +1,11 @@
 //! [`History`], which writes the history of a run.
 
-use super::appended::Appended;
 use super::rows::{DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, design_rows};
 use crate::codesign::Record;
-use crate::error::Result;
-use std::path::Path;
+use crate::error::{Error, Result};
+use std::fs::{File, OpenOptions};
+use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
 
 /// The files of a history, open, so that lines can be appended. The caller holds the lock on the folder.
 #[derive(Debug)]
@@ -20,8 +21,8 @@ impl History {
     /// `iteration`. If no line remains, begins a new history.
     ///
     /// # Errors
-    /// [`Error::Read`](crate::Error::Read) for a missing file and [`Error::Usage`](crate::Error::Usage) for missing
-    /// lines, in both cases before any file has changed; [`Error::Write`](crate::Error::Write).
+    /// [`Error::Read`] for a missing file and [`Error::Usage`] for missing
+    /// lines, in both cases before any file has changed; [`Error::Write`].
     pub fn open(folder: &Path, entered: usize, iteration: usize) -> Result<Self> {
         let rows = iteration.saturating_sub(entered);
         let begins = rows == 0;
@@ -64,5 +65,65 @@ impl History {
     pub(in crate::record) fn sync(&self) -> Result<()> {
         let files = [&self.lines, &self.designs];
         files.into_iter().try_for_each(Appended::sync)
+    }
+}
+
+/// A text file that is open, so that lines can be appended.
+#[derive(Debug)]
+struct Appended {
+    path: PathBuf,
+    file: File,
+}
+
+impl Appended {
+    /// Opens a file. If it is missing, creates it if `create` is true, and returns an error otherwise.
+    fn open(path: PathBuf, create: bool) -> Result<Self> {
+        let mut options = OpenOptions::new();
+        let options = options.read(true).write(true).create(create);
+        match options.truncate(false).open(&path) {
+            Ok(file) => Ok(Self { path, file }),
+            Err(error) if !create && error.kind() == ErrorKind::NotFound => {
+                Err(Error::reading(path)(error))
+            }
+            Err(error) => Err(Error::writing(path)(error)),
+        }
+    }
+
+    /// The length of the first `lines` lines, in bytes. Returns an error if the file has fewer complete lines.
+    fn end(&mut self, lines: usize) -> Result<u64> {
+        let mut bytes = Vec::new();
+        (self.file.rewind())
+            .and_then(|()| self.file.read_to_end(&mut bytes))
+            .map_err(Error::reading(&self.path))?;
+        let whole = bytes.split_inclusive(|&byte| byte == b'\n');
+        let whole = whole.filter(|line| line.ends_with(b"\n"));
+        let lengths: Vec<usize> = whole.take(lines).map(<[u8]>::len).collect();
+        if lengths.len() < lines {
+            return Err(Error::Usage(format!(
+                "{}: expected {lines} lines up to the snapshot, found {}; if the folder is a copy that was made during the \
+                 run, copy it again",
+                self.path.display(),
+                lengths.len()
+            )));
+        }
+        Ok(lengths.iter().sum::<usize>() as u64)
+    }
+
+    /// Truncates the file to `length` bytes, so that the next line is appended there.
+    fn cut(&mut self, length: u64) -> Result<()> {
+        (self.file.set_len(length))
+            .and_then(|()| self.file.seek(SeekFrom::Start(length)))
+            .map(drop)
+            .map_err(Error::writing(&self.path))
+    }
+
+    /// Appends a line in one write, so that a killed process leaves at most one unfinished line.
+    fn append(&mut self, line: &str) -> Result<()> {
+        (self.file.write_all(line.as_bytes())).map_err(Error::writing(&self.path))
+    }
+
+    /// Flushes the lines to the disk.
+    fn sync(&self) -> Result<()> {
+        self.file.sync_data().map_err(Error::writing(&self.path))
     }
 }

@@ -5,7 +5,7 @@ use crate::codesign::{CoDesign, Delivery, Progress, Record};
 use crate::error::{Error, Result};
 use crate::record::design_file::{DESIGN, DesignFile};
 use crate::record::files::{sweep, write_atomic, write_json};
-use crate::record::history::{DesignRow, History, Walk};
+use crate::record::history::{DesignRow, Frames, History};
 use crate::record::snapshot::{RunPlan, SNAPSHOT, Snapshot};
 use crate::record::summary::{self, DIVERGED, SUMMARY, Summary};
 use crate::record::trajectory_file::{self, TRAJECTORY, TrajectoryFile};
@@ -258,12 +258,12 @@ impl Run {
     }
 
     /// The motion of the current robot, for the history; `None` if the rollout diverges.
-    fn walk(&self) -> Option<Walk> {
+    fn walk(&self) -> Option<Frames> {
         let physics = &self.plan.scene.physics;
-        let moments = Walk::moments(physics.steps, physics.dt);
+        let moments = Frames::moments(physics.steps, physics.dt);
         let seen = self.codesign.evaluator().watch(&self.progress, moments)?;
         let spacing = self.codesign.task().lattice.spacing;
-        Walk::of_moments(&seen, physics.dt, spacing)
+        Frames::of_moments(&seen, physics.dt, spacing)
     }
 
     /// Warns if the grade of the time step is worse than ever before. Returns an error if the time step is unstable and
@@ -310,7 +310,7 @@ impl Run {
         if is_asked(observer) {
             return self.interrupted();
         }
-        if delivery.divergence.is_none() {
+        if delivery.seen.divergence.is_none() {
             return error;
         }
         observer.warning(self, &error.to_string());
@@ -364,12 +364,12 @@ impl Run {
     fn write_result(&self, delivery: &Delivery) -> Result<Summary> {
         let folder = self.lock.folder();
         self.write_design(delivery)?;
-        let Trajectory { steps, states, .. } = delivery.trajectory.clone();
+        let Trajectory { steps, states, .. } = delivery.seen.trajectory.clone();
         let moves = TrajectoryFile {
             dt: self.plan.scene.physics.dt,
             steps,
             states,
-            bars: delivery.bars.clone(),
+            bars: delivery.seen.bars.clone(),
         };
         write_json(&folder.join(TRAJECTORY), trajectory_file::FORMAT, &moves)?;
         let summary = Summary::new(&self.plan, &self.progress, delivery, self.seconds());
@@ -387,7 +387,7 @@ impl Run {
             &delivery.controller,
         );
         design.write(&folder.join(DESIGN))?;
-        let Some(divergence) = &delivery.divergence else {
+        let Some(divergence) = &delivery.seen.divergence else {
             return Ok(());
         };
         let case = design.case(&self.plan.scene, DESIGN)?;

@@ -1,4 +1,4 @@
-//! Walks: the motions of intermediate designs, sampled coarsely for an animation.
+//! The motions of intermediate designs, sampled coarsely for an animation.
 
 use crate::geometry::Vector;
 use crate::lattice::State;
@@ -14,7 +14,7 @@ const PARTS: f64 = 200.0;
 
 /// The rounded positions of all nodes at some moments of a rollout.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Walk {
+pub struct Frames {
     /// Time from one moment to the next, in seconds. The first moment is the start of the rollout.
     pub every: f64,
     /// The unit of `counts`, in metres.
@@ -24,7 +24,7 @@ pub struct Walk {
     pub counts: Vec<Vec<i64>>,
 }
 
-impl Walk {
+impl Frames {
     /// The moments at which a rollout of `steps` steps of `dt` seconds is sampled. A moment is given as the number of
     /// steps before it. There are twelve moments per second, or one after every step if a second has fewer than twelve
     /// steps.
@@ -34,7 +34,7 @@ impl Walk {
         (0..=last).step_by(every).collect()
     }
 
-    /// The walk through the given states. `every` is the time between states in seconds. Positions are rounded to
+    /// The frames of the given states. `every` is the time between states in seconds. Positions are rounded to
     /// multiples of `unit` (metres). `None` if a position is not finite or too large.
     pub fn of<'s>(
         states: impl Iterator<Item = &'s State<f64>>,
@@ -60,7 +60,7 @@ impl Walk {
         })
     }
 
-    /// The walk of a trajectory that was observed at its [moments](Self::moments). `dt` is the time step in seconds,
+    /// The frames of a trajectory that was observed at its [moments](Self::moments). `dt` is the time step in seconds,
     /// `spacing` the spacing of the lattice in metres.
     pub(in crate::record) fn of_moments(
         seen: &Trajectory<f64>,

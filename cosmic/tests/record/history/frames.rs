@@ -1,6 +1,6 @@
 use cosmic::geometry::Vector;
 use cosmic::lattice::State;
-use cosmic::record::history::Walk;
+use cosmic::record::history::Frames;
 
 #[test]
 fn a_walk_has_the_positions_of_its_states_to_half_a_unit() {
@@ -11,7 +11,7 @@ fn a_walk_has_the_positions_of_its_states_to_half_a_unit() {
         v: vec![Vector::zero(); 2],
     };
     let states: Vec<_> = (0..4).map(state).collect();
-    let walk = Walk::of(states.iter(), 0.084, 5e-4).unwrap();
+    let walk = Frames::of(states.iter(), 0.084, 5e-4).unwrap();
     assert_eq!((walk.every, walk.counts[3][0]), (0.084, 200));
     for (state, places) in states.iter().zip(walk.places()) {
         let mut pairs = state.x.iter().flatten().zip(places.iter().flatten());
@@ -19,14 +19,14 @@ fn a_walk_has_the_positions_of_its_states_to_half_a_unit() {
     }
     let mut lost = states;
     lost[2].x[1][0] = f64::NAN;
-    assert_eq!(Walk::of(lost.iter(), 0.084, 5e-4), None);
+    assert_eq!(Frames::of(lost.iter(), 0.084, 5e-4), None);
 }
 
 #[test]
 fn moments_are_a_twelfth_of_a_second_apart_for_eight_seconds() {
-    let moments = Walk::moments(8192, 0.002);
+    let moments = Frames::moments(8192, 0.002);
     assert_eq!((moments.len(), moments[1], moments[95]), (96, 42, 3990));
-    assert_eq!(Walk::moments(100, 0.002), [0, 42, 84]);
-    assert_eq!(Walk::moments(10_000, 1.0), [0, 1, 2, 3, 4, 5, 6, 7, 8]);
-    assert_eq!(Walk::moments(5, 100.0), [0]);
+    assert_eq!(Frames::moments(100, 0.002), [0, 42, 84]);
+    assert_eq!(Frames::moments(10_000, 1.0), [0, 1, 2, 3, 4, 5, 6, 7, 8]);
+    assert_eq!(Frames::moments(5, 100.0), [0]);
 }
