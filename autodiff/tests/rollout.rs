@@ -1,7 +1,7 @@
 //! The reverse sweep through a rollout is compared with duals, the tape and central differences.
 
 use crate::common::{differences, forward_gradient, largest_difference};
-use crate::net::{Loss, NODES, taken_from, weighted_squares};
+use crate::net::{Loss, NODES};
 use crate::steps::{Mapped, Times};
 use approx::assert_relative_eq;
 use autodiff::{
@@ -40,21 +40,6 @@ fn reverse_sweep_agrees_with_duals_tape_and_differences() {
             gradient[i]
         );
     }
-}
-
-/// The gradient must be the same as on a scalar tape that records every operation of the rollout.
-#[test]
-fn whole_rollout_on_the_scalar_tape_gives_the_same_gradient() {
-    let loss = Loss::new(steps(9));
-    let x = loss.point();
-    let (_, fused) = value_and_gradient(|x| loss.eval(x), &x);
-    let unrolled = |x: &[Var<f64>]| {
-        let (start, rest) = x.split_at(2 * NODES);
-        let parameters = loss.rollout.model.shapes().map(taken_from(rest));
-        weighted_squares(&loss.rollout.unrolled(start, &parameters))
-    };
-    let scalars = gradient(unrolled, &x);
-    assert!(largest_difference(&fused, &scalars) < 1e-13);
 }
 
 #[test]
@@ -358,16 +343,4 @@ fn every_number_of_every_state_is_looked_at() {
     }
     let small = vec![0.999; numbers];
     assert_eq!(still(numbers, 9, Some(1.0)).run(&small, &[]), small);
-}
-
-/// The check of a bound must record nothing on a tape.
-#[test]
-fn a_bound_leaves_no_trace_on_a_tape() {
-    let entries = |bound| {
-        let mut tape = Tape::new();
-        let rollout = still(3, 4, bound);
-        tape.record(&[0.5; 3], |x| rollout.unrolled(x, &[]));
-        tape.len()
-    };
-    assert_eq!(entries(Some(1.0)), entries(None));
 }
