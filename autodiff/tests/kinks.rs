@@ -156,21 +156,6 @@ fn infinite_slopes_are_infinite() {
 }
 
 #[test]
-fn an_exact_zero_stops_at_an_infinite_partial() {
-    // In `0 * sqrt(x)`, the reverse sweep meets the zero first and stops; forward mode meets the infinity first. The
-    // factor is a constant, so its zero is a choice. `computed_zeros.rs` tests computed zeros.
-    let zero_times_root = formula(1, |x| x[0].sqrt() * Sym::lit(0.0));
-    assert_eq!(gradient(|x| zero_times_root.eval(x), &[0.0]), [0.0]);
-    assert!(forward_gradient(&zero_times_root, &[0.0_f64])[0].is_nan());
-    // In `sqrt(x * x)` it is the other way round.
-    let root_of_square = formula(1, |x| (x[0] * x[0]).sqrt());
-    assert_eq!(forward_gradient(&root_of_square, &[0.0]), [0.0]);
-    assert!(gradient(|x| root_of_square.eval(x), &[0.0_f64])[0].is_nan());
-    // The tangent of a constant is zero, so the result has a tangent of zero too.
-    assert_eq!(Dual::<f64, 1>::constant(0.0).sqrt().tangent, [0.0]);
-}
-
-#[test]
 fn hypot_is_flat_at_the_origin_and_has_no_partial_by_an_infinite_argument() {
     let (three, four) = (f64::from_bits(3), f64::from_bits(4));
     assert_gradients(
