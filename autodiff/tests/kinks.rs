@@ -115,34 +115,6 @@ fn an_infinite_cotangent_passes_only_the_chosen_side_of_each_lane() {
     assert_eq!(got, [0.0, 0.0, 0.0, 0.5, 0.25, 0.0, 0.0, 1.0]);
 }
 
-/// Returns the number of entries on a tape of lanes that chooses between constants, and the sum of the cotangent of
-/// its input.
-struct ChoiceOfConstants;
-
-#[kernel]
-impl Vectorized<f64> for ChoiceOfConstants {
-    type Output = (usize, f64);
-    fn run<L: Lane<f64>>(self) -> (usize, f64) {
-        let x = L::load(&[-1.0, 1.0].repeat(8));
-        let mut tape = Tape::new();
-        let y = tape.record(&[x], |x| {
-            Var::select(x[0].less(Var::zero()), Var::lit(2.0), Var::lit(3.0))
-        });
-        let mut bar = [0.0; 16];
-        tape.pullback(&[y], &[L::one()])[0].store(&mut bar);
-        (tape.len(), bar.iter().sum())
-    }
-}
-
-#[test]
-fn a_choice_of_constants_is_a_constant_where_lanes_disagree() {
-    assert_eq!(
-        f64::vectorize(ChoiceOfConstants),
-        (1, 0.0),
-        "the input alone"
-    );
-}
-
 #[test]
 fn infinite_slopes_are_infinite() {
     for zero in [0.0, -0.0] {

@@ -205,28 +205,6 @@ fn a_second_pullback_has_the_same_bits() {
     }
 }
 
-/// A thread reuses the rows of its last sweep for the next sweep, which may have another length or number type. The
-/// results must be bit-identical to those of a first sweep.
-#[test]
-#[cfg_attr(target_family = "wasm", ignore = "no threads")]
-fn sweeps_one_after_the_other_have_the_bits_of_first_ones() {
-    fn gradient(steps: usize) -> (f64, Vec<f64>) {
-        let loss = Loss::new(steps);
-        value_and_gradient(|x| loss.eval(x), &loss.point())
-    }
-    for count in [3, 7, 2, 5].map(steps) {
-        let first = std::thread::spawn(move || gradient(count)).join().unwrap();
-        assert!(gradient(count) == first, "{count} steps");
-        let loss = Loss::new(count);
-        let single: Vec<f32> = loss.point().iter().map(|&x| x as f32).collect();
-        autodiff::gradient(|x: &[Var<f32>]| loss.eval(x), &single);
-        assert!(
-            gradient(count) == first,
-            "{count} steps after others in f32"
-        );
-    }
-}
-
 /// Counts the steps of [`Stopping`].
 static COUNTED: AtomicUsize = AtomicUsize::new(0);
 /// The flag that [`Stopping`] sets in its tenth step.
