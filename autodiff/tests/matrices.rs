@@ -4,7 +4,7 @@
 use crate::common::{assert_close, assert_refused, differences};
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::matrices::{
-    Element, angle, exp, rotation, rotation_vector, symmetric_eigen, symmetric_eigen_groups, vector,
+    Element, angle, exp, rotation, rotation_vector, symmetric_eigen, symmetric_eigen_groups,
 };
 use autodiff::{DoubleDouble, Dual, Function, Real, Var, gradient, hessian, jacobian_reverse};
 use nalgebra::{
