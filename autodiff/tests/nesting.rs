@@ -91,7 +91,7 @@ fn jacobians_agree_by_rows_and_by_columns() {
 
 #[test]
 fn several_directions_at_once_are_several_single_ones() {
-    let x: Vec<Dual<f64, 4>> = (0..3).map(|i| Dual::variable(POINT[i], i)).collect();
+    let x: Vec<Dual<f64, 8>> = (0..3).map(|i| Dual::variable(POINT[i], i)).collect();
     let together = mixed().eval(&x).tangent;
     assert_eq!(together[..3], forward_gradient(&mixed(), &POINT));
 }
