@@ -83,7 +83,6 @@ fn rollouts_name_the_line_of_their_caller() {
     assert_named(|| rollout.run(&[1.0], &two[1..]));
     assert_named(|| rollout.run(&[Dual::<_, 2>::variable(1.0, 0)], &[]));
     assert_named(|| gradient(|x| rollout.run(x, &[])[0], &[1.0]));
-    assert_named(|| rollout.unrolled(&[1.0], none));
     assert_named(|| rollout.run_batch(&two, &[Given::Shared(&[1.0])]))
         .says("the first start has 1 numbers, but another has 2");
     assert_named(|| rollout.run_batch(&[two[0]; 2], &[Given::Each(&two)]));

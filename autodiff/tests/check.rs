@@ -259,26 +259,6 @@ fn the_worst_direction_leads_to_the_worst_component() {
     }
 }
 
-/// The worst component must be the one that contributes most to the error along the worst direction. This need not be
-/// the one with the largest error.
-#[test]
-fn components_weigh_as_the_direction_has_them() {
-    // With this seed the only direction is along (0.30, 0.65).
-    let options = Options {
-        seed: 1234567,
-        directions: 1,
-        ..Options::default()
-    };
-    let report = claimed(&|x| x[0] + x[1], [&[0.3, 0.5], &[2.0, 1.8]], &options);
-    assert!(
-        report.worst.as_ref().is_some_and(|worst| worst.index == 1),
-        "{report}"
-    );
-    // An error is relative to the slope.
-    let report = claimed(&|x| lit(2.0) * x[0], [&[0.3], &[4.0]], &options);
-    assert!((report.directions[0].error - 0.5).abs() < 1e-12, "{report}");
-}
-
 /// An error in one component must be found even if the differences in another component are NaN.
 #[test]
 fn a_wrong_component_is_named_beside_one_that_cannot_be_judged() {

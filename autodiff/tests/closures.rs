@@ -137,14 +137,3 @@ fn an_argument_that_is_a_float_is_that_constant() {
     tape.record(&[2.0, 3.0], |x| Var::dot(x, &[4.0, 5.0]));
     assert_eq!(tape.len(), 3, "a dot product with floats is one entry");
 }
-
-#[test]
-fn closures_pass_floats_to_methods() {
-    let slope = gradient(
-        |x| x[0].max(0.0) + x[1].clamp(-1.0, 1.0) * x[0].powf(2.0),
-        &[3.0, 0.5],
-    );
-    assert_eq!(slope, [4.0, 9.0]);
-    let slope = gradient_forward(|x| Dual::dot(x, &[2.0, 5.0]) + x[0].atan2(1.0), &[0.0, 1.0]);
-    assert_eq!(slope, [3.0, 5.0]);
-}

@@ -1,5 +1,5 @@
-//! The functions of num-traits' `Float` and simba's `ComplexField` for elements. Their values are compared with the
-//! system's functions, and their slopes with difference quotients in 31 digits.
+//! The functions of num-traits' `Float` for elements. Their values are compared with the system's functions, and their
+//! slopes with difference quotients in 31 digits.
 
 use std::num::FpCategory;
 
@@ -9,69 +9,48 @@ use num_traits::{Float, FloatConst, NumCast, Signed, ToPrimitive};
 
 type Number = Element<Dual<DoubleDouble, 1>>;
 
-/// The functions to test. They are in a module of their own, because only here both traits are imported, and their
-/// methods have the same names.
-mod table {
-    use nalgebra::ComplexField as C;
-    use num_traits::Float as F;
+/// The name of a function, the function of num-traits, the system's function, and the domain.
+type Row = (&'static str, fn(Number) -> Number, fn(f64) -> f64, [f64; 2]);
 
-    use super::Number;
-
-    /// The name of a function, the function called through num-traits and through simba, and the system's function.
-    pub(crate) type Row = (&'static str, [fn(Number) -> Number; 2], fn(f64) -> f64);
-
-    /// Returns the functions that the trait `Real` does not have, each with its domain.
-    pub(crate) fn functions() -> Vec<(Row, [f64; 2])> {
-        type Ours = [fn(Number) -> Number; 2];
-        let row = |name, ours: Ours, system: fn(f64) -> f64, domain| ((name, ours, system), domain);
-        vec![
-            row("abs", [F::abs, C::abs], f64::abs, [-9.0, 9.0]),
-            row("recip", [F::recip, C::recip], f64::recip, [0.1, 9.0]),
-            row("sqrt", [F::sqrt, C::sqrt], f64::sqrt, [0.0, 9.0]),
-            row("ln", [F::ln, C::ln], f64::ln, [0.0, 9.0]),
-            row("exp", [F::exp, C::exp], f64::exp, [-9.0, 9.0]),
-            row("tanh", [F::tanh, C::tanh], f64::tanh, [-9.0, 9.0]),
-            row("tan", [F::tan, C::tan], f64::tan, [-1.5, 1.5]),
-            row("cos", [F::cos, C::cos], f64::cos, [-9.0, 9.0]),
-            row("sin", [F::sin, C::sin], f64::sin, [-9.0, 9.0]),
-            row("asin", [F::asin, C::asin], f64::asin, [-1.0, 1.0]),
-            row("acos", [F::acos, C::acos], f64::acos, [-1.0, 1.0]),
-            row("atan", [F::atan, C::atan], f64::atan, [-5.0, 5.0]),
-            row("sinh", [F::sinh, C::sinh], f64::sinh, [-5.0, 5.0]),
-            row("cosh", [F::cosh, C::cosh], f64::cosh, [-5.0, 5.0]),
-            row("asinh", [F::asinh, C::asinh], f64::asinh, [-9.0, 9.0]),
-            row("acosh", [F::acosh, C::acosh], f64::acosh, [1.0, 9.0]),
-            row("atanh", [F::atanh, C::atanh], f64::atanh, [-1.0, 1.0]),
-            row("exp_m1", [F::exp_m1, C::exp_m1], f64::exp_m1, [-5.0, 5.0]),
-            row("ln_1p", [F::ln_1p, C::ln_1p], f64::ln_1p, [-1.0, 9.0]),
-            row("exp2", [F::exp2, C::exp2], f64::exp2, [-5.0, 5.0]),
-            row("log2", [F::log2, C::log2], f64::log2, [0.0, 9.0]),
-            row("log10", [F::log10, C::log10], f64::log10, [0.0, 9.0]),
-            row("cbrt", [F::cbrt, C::cbrt], f64::cbrt, [-9.0, 9.0]),
-            row("floor", [F::floor, C::floor], f64::floor, [-9.0, 9.0]),
-            row("ceil", [F::ceil, C::ceil], f64::ceil, [-9.0, 9.0]),
-            row("round", [F::round, C::round], f64::round, [-9.0, 9.0]),
-            row("trunc", [F::trunc, C::trunc], f64::trunc, [-9.0, 9.0]),
-            row("fract", [F::fract, C::fract], f64::fract, [-9.0, 9.0]),
-        ]
-    }
-}
+/// One macro defines these functions for num-traits and for simba.
+const FUNCTIONS: [Row; 28] = [
+    ("abs", Float::abs, f64::abs, [-9.0, 9.0]),
+    ("recip", Float::recip, f64::recip, [0.1, 9.0]),
+    ("sqrt", Float::sqrt, f64::sqrt, [0.0, 9.0]),
+    ("ln", Float::ln, f64::ln, [0.0, 9.0]),
+    ("exp", Float::exp, f64::exp, [-9.0, 9.0]),
+    ("tanh", Float::tanh, f64::tanh, [-9.0, 9.0]),
+    ("tan", Float::tan, f64::tan, [-1.5, 1.5]),
+    ("cos", Float::cos, f64::cos, [-9.0, 9.0]),
+    ("sin", Float::sin, f64::sin, [-9.0, 9.0]),
+    ("asin", Float::asin, f64::asin, [-1.0, 1.0]),
+    ("acos", Float::acos, f64::acos, [-1.0, 1.0]),
+    ("atan", Float::atan, f64::atan, [-5.0, 5.0]),
+    ("sinh", Float::sinh, f64::sinh, [-5.0, 5.0]),
+    ("cosh", Float::cosh, f64::cosh, [-5.0, 5.0]),
+    ("asinh", Float::asinh, f64::asinh, [-9.0, 9.0]),
+    ("acosh", Float::acosh, f64::acosh, [1.0, 9.0]),
+    ("atanh", Float::atanh, f64::atanh, [-1.0, 1.0]),
+    ("exp_m1", Float::exp_m1, f64::exp_m1, [-5.0, 5.0]),
+    ("ln_1p", Float::ln_1p, f64::ln_1p, [-1.0, 9.0]),
+    ("exp2", Float::exp2, f64::exp2, [-5.0, 5.0]),
+    ("log2", Float::log2, f64::log2, [0.0, 9.0]),
+    ("log10", Float::log10, f64::log10, [0.0, 9.0]),
+    ("cbrt", Float::cbrt, f64::cbrt, [-9.0, 9.0]),
+    ("floor", Float::floor, f64::floor, [-9.0, 9.0]),
+    ("ceil", Float::ceil, f64::ceil, [-9.0, 9.0]),
+    ("round", Float::round, f64::round, [-9.0, 9.0]),
+    ("trunc", Float::trunc, f64::trunc, [-9.0, 9.0]),
+    ("fract", Float::fract, f64::fract, [-9.0, 9.0]),
+];
 
 #[test]
 fn elementary_functions_have_the_system_s_values_and_their_own_slopes() {
-    for ((name, [ours, in_nalgebra], system), [least, most]) in table::functions() {
+    for (name, ours, system, [least, most]) in FUNCTIONS {
         for k in (1..40).map(|k| k as f64) {
             let x = least + (most - least) * k / 40.0 + 1e-3 / k;
             let of = |x: DoubleDouble| ours(Element(Dual::variable(x, 0))).0;
             let value = of(DoubleDouble::from(x)).value.to_f64();
-            let other = in_nalgebra(Element(Dual::variable(DoubleDouble::from(x), 0))).0;
-            assert_eq!(
-                (
-                    of(DoubleDouble::from(x)).value,
-                    of(DoubleDouble::from(x)).tangent
-                ),
-                (other.value, other.tangent)
-            );
             // The crate's value is exact to f64, while the system's function has an error of an ulp or two.
             let error = (value - system(x)).abs();
             assert!(
@@ -93,27 +72,6 @@ fn elementary_functions_have_the_system_s_values_and_their_own_slopes() {
 }
 
 #[test]
-fn small_arguments_lose_no_digits() {
-    type Double = Element<Dual<f64, 1>>;
-    let near_x: [fn(Double) -> Double; 6] = [
-        Float::sinh,
-        Float::asinh,
-        Float::atanh,
-        Float::exp_m1,
-        Float::ln_1p,
-        Float::asin,
-    ];
-    for function in near_x {
-        for x in [1e-9, -1e-12, 0.0, 1e-300, 1e-310, 5e-324, -1.5e-323] {
-            let y = function(Element(Dual::variable(x, 0))).0;
-            // In each series, the term after `x` is at most x^2 / 2.
-            assert!((y.value - x).abs() <= x.abs() * (x.abs() + 4.0 * f64::EPSILON));
-            assert!((y.tangent[0] - 1.0).abs() <= 1.01 * x.abs() + 8.0 * f64::EPSILON);
-        }
-    }
-}
-
-#[test]
 fn functions_reach_as_far_as_those_of_floats() {
     let largest = f64::MAX;
     // The logarithm of `2 x`. It serves as the reference for the largest floats, where the system's own functions
@@ -122,22 +80,12 @@ fn functions_reach_as_far_as_those_of_floats() {
         x.ln() + std::f64::consts::LN_2
     }
     type Pair = (fn(Element<f64>) -> Element<f64>, fn(f64) -> f64, f64);
-    let pairs: [Pair; 17] = [
-        (Float::asinh, f64::asinh, 1e155),
+    // `precision.rs` has the other numbers up to 1e300.
+    let pairs: [Pair; 6] = [
         (Float::asinh, |x| -ln_twice(-x), -largest),
-        (Float::asinh, f64::asinh, 1e153),
-        (Float::acosh, f64::acosh, 1e155),
         (Float::acosh, ln_twice, largest),
-        (Float::sinh, f64::sinh, 710.0),
-        (Float::sinh, f64::sinh, -710.4),
-        (Float::sinh, f64::sinh, 709.7),
         (Float::sinh, f64::sinh, -f64::INFINITY),
-        (Float::cosh, f64::cosh, -710.0),
         (Float::cosh, f64::cosh, 711.0),
-        (Float::cbrt, f64::cbrt, 1e300),
-        (Float::cbrt, f64::cbrt, -largest),
-        (Float::cbrt, f64::cbrt, 1e-300),
-        (Float::cbrt, f64::cbrt, 5e-324),
         (Float::cbrt, f64::cbrt, f64::INFINITY),
         (Float::exp2, f64::exp2, 1000.5),
     ];
@@ -364,11 +312,6 @@ fn constants_have_all_digits_that_a_number_has() {
     let wide = misfits::<Element<DoubleDouble>>();
     let off = |x: &Element<DoubleDouble>| x.0.abs().less(DoubleDouble::lit(3e-31));
     assert!(wide.iter().all(off), "{wide:?}");
-    // The formulas are functions of numbers up to 7, with errors of an ulp or two.
-    let floats = misfits::<Element<f64>>();
-    assert!(floats.iter().all(|x| x.0.abs() < 4e-15), "{floats:?}");
-    assert_eq!(Element::<f64>::PI().0, std::f64::consts::PI);
-    assert_eq!(Element::<f64>::LOG2_10().0, std::f64::consts::LOG2_10);
     assert_eq!(Element::<f32>::PI().0, std::f32::consts::PI);
 }
 

@@ -1,102 +1,96 @@
 //! Derivatives of roots that follow from their equations. They are compared with those of unrolled iterations and with
 //! difference quotients.
 
-use crate::common::{Formula, Sym, assert_close, differences, formula, formulas, gradients};
+use crate::common::{assert_close, differences, gradients};
 use autodiff::implicit::{NoRoot, Residual, root, root_within};
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{
     DoubleDouble, Dual, Function, Real, Tape, Var, gradient, hessian_vector, jacobian,
-    jacobian_reverse, kernel,
+    jacobian_reverse, kernel, lit,
 };
 
-/// A system of equations, and the iterations of a contraction that find its root. Both are formulas, because each mode
-/// would compile written-out equations.
-#[derive(Clone)]
-struct Solution {
-    equations: Formula,
-    iterated: Formula,
+/// Systems of equations for several unknowns, with two parameters.
+#[derive(Clone, Copy)]
+enum Equations {
+    /// Three coupled equations. The largest entries of their Jacobian are off the diagonal, so rows must be exchanged.
+    Coupled,
+    /// As many equations as this, which couple each unknown to its neighbours in a ring.
+    Ring(usize),
 }
 
-impl Solution {
-    /// `contraction` has for each equation the unknown that its residual changes, and the factor of this change.
-    fn new(
-        parameters: usize,
-        equations: impl Fn(&[Sym]) -> Vec<Sym>,
-        contraction: &[(usize, f64)],
-    ) -> Self {
-        let unknowns = contraction.len();
-        let iterated = formulas(parameters, |p| {
-            let mut x = vec![Sym::lit(0.0); unknowns];
-            for _ in 0..200 {
-                let residual = equations(&[&x, p].concat());
-                for (&(place, by), f) in contraction.iter().zip(residual) {
-                    x[place] -= Sym::lit(by) * f;
-                }
+impl Residual for Equations {
+    fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
+        match *self {
+            Self::Coupled => vec![
+                lit(4.0) * x[0] + x[1] * x[1] * p[0] - p[1],
+                lit(5.0) * x[2] + x[0] * x[0] - p[0] * p[1],
+                lit(3.0) * x[1] + x[1].powi(3) + x[2] * p[1] - lit(1.5) - p[0] * p[0],
+            ],
+            Self::Ring(n) => {
+                let equation = |i: usize| {
+                    let (before, after) = (x[(i + n - 1) % n], x[(i + 1) % n]);
+                    lit(4.0) * x[i] + p[0] * after - p[1] * before - R::lit(i as f64)
+                };
+                (0..n).map(equation).collect()
             }
-            x
-        });
-        Self {
-            equations: formulas(unknowns + parameters, equations),
-            iterated,
         }
+    }
+}
+
+impl Equations {
+    /// The root, by the iterations of a contraction.
+    fn iterated<R: Real>(self, p: &[R]) -> Vec<R> {
+        // For each equation, the unknown that its residual changes, and the factor of this change.
+        let contraction = match self {
+            Self::Coupled => vec![(0, 0.25), (2, 0.2), (1, 0.125)],
+            Self::Ring(n) => (0..n).map(|i| (i, 0.25)).collect(),
+        };
+        let mut x = vec![R::zero(); contraction.len()];
+        for _ in 0..200 {
+            let residual = self.eval(&x, p);
+            for (&(place, by), f) in contraction.iter().zip(residual) {
+                x[place] -= R::lit(by) * f;
+            }
+        }
+        x
     }
 
     /// The root, whose derivatives follow from the equations.
-    fn unknowns<R: Real>(&self, p: &[R]) -> Vec<R> {
+    fn unknowns<R: Real>(self, p: &[R]) -> Vec<R> {
         let held: Vec<R> = p.iter().map(|p| p.detach()).collect();
-        root(self.equations.clone(), &self.iterated.values(&held), p).expect("a regular root")
+        root(self, &self.iterated(&held), p).expect("a regular root")
     }
 }
 
-/// Combines the root and the parameters into a scalar.
-fn combined<R: Real>(x: &[R], p: &[R]) -> R {
-    x[0] * x[0] * x[1] + x[2] * p[0]
+/// A scalar that combines the root of the coupled equations and the parameters. If `unrolled` is true, its
+/// derivatives are those of the iterations.
+struct Combined {
+    unrolled: bool,
 }
 
-impl Function for Solution {
+impl Function for Combined {
     fn eval<R: Real>(&self, p: &[R]) -> R {
-        combined(&self.unknowns(p), p)
+        let x = match self.unrolled {
+            true => Equations::Coupled.iterated(p),
+            false => Equations::Coupled.unknowns(p),
+        };
+        x[0] * x[0] * x[1] + x[2] * p[0]
     }
 }
 
-/// Returns three coupled equations. The largest entries of their Jacobian are off the diagonal, so rows must be
-/// exchanged.
-fn coupled() -> Solution {
-    let equations = |all: &[Sym]| {
-        let [x, y, z, p, q] = [0, 1, 2, 3, 4].map(|k| all[k]);
-        let [three, four, five] = [3.0, 4.0, 5.0].map(Sym::lit);
-        vec![
-            four * x + y * y * p - q,
-            five * z + x * x - p * q,
-            three * y + y * y * y + z * q - Sym::lit(1.5) - p * p,
-        ]
-    };
-    Solution::new(2, equations, &[(0, 0.25), (2, 0.2), (1, 0.125)])
-}
-
-/// Returns `n` equations that couple each unknown to its neighbours in a ring.
-fn ring(n: usize) -> Solution {
-    let equations = move |x: &[Sym]| {
-        let equation = |i: usize| {
-            let (before, after) = (x[(i + n - 1) % n], x[(i + 1) % n]);
-            Sym::lit(4.0) * x[i] + x[n] * after - x[n + 1] * before - Sym::lit(i as f64)
-        };
-        (0..n).map(equation).collect()
-    };
-    let contraction: Vec<_> = (0..n).map(|i| (i, 0.25)).collect();
-    Solution::new(2, equations, &contraction)
-}
+const IMPLICIT: Combined = Combined { unrolled: false };
+const UNROLLED: Combined = Combined { unrolled: true };
 
 const POINT: [f64; 2] = [0.6, 1.1];
 
 /// The rounding error of about fifty operations on numbers of order one.
 const ROUNDING: f64 = 1e-14;
 
-fn assert_same_jacobians(solution: Solution, tolerance: f64) {
-    let expected = jacobian(|p| solution.iterated.values(p), &POINT).into_vec();
-    let forward = jacobian(|p| solution.unknowns(p), &POINT).into_vec();
+fn assert_same_jacobians(equations: Equations, tolerance: f64) {
+    let expected = jacobian(|p| equations.iterated(p), &POINT).into_vec();
+    let forward = jacobian(|p| equations.unknowns(p), &POINT).into_vec();
     assert_close(&forward, &expected, tolerance);
-    let reverse = jacobian_reverse(|p| solution.unknowns(p), &POINT).into_vec();
+    let reverse = jacobian_reverse(|p| equations.unknowns(p), &POINT).into_vec();
     assert_close(&reverse, &expected, tolerance);
 }
 
@@ -104,26 +98,18 @@ fn assert_same_jacobians(solution: Solution, tolerance: f64) {
 /// equations takes several passes, and the last pass is not full.
 #[test]
 fn jacobians_are_those_of_the_iterations() {
-    assert_same_jacobians(coupled(), ROUNDING);
+    assert_same_jacobians(Equations::Coupled, ROUNDING);
     for n in [1, 4, 5, 8, 11] {
         // The tolerance is for sums of `n` terms.
-        assert_same_jacobians(ring(n), n as f64 * ROUNDING);
+        assert_same_jacobians(Equations::Ring(n), n as f64 * ROUNDING);
     }
-}
-
-/// Returns a system of equations, and the same function with unrolled iterations.
-fn both() -> (Solution, Formula) {
-    let implicit = coupled();
-    let unrolled = formula(2, |p| combined(&implicit.iterated.values(p), p));
-    (implicit, unrolled)
 }
 
 #[test]
 fn gradients_agree_with_differences_in_every_mode_and_nesting() {
-    let (implicit, unrolled) = both();
-    let value = |p: &[f64]| unrolled.values(p);
+    let value = |p: &[f64]| vec![UNROLLED.eval(p)];
     let slopes = [0, 1].map(|i| differences(value, &POINT, i, f64::EPSILON.cbrt())[0]);
-    for (_, gradient) in gradients(&implicit, &POINT) {
+    for (_, gradient) in gradients(&IMPLICIT, &POINT) {
         // The truncation error is h^2 and the rounding error is eps / h. Both are about 4e-11.
         assert_close(&gradient, &slopes, 1e-9);
     }
@@ -140,38 +126,63 @@ fn second_and_third(function: &impl Function) -> [Vec<f64>; 2] {
 
 #[test]
 fn second_and_third_derivatives_need_nothing_more() {
-    let (implicit, unrolled) = both();
-    let [second, third] = second_and_third(&implicit);
-    let expected = second_and_third(&unrolled);
+    let [second, third] = second_and_third(&IMPLICIT);
+    let expected = second_and_third(&UNROLLED);
     assert_close(&second, &expected[0], ROUNDING);
     assert_close(&third, &expected[1], 10.0 * ROUNDING);
 }
 
 #[test]
 fn wide_numbers_give_wide_derivatives() {
-    let ((implicit, unrolled), p) = (both(), POINT.map(DoubleDouble::from));
-    let slopes = gradient(|p| implicit.eval(p), &p);
+    let p = POINT.map(DoubleDouble::from);
+    let slopes = gradient(|p| IMPLICIT.eval(p), &p);
     // The tolerance is for about fifty operations in double-double.
-    assert_close(&slopes, &gradient(|p| unrolled.values(p)[0], &p), 1e-29);
+    assert_close(&slopes, &gradient(|p| UNROLLED.eval(p), &p), 1e-29);
 }
 
 #[test]
 fn the_tape_takes_the_root_as_one_entry() {
-    let implicit = coupled();
     let mut tape = Tape::new();
-    let x = tape.record(&POINT, |p| implicit.unknowns(p));
+    let x = tape.record(&POINT, |p| Equations::Coupled.unknowns(p));
     assert_eq!(tape.len(), 5, "two parameters, three unknowns");
     let values: Vec<f64> = x.iter().map(|x| x.value()).collect();
-    assert_eq!(values, implicit.iterated.values(&POINT));
+    assert_eq!(values, Equations::Coupled.iterated(&POINT));
     // Constant parameters pass no derivative and record nothing.
     let constant = [Var::constant(1.0); 2];
-    assert!(implicit.unknowns(&constant)[0].is_constant());
+    assert!(Equations::Coupled.unknowns(&constant)[0].is_constant());
+}
+
+/// Systems of two equations with one parameter.
+#[derive(Clone)]
+enum Pair {
+    /// The second equation has a double root.
+    Double,
+    /// The units of the equations and of the unknowns.
+    InUnits([f64; 4]),
+    /// The second equation is the first one in another unit.
+    Twice(f64),
+}
+
+impl Residual for Pair {
+    fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
+        match *self {
+            Self::Double => vec![x[0] - p[0], (x[1] - x[0]) * (x[1] - p[0])],
+            Self::InUnits(units) => {
+                let [e, f, a, b] = units.map(R::lit);
+                let (x, y) = (a * x[0], b * x[1]);
+                vec![e * (x + y - p[0]), f * (x - y)]
+            }
+            Self::Twice(unit) => {
+                let sum = lit(0.1) * x[0] + lit(0.3) * x[1] - p[0];
+                vec![sum, R::lit(unit) * sum]
+            }
+        }
+    }
 }
 
 #[test]
 fn a_singular_root_is_an_error() {
-    let double = formulas(3, |x| vec![x[0] - x[2], (x[1] - x[0]) * (x[1] - x[2])]);
-    let error = root(double, &[1.0, 1.0], &[1.0]).expect_err("a double root");
+    let error = root(Pair::Double, &[1.0, 1.0], &[1.0]).expect_err("a double root");
     assert_eq!(error, NoRoot::Singular { unknown: 1 });
     assert!(error.to_string().contains("unknown 1 depends"), "{error}");
 }
@@ -180,11 +191,7 @@ fn a_singular_root_is_an_error() {
 fn units_of_equations_and_unknowns_do_not_make_a_root_singular() {
     for size in [1e-200, 1e-16, 1.0, 1e16, 1e200] {
         for ([e, f], [a, b]) in [([1.0, size], [1.0; 2]), ([1.0; 2], [1.0, size])] {
-            let in_units = formulas(3, |all| {
-                let [e, f, a, b] = [e, f, a, b].map(Sym::lit);
-                let (x, y) = (a * all[0], b * all[1]);
-                vec![e * (x + y - all[2]), f * (x - y)]
-            });
+            let in_units = Pair::InUnits([e, f, a, b]);
             let p = [Dual::<f64, 1>::variable(2.0, 0)];
             let x = [1.0, 1.0 / b].map(Dual::constant);
             let root = root(in_units, &x, &p).expect("half of it each");
@@ -194,11 +201,7 @@ fn units_of_equations_and_unknowns_do_not_make_a_root_singular() {
     }
     // Two nearly equal equations stay singular in any units.
     for size in [1e-200, 0.7, 1e200] {
-        let twice = formulas(3, |x| {
-            let sum = Sym::lit(0.1) * x[0] + Sym::lit(0.3) * x[1] - x[2];
-            vec![sum, Sym::lit(size) * sum]
-        });
-        let error = root(twice, &[1.0, 1.0], &[0.4]).expect_err("one equation");
+        let error = root(Pair::Twice(size), &[1.0, 1.0], &[0.4]).expect_err("one equation");
         assert_eq!(error, NoRoot::Singular { unknown: 1 });
     }
 }

@@ -1,80 +1,16 @@
-//! nalgebra's algorithms on elements, compared with f64, with differences, and with the equations that they solve.
+//! Elements in nalgebra: comparisons and conversions, rotations, eigenvalues and exponentials. `singular_matrices.rs` has
+//! the factorisations.
 
 use crate::common::{assert_close, assert_refused, differences};
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::matrices::{
-    Element, angle, exp, rotation, rotation_vector, symmetric_eigen, symmetric_eigen_groups, vector,
+    Element, angle, exp, rotation, rotation_vector, symmetric_eigen, symmetric_eigen_groups,
 };
-use autodiff::{
-    DoubleDouble, Dual, Function, Real, Var, gradient, hessian, jacobian, jacobian_reverse,
-};
+use autodiff::{DoubleDouble, Dual, Function, Real, Var, gradient, hessian, jacobian_reverse};
 use nalgebra::{
     ComplexField, DMatrix, Matrix3, RealField, SimdValue, UnitQuaternion, Vector3, convert,
     try_convert,
 };
-
-const SIZE: usize = 4;
-
-/// Returns a load and a symmetric matrix, which is positive definite for small `p`.
-fn system<R: Real>(p: &[R]) -> (DMatrix<Element<R>>, Vec<R>) {
-    let entry = |i: usize, j: usize| {
-        let diagonal = if i == j { 4.0 } else { 0.0 };
-        Element((p[(i + j) % 3] * R::lit(1.0 + (i * j) as f64)).sin() + R::lit(diagonal))
-    };
-    let load = (0..SIZE).map(|i| (p[i % 3] + R::lit(i as f64)).cos());
-    (DMatrix::from_fn(SIZE, SIZE, entry), load.collect())
-}
-
-/// The ways to solve the system. `singular_matrices.rs` has the other factorisations.
-#[derive(Clone, Copy)]
-enum Way {
-    Cholesky,
-    Eigen,
-    Svd,
-}
-
-impl Way {
-    fn solved<R: Real>(self, p: &[R]) -> Vec<R> {
-        let (matrix, load) = system(p);
-        let load = vector(&load);
-        let x = match self {
-            Self::Cholesky => matrix.cholesky().map(|factors| factors.solve(&load)),
-            Self::Eigen => {
-                let eigen = matrix.symmetric_eigen();
-                let by_mode = eigen.eigenvectors.tr_mul(&load);
-                Some(&eigen.eigenvectors * by_mode.component_div(&eigen.eigenvalues))
-            }
-            Self::Svd => matrix.svd(true, true).solve(&load, Element::lit(0.0)).ok(),
-        };
-        x.expect("a regular matrix").iter().map(|x| x.0).collect()
-    }
-}
-
-const POINT: [f64; 3] = [0.3, -0.5, 0.2];
-
-#[test]
-fn factorisations_agree_with_differences_of_the_plain_solution() {
-    let plain = |p: &[f64]| {
-        let (matrix, load) = system(p);
-        let factors = matrix.map(|entry| entry.0).cholesky();
-        let factors = factors.expect("positive definite");
-        let solution = factors.solve(&vector(&load).map(|load| load.0));
-        solution.as_slice().to_vec()
-    };
-    let columns = [0, 1, 2].map(|j| differences(plain, &POINT, j, f64::EPSILON.cbrt()));
-    let rows: Vec<f64> = (0..3 * SIZE).map(|k| columns[k % 3][k / 3]).collect();
-    for way in [Way::Cholesky, Way::Eigen, Way::Svd] {
-        // Both solutions have the rounding errors of a few dozen operations.
-        assert_close(&way.solved(&POINT), &plain(&POINT), 1e-13);
-        // The truncation error is h^2 times third derivatives of about 10; the rounding error is eps / h.
-        for found in [
-            jacobian(|x| way.solved(x), &POINT),
-            jacobian_reverse(|x| way.solved(x), &POINT),
-        ] {
-            assert_close(found.as_slice(), &rows, 1e-8);
-        }
-    }
-}
 
 #[test]
 fn what_has_no_solution_is_refused_in_every_number() {

@@ -140,6 +140,7 @@ fn a_budget_for_all_steps_does_none_again() {
     let all = steps * row + 1;
     assert_eq!(steps_done(steps, Memory::All), steps);
     assert_eq!(steps_done(steps, Memory::States(all)), steps);
+    assert_eq!(steps_done(steps, Memory::States(usize::MAX)), steps);
     assert!(steps_done(steps, Memory::States(all - 1)) > steps);
 }
 
@@ -152,9 +153,6 @@ fn half_of_a_budget_keeps_rows() {
     let steps = 3 * stretches(3, 1);
     let done = steps_done(steps, Memory::States(6 * row));
     assert!(done <= 2 * steps, "{done} for {steps}");
-    // Two checkpoints are the minimum. A smaller budget is refused, as `row` shows.
-    steps_done(20, Memory::States(row + 2));
-    assert!(catch_unwind(|| evaluations(20, Memory::States(row + 1))).is_err());
 }
 
 /// Operations use whole registers, of which a small state fills only a part. So the smallest budget depends on the
@@ -189,9 +187,4 @@ fn a_budget_for_one_start_is_enough_for_several() {
         let of = |memory| gradient::<f32>((50, 17), memory, starts);
         assert!(of(Memory::States(least)) == of(Memory::All), "{starts}");
     }
-}
-
-#[test]
-fn a_budget_beyond_all_numbers_is_all() {
-    assert_eq!(steps_done(5, Memory::States(usize::MAX)), 5);
 }

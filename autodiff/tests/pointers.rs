@@ -3,37 +3,14 @@
 
 use crate::common::{assert_close, forward_gradient};
 use crate::net::taken_from;
-use crate::steps::Product;
+use crate::steps::{Product, Turn};
 use autodiff::{
-    Function, Given, Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var, kernel,
+    Function, Given, Graph, Memory, Model, Program, Real, Rollout, Tape, Var, gradient,
 };
-use autodiff::{gradient, lit};
 
 /// More nodes than a register has lanes, and no multiple of them; under Miri, whose register is a scalar, a few.
 const NODES: usize = if cfg!(miri) { 3 } else { 19 };
 const STEPS: usize = if cfg!(miri) { 5 } else { 40 };
-
-/// The force of a spring with a stiffness of its own.
-#[derive(Clone)]
-struct Spring;
-
-#[kernel]
-impl Kernel<2, 1> for Spring {
-    fn eval<R: Real>(&self, [stretch, stiffness]: [R; 2], _: &[R]) -> [R; 1] {
-        [stiffness * (stretch + lit(0.1) * stretch * stretch * stretch)]
-    }
-}
-
-/// Moves a node by its force and by the output of a layer.
-#[derive(Clone)]
-struct Move;
-
-#[kernel]
-impl Kernel<3, 1> for Move {
-    fn eval<R: Real>(&self, [x, force, push]: [R; 3], _: &[R]) -> [R; 1] {
-        [x + lit(0.05) * force + lit(0.02) * push.sin()]
-    }
-}
 
 /// A chain of nodes. Each part of a step is an operation with pointers.
 #[derive(Clone)]
@@ -56,21 +33,22 @@ impl Model for Chain {
     fn record(&self, p: &mut Program) {
         let (graph, x) = (&self.0, p.state(NODES));
         let stiffness = p.parameter(graph.slots());
-        let [force] = p.map_edges(graph, Spring, [x], &[stiffness], &[]);
+        let [force] = p.map_edges(graph, Product, [x], &[stiffness], &[]);
         let (matrix, bias) = (p.matrix(2, NODES), p.parameter(2));
         let (capacity, conductance) = (p.parameter(NODES), p.parameter(graph.slots()));
         let two = p.dense_tanh(matrix, &[x], bias);
         let push: Vec<Option<usize>> = (0..NODES).map(|node| Some(node % 2)).collect();
         let push = p.gather(two, &push);
-        let [at_edges] = p.map_each_edge(graph, Spring, [push], &[stiffness], &[]);
+        let [at_edges] = p.map_each_edge(graph, Product, [push], &[stiffness], &[]);
         let at_nodes = p.sum_at_nodes(graph, at_edges);
-        let [next] = p.map(Move, [x, force, at_nodes], &[]);
-        let [heat] = p.map(Product, [capacity, next], &[]);
+        let [moved] = p.map(Turn, [x, force], &[]);
+        let [moved] = p.map(Turn, [moved, at_nodes], &[]);
+        let [heat] = p.map(Product, [capacity, moved], &[]);
         let [smooth] = p.solve(graph, &[capacity], &[conductance], &[], [heat]);
         let [products, _] = p.weighted(capacity, &[], &[smooth], &[]);
         let own: Vec<Option<usize>> = (0..NODES).map(Some).collect();
         let weighed = p.gather(products, &own);
-        let [next] = p.map(Move, [smooth, force, weighed], &[]);
+        let [next] = p.map(Turn, [smooth, weighed], &[]);
         p.advance(x, next);
     }
 }

@@ -82,7 +82,7 @@ fn a_kernel_that_cannot_be_recorded_runs_on_floats_and_is_refused_elsewhere() {
     let says = refused.downcast_ref::<String>().expect("a sentence");
     assert!(
         says.contains("ByRule, mapped at")
-            && says.contains(file!())
+            && says.contains("steps/mod.rs")
             && says.contains("it needs f64 or f32"),
         "{says}"
     );

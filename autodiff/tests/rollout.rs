@@ -1,7 +1,7 @@
-//! The reverse sweep through a rollout is compared with duals, the tape and central differences.
+//! The reverse sweep through a rollout: bounds on cotangents, memory that is used again, and stopped rollouts.
 
-use crate::common::{differences, forward_gradient, largest_difference};
-use crate::net::{Loss, NODES, taken_from, weighted_squares};
+use crate::common::largest_difference;
+use crate::net::{Loss, NODES};
 use crate::steps::{Mapped, Times};
 use approx::assert_relative_eq;
 use autodiff::{
@@ -14,47 +14,6 @@ use std::sync::{Arc, LazyLock};
 /// Returns the given number of steps, or fewer under Miri, which is slow.
 fn steps(all: usize) -> usize {
     if cfg!(miri) { all.min(7) } else { all }
-}
-
-#[test]
-fn reverse_sweep_agrees_with_duals_tape_and_differences() {
-    // Outer products are added up in batches. 37 steps make full batches and a partial one.
-    let loss = Loss::new(steps(37));
-    let x = loss.point();
-    let (value, gradient) = value_and_gradient(|x| loss.eval(x), &x);
-    let relative = (value - loss.eval(&x)).abs() / value.abs();
-    assert!(relative < 1e-15, "recording changes the value: {relative}");
-
-    let forward = forward_gradient(&loss, &x);
-    // About 1e4 terms of order one are added in a different order: 1e4 * 2^-53.
-    assert!(largest_difference(&gradient, &forward) < 1e-12);
-
-    for i in (0..x.len()).step_by(7) {
-        let difference = differences(|x| vec![loss.eval(x)], &x, i, 1e-5)[0];
-        // The truncation error is h^2 times a third derivative of order 1e2; the rounding error is 1e-16 times the
-        // value over h.
-        let error = (difference - gradient[i]).abs();
-        assert!(
-            error < 1e-6 * (1.0 + gradient[i].abs()),
-            "{i}: {difference} {}",
-            gradient[i]
-        );
-    }
-}
-
-/// The gradient must be the same as on a scalar tape that records every operation of the rollout.
-#[test]
-fn whole_rollout_on_the_scalar_tape_gives_the_same_gradient() {
-    let loss = Loss::new(steps(9));
-    let x = loss.point();
-    let (_, fused) = value_and_gradient(|x| loss.eval(x), &x);
-    let unrolled = |x: &[Var<f64>]| {
-        let (start, rest) = x.split_at(2 * NODES);
-        let parameters = loss.rollout.model.shapes().map(taken_from(rest));
-        weighted_squares(&loss.rollout.unrolled(start, &parameters))
-    };
-    let scalars = gradient(unrolled, &x);
-    assert!(largest_difference(&fused, &scalars) < 1e-13);
 }
 
 #[test]
@@ -185,19 +144,6 @@ fn cotangents_of_any_size_are_bounded() {
     assert!((single[0][0] - 1.0).abs() < 4.0 * f32::EPSILON);
 }
 
-/// All numbers of a cotangent of ordinary size must be multiplied by the same factor: the bound divided by the norm.
-#[test]
-fn ordinary_cotangents_are_scaled_by_one_factor() {
-    fn check<R: Real + PartialEq + Into<f64>>() {
-        let seed = [0.3, -4.1, 12.7].map(R::lit);
-        let factor = R::lit(0.7) * R::dot(&seed, &seed).rsqrt();
-        let bars = bounded::<R>(&[seed.map(R::into)], 0, 0.7);
-        assert!(bars[0] == seed.map(|s| s * factor));
-    }
-    check::<f64>();
-    check::<f32>();
-}
-
 /// The bound must act only at the steps where it is checked. Here the cotangent shrinks during the sweep.
 #[test]
 fn a_cotangent_is_checked_after_so_many_steps() {
@@ -256,28 +202,6 @@ fn a_second_pullback_has_the_same_bits() {
         let value = tape.record(&x, |x: &[Var<f64>]| loss.eval(x));
         let first = tape.pullback(&[value], &[1.0]).to_vec();
         assert_eq!(first, tape.pullback(&[value], &[1.0]));
-    }
-}
-
-/// A thread reuses the rows of its last sweep for the next sweep, which may have another length or number type. The
-/// results must be bit-identical to those of a first sweep.
-#[test]
-#[cfg_attr(target_family = "wasm", ignore = "no threads")]
-fn sweeps_one_after_the_other_have_the_bits_of_first_ones() {
-    fn gradient(steps: usize) -> (f64, Vec<f64>) {
-        let loss = Loss::new(steps);
-        value_and_gradient(|x| loss.eval(x), &loss.point())
-    }
-    for count in [3, 7, 2, 5].map(steps) {
-        let first = std::thread::spawn(move || gradient(count)).join().unwrap();
-        assert!(gradient(count) == first, "{count} steps");
-        let loss = Loss::new(count);
-        let single: Vec<f32> = loss.point().iter().map(|&x| x as f32).collect();
-        autodiff::gradient(|x: &[Var<f32>]| loss.eval(x), &single);
-        assert!(
-            gradient(count) == first,
-            "{count} steps after others in f32"
-        );
     }
 }
 
@@ -358,16 +282,4 @@ fn every_number_of_every_state_is_looked_at() {
     }
     let small = vec![0.999; numbers];
     assert_eq!(still(numbers, 9, Some(1.0)).run(&small, &[]), small);
-}
-
-/// The check of a bound must record nothing on a tape.
-#[test]
-fn a_bound_leaves_no_trace_on_a_tape() {
-    let entries = |bound| {
-        let mut tape = Tape::new();
-        let rollout = still(3, 4, bound);
-        tape.record(&[0.5; 3], |x| rollout.unrolled(x, &[]));
-        tape.len()
-    };
-    assert_eq!(entries(Some(1.0)), entries(None));
 }

@@ -1,4 +1,5 @@
-//! The line that a trace reports must be the caller's, for every spelling of every operation.
+//! The line that a trace reports must be the caller's, for every spelling of an operation. Methods that one macro defines
+//! have one row.
 
 // Each spelling of an operation is tested, also the ones that lints would shorten.
 #![allow(clippy::op_ref, clippy::redundant_closure)]
@@ -38,41 +39,10 @@ const HUGE: f64 = 1e308;
 #[test]
 fn functions_of_one_number() {
     assert_named(0.0, |x| x.sqrt());
-    assert_named(0.0, |x| x.rsqrt());
-    assert_named(0.0, |x| x.recip());
-    assert_named(0.0, |x| x.ln());
-    assert_named(1e3, |x| x.exp());
-    assert_named(0.0, |x| (x + NAN).sin());
-    assert_named(0.0, |x| (x + NAN).cos());
-    assert_named(0.0, |x| (x + NAN).tan());
-    assert_named(0.0, |x| (x + NAN).tanh());
-    assert_named(0.0, |x| (x + NAN).layer_tanh());
     assert_named(0.0, |x| (x + NAN).sin_cos().1);
     assert_named(0.0, |x| (x + NAN).atan());
     assert_named(0.0, |x| (x + NAN).abs());
     assert_named(1.0, |x| x.asin());
-    assert_named(1.0, |x| x.acos());
-    assert_named(1e3, |x| x.sinh());
-    assert_named(1e3, |x| x.cosh());
-    assert_named(0.0, |x| (x + NAN).asinh());
-    assert_named(1.0, |x| x.acosh());
-    assert_named(1.0, |x| x.atanh());
-    assert_named(1e3, |x| x.exp_m1());
-    assert_named(-1.0, |x| x.ln_1p());
-    assert_named(0.0, |x| x.log2());
-    assert_named(0.0, |x| x.log10());
-    assert_named(0.0, |x| x.cbrt());
-    assert_named(0.0, |x| (x + NAN).sinc());
-    assert_named(1e3, |x| x.sinhc());
-    assert_named(0.0, |x| (x + NAN).sigmoid());
-    assert_named(0.0, |x| (x + NAN).softplus());
-    assert_named(0.0, |x| x.xlogx());
-    assert_named(0.0, |x| (x + NAN).erf());
-    assert_named(0.0, |x| (x + NAN).erfc());
-    assert_named(0.0, |x| x.ln_gamma());
-    assert_named(0.0, |x| x.digamma());
-    assert_named(0.0, |x| x.trigamma());
-    assert_named(0.0, |x| x.cot_pi());
     assert_named(0.0, |x| x.elementary(autodiff::Elementary::Cbrt));
 }
 
@@ -82,8 +52,6 @@ fn functions_of_several_numbers() {
     assert_named(0.0, |x| x.powf(0.5));
     assert_named(HUGE, |x| x.scale(10.0));
     assert_named(HUGE, |x| x.fma(x, x));
-    assert_named(0.0, |x| (x + NAN).hypot(1.0));
-    assert_named(0.0, |x| (x + NAN).atan2(1.0));
     assert_named(0.0, |x| x.xlogy(0.0));
     assert_named(2.0, |x| x.xlogy(0.0));
     assert_named(0.0, |x| x.xlogy(x));
@@ -150,22 +118,8 @@ fn assigned(mut x: Number, assign: impl FnOnce(&mut Number)) -> Number {
 #[test]
 fn spellings_of_num_traits() {
     assert_named(0.0, |x| Float::sqrt(Element(x)).0);
-    assert_named(0.0, |x| Float::recip(Element(x)).0);
-    assert_named(0.0, |x| Float::ln(Element(x)).0);
-    assert_named(0.0, |x| Float::cbrt(Element(x)).0);
-    assert_named(1e3, |x| Float::exp(Element(x)).0);
     assert_named(1e4, |x| Float::exp2(Element(x)).0);
-    assert_named(1e3, |x| Float::exp_m1(Element(x)).0);
-    assert_named(-1.0, |x| Float::ln_1p(Element(x)).0);
-    assert_named(0.0, |x| Float::log2(Element(x)).0);
-    assert_named(0.0, |x| Float::log10(Element(x)).0);
     assert_named(0.0, |x| Float::log(Element(x), Element(c(3.0))).0);
-    assert_named(1.0, |x| Float::asin(Element(x)).0);
-    assert_named(1.0, |x| Float::acos(Element(x)).0);
-    assert_named(1.0, |x| Float::acosh(Element(x)).0);
-    assert_named(1.0, |x| Float::atanh(Element(x)).0);
-    assert_named(1e3, |x| Float::sinh(Element(x)).0);
-    assert_named(1e3, |x| Float::cosh(Element(x)).0);
     assert_named(0.0, |x| Float::powi(Element(x), -1).0);
     assert_named(0.0, |x| Float::powf(Element(x), Element(c(0.5))).0);
     assert_named(0.0, |x| Float::hypot(Element(x), Element(c(NAN))).0);
@@ -183,12 +137,6 @@ fn spellings_of_num_traits() {
 #[test]
 fn spellings_of_nalgebra() {
     assert_named(0.0, |x| ComplexField::sqrt(Element(x)).0);
-    assert_named(0.0, |x| ComplexField::recip(Element(x)).0);
-    assert_named(0.0, |x| ComplexField::ln(Element(x)).0);
-    assert_named(0.0, |x| ComplexField::cbrt(Element(x)).0);
-    assert_named(1e4, |x| ComplexField::exp2(Element(x)).0);
-    assert_named(1.0, |x| ComplexField::acos(Element(x)).0);
-    assert_named(0.0, |x| ComplexField::log(Element(x), Element(c(3.0))).0);
     assert_named(0.0, |x| ComplexField::powc(Element(x), Element(c(0.5))).0);
     assert_named(0.0, |x| ComplexField::sinc(Element(x + NAN)).0);
     assert_named(1e3, |x| ComplexField::sinhc(Element(x)).0);

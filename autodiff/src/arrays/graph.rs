@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::real::Real;
-use crate::simd::{WIDEST, lanes};
+use crate::simd::WIDEST;
 
 /// A directed graph. Arrays over its edges have one number for each slot, see [`slots`](Graph::slots).
 #[derive(Clone, Debug)]
@@ -216,15 +216,6 @@ impl Graph {
             nodes[edge.slot] = Some([edge.tail, edge.head]);
         }
         nodes
-    }
-
-    /// The number of registers that hold at least one edge, on this machine and for numbers of type `R`.
-    pub fn lanes<R: Real>(&self) -> usize {
-        let in_use = |group: &OffsetGroup| {
-            let words = group.is_tail.by_lanes(lanes::<R>());
-            words.into_iter().filter(|&word| word != 0).count()
-        };
-        self.0.groups.iter().map(in_use).sum()
     }
 
     /// Whether this slot holds an edge. A slot without an edge is called a ghost.

@@ -195,17 +195,14 @@ type Residuals<'f, R> = dyn Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>> + 'f;
 /// Returns the LU factors of the Jacobian with respect to the unknowns.
 #[track_caller]
 fn factors<R: Real>(residual: &Residuals<R>, x: &[R]) -> Result<Lu<R>, NoRoot> {
-    let mut passes = Vec::with_capacity(x.len().div_ceil(CHUNK));
-    for first in (0..x.len()).step_by(CHUNK) {
-        let f = residual(&seeded(x, first));
-        assert_eq!(
-            f.len(),
-            x.len(),
-            "a residual must have as many entries as there are unknowns"
-        );
-        passes.push(f);
-    }
-    let columns = joined_columns(&mut passes.into_iter(), x.len());
+    let passes = (0..x.len()).step_by(CHUNK);
+    let mut passes = passes.map(|first| residual(&seeded(x, first)));
+    let columns = joined_columns(&mut passes, x.len());
+    assert_eq!(
+        columns.rows(),
+        x.len(),
+        "a residual must have as many entries as there are unknowns"
+    );
     Lu::new(columns.iter().map(<[R]>::to_vec).collect())
         .map_err(|unknown| NoRoot::Singular { unknown })
 }

@@ -33,15 +33,6 @@ impl<M: Model + Clone> Rollout<M> {
         R::fused(Batch::new(self, 1, vec![false; parameters.len()]), &inputs)
     }
 
-    /// Like [`run`](Rollout::run), but on a tape every operation of every step is a separate entry.
-    #[track_caller]
-    pub fn unrolled<R: Real>(&self, start: &[R], parameters: &[&[R]]) -> Vec<R> {
-        let one = Starts { count: 1, own: &[] };
-        let inputs: Vec<&[R]> = [&[start], parameters].concat();
-        let rollout = self.without_model();
-        (rollout.recorded(&self.model, one, &inputs, false)).0
-    }
-
     /// Runs a batch of starts. All starts share the matrices; each may have its own values of the other parameters. The
     /// results are bit-identical to those of [`run`](Rollout::run), but faster: starts run together, one per lane, and
     /// share each weight that is read.

@@ -104,12 +104,10 @@ impl<R: Real> Instance<R> {
             given, declared,
             "the program has {declared} parameters, but {given} were given"
         );
-        self.own = vec![false; parameters.len()];
-        self.own[..own.len()].copy_from_slice(own);
+        self.own = own.to_vec();
         let starts = self.program.starts;
-        let all = self.program.parameters.iter().zip(parameters);
-        for (at, (declared, given)) in all.enumerate() {
-            let own = self.own[at];
+        let all = self.program.parameters.iter().zip(parameters).zip(own);
+        for (at, ((declared, given), &own)) in all.enumerate() {
             let given_starts = if own { starts } else { 1 };
             let len = match declared {
                 Parameter::Array(a) => a.len(),

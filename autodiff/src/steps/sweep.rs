@@ -19,8 +19,7 @@ use crate::simd::lanes;
 #[derive(Clone, Copy)]
 pub(super) struct Starts<'a> {
     pub(super) count: usize,
-    /// For each parameter, whether each start (initial state) has its own values for it. Parameters beyond the end of
-    /// the list are shared.
+    /// For each parameter, whether each start (initial state) has its own values for it.
     pub(super) own: &'a [bool],
 }
 

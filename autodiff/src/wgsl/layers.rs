@@ -170,12 +170,7 @@ fn reverse_activation(p: &mut Printing, writer: &mut Writer, of: &Layer) {
     let mut text = String::new();
     if p.memory.is_wanted(of.matrix.parameter) {
         let _ = writeln!(body, "kept[kept_at + {first}u + i] = bar;");
-        accesses.push(Access {
-            space: Space::Kept,
-            range: 0..usize::MAX,
-            by: By::Any,
-            writes: true,
-        });
+        accesses.push(Access::new(Space::Kept, 0..usize::MAX, By::Any, true));
         let mut from = first + rows;
         for &x in &inputs {
             let keep = format!("kept[kept_at + {from}u + i] = {};", value(x, "i"));

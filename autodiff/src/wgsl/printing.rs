@@ -85,21 +85,11 @@ impl<'a> Printing<'a> {
     }
 
     pub(super) fn read(&self, array: Array, by: By) -> Option<Access> {
-        (!array.parameter).then(|| Access {
-            space: Space::Row,
-            range: array.range(),
-            by,
-            writes: false,
-        })
+        (!array.parameter).then(|| Access::new(Space::Row, array.range(), by, false))
     }
 
     pub(super) fn write(&self, array: Array, by: By) -> Access {
-        Access {
-            space: Space::Row,
-            range: array.range(),
-            by,
-            writes: true,
-        }
+        Access::new(Space::Row, array.range(), by, true)
     }
 
     pub(super) fn bar(&self, array: Array, by: By, writes: bool) -> Access {
@@ -107,21 +97,11 @@ impl<'a> Printing<'a> {
             true => (Space::ParameterBar, self.memory.bar_of_parameter(array)),
             false => (Space::RowBar, array.start),
         };
-        Access {
-            space,
-            range: start..start + array.len,
-            by,
-            writes,
-        }
+        Access::new(space, start..start + array.len, by, writes)
     }
 
     pub(super) fn scratch(&self, by: By, writes: bool) -> Access {
-        Access {
-            space: Space::Scratch,
-            range: 0..usize::MAX,
-            by,
-            writes,
-        }
+        Access::new(Space::Scratch, 0..usize::MAX, by, writes)
     }
 
     /// The accesses to the arrays of these that lie in the row.

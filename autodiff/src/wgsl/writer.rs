@@ -31,13 +31,22 @@ pub(super) enum By {
 
 #[derive(Clone, Debug)]
 pub(super) struct Access {
-    pub(super) space: Space,
-    pub(super) range: Range<usize>,
-    pub(super) by: By,
-    pub(super) writes: bool,
+    space: Space,
+    range: Range<usize>,
+    by: By,
+    writes: bool,
 }
 
 impl Access {
+    pub(super) fn new(space: Space, range: Range<usize>, by: By, writes: bool) -> Self {
+        Self {
+            space,
+            range,
+            by,
+            writes,
+        }
+    }
+
     /// Whether the two accesses need a barrier between them.
     fn conflicts(&self, other: &Self) -> bool {
         let (a, b) = (&self.range, &other.range);

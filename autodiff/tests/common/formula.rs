@@ -13,7 +13,6 @@ use std::ops::{
 };
 
 use autodiff::data::Summand;
-use autodiff::implicit::Residual;
 use autodiff::real::{Accepts, Literal};
 use autodiff::{Elementary, Function, Mask, Real, lit};
 use num_traits::{One, Zero};
@@ -237,13 +236,6 @@ impl Function for Formula {
 impl Summand for Formula {
     fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
         self.values(&[shared, datum].concat())[0]
-    }
-}
-
-/// A formula can be a residual. Its arguments are the unknowns, followed by the parameters.
-impl Residual for Formula {
-    fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
-        self.values(&[x, p].concat())
     }
 }
 

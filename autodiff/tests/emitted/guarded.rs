@@ -32,27 +32,24 @@ pub(crate) struct Guarded {
     pub(crate) width: f64,
 }
 
-const GUARDED: usize = 12;
+const GUARDED: usize = 9;
 
 #[kernel]
 impl Kernel<2, GUARDED> for Guarded {
     fn eval<R: Real>(&self, [x, y]: [R; 2], _: &[R]) -> [R; GUARDED] {
-        let (zero, one) = (R::zero(), R::one());
+        let zero = R::zero();
         let (positive, above) = (zero.less(x), R::lit(1e100).less_equal(x));
         let area = y * x;
         [
             area,
             R::select(positive, x.ln(), zero),
             R::select(positive, y * x.sqrt(), zero),
-            R::select(x.less(R::lit(30.0)), (one + x.exp()).ln(), x),
             R::select(above, x, area * area * area),
             R::select(above, x, R::lit(f64::INFINITY) * y),
             x.exp() * y,
             x.exp().ln(),
             (x * x + R::lit(self.width)).sqrt(),
-            R::select(above, x, R::lit(f64::NEG_INFINITY) * y),
             R::select(above, x, R::lit(f64::NAN) * y),
-            R::select(above, x, (area * area * area).sin()),
         ]
     }
 
@@ -129,14 +126,14 @@ fn a_cotangent_of_zero_passes_zero() {
     let guarded = Guarded { width: 0.0 };
     let points = [
         // Each point lists the results of the kernel whose derivatives by duals are finite there.
-        (0.0, &[0, 1, 2, 3, 4, 6][..]),
-        (-1.0, &[0, 1, 2, 3, 4, 6, 7, 8]),
-        (0.5, &[0, 1, 2, 3, 4, 6, 7, 8]),
+        (0.0, &[0, 1, 2, 3, 5][..]),
+        (-1.0, &[0, 1, 2, 3, 5, 6, 7]),
+        (0.5, &[0, 1, 2, 3, 5, 6, 7]),
         // At these points the exponential overflows, or underflows to 0.
-        (800.0, &[0, 1, 2, 3, 4]),
-        (-800.0, &[0, 1, 2, 3, 4, 6]),
+        (800.0, &[0, 1, 2, 3]),
+        (-800.0, &[0, 1, 2, 3, 5]),
         // At this point the square overflows.
-        (1e200, &[0, 1, 2, 3, 4, 5, 9, 10, 11]),
+        (1e200, &[0, 1, 2, 3, 4, 8]),
     ];
     for (x, known) in points {
         for &o in known {

@@ -158,15 +158,9 @@ impl fmt::Display for Report {
                 "negative control: a gradient that is wrong on purpose, by {} %, is called {said}",
                 100.0 * WRONG_BY
             )?,
-            None if self.verdict == Verdict::Wrong => {
-                writeln!(
-                    out,
-                    "negative control: none, because the gradient itself is wrong"
-                )?;
-            }
             None => writeln!(
                 out,
-                "negative control: none, because no direction is smooth and steep enough"
+                "negative control: none, because the gradient is wrong, or no direction is smooth and steep enough"
             )?,
         }
         write!(out, "verdict: {}", self.verdict)

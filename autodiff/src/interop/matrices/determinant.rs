@@ -23,6 +23,7 @@ use crate::real::Real;
 ///
 /// # Panics
 /// If the matrix is not square, or if it is larger than 3 x 3 and SIMD lanes disagree about the largest entry.
+#[track_caller]
 pub fn determinant<R: Real, M: Dim, N: Dim>(
     matrix: &Matrix<Element<R>, M, N, impl RawStorage<Element<R>, M, N>>,
 ) -> Element<R> {
@@ -45,6 +46,7 @@ pub fn determinant<R: Real, M: Dim, N: Dim>(
 ///
 /// # Panics
 /// Like [`determinant`].
+#[track_caller]
 pub fn log_determinant<R: Real, M: Dim, N: Dim>(
     matrix: &Matrix<Element<R>, M, N, impl RawStorage<Element<R>, M, N>>,
 ) -> Element<R> {
@@ -86,6 +88,7 @@ impl<R: Real> Eliminated<R> {
     /// Each pivot is the largest entry that is left. So first derivatives of the rest never exceed 1, and nothing
     /// cancels in second derivatives of the product. A pivot of 0 has no quotient, and a small one loses the digits of
     /// third derivatives. Therefore elimination ends at the last three rows, or where the rest is rounding noise.
+    #[track_caller]
     fn of<M: Dim, N: Dim>(
         matrix: &Matrix<Element<R>, M, N, impl RawStorage<Element<R>, M, N>>,
     ) -> Self {
