@@ -24,7 +24,7 @@ impl Residual for Equations {
             Self::Coupled => vec![
                 lit(4.0) * x[0] + x[1] * x[1] * p[0] - p[1],
                 lit(5.0) * x[2] + x[0] * x[0] - p[0] * p[1],
-                lit(3.0) * x[1] + x[1].powi(3) + x[2] * p[1] - lit(1.5) - p[0] * p[0],
+                lit(3.0) * x[1] + x[1] * x[1] * x[1] + x[2] * p[1] - lit(1.5) - p[0] * p[0],
             ],
             Self::Ring(n) => {
                 let equation = |i: usize| {
