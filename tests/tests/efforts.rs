@@ -1,14 +1,14 @@
 //! The efforts of bars in a rollout: their gradients, and what they agree with.
 
 use autodiff::Real;
-use autodiff::check::{Options, Verdict};
+use autodiff::check::Verdict;
 use cosmic::case::Case;
 use cosmic::design::Material;
 use cosmic::geometry::Vector;
 use cosmic::objective::Loss;
 use cosmic::simulator::{Span, Trajectory};
 use cosmic_lab::check::check_gradients_of;
-use cosmic_tests::{numbers, references, robot, workspace};
+use cosmic_tests::{few_directions, numbers, references, robot, workspace};
 
 /// The integrators, each as settings in TOML.
 const WORLDS: [&str; 4] = [
@@ -52,7 +52,7 @@ impl Loss for Toil {
 #[test]
 fn efforts_have_the_right_gradients() {
     for world in WORLDS {
-        let check = check_gradients_of(&Toil, &robot(world), 24, &Options::default());
+        let check = check_gradients_of(&Toil, &robot(world), 24, &few_directions());
         assert!(!check.groups.is_empty());
         for group in &check.groups {
             let is_right = group.verdict == Verdict::Smooth;

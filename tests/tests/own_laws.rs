@@ -1,7 +1,7 @@
 //! Laws in a separate crate, as a user would write them. They agree with built-in laws and with formulas of mechanics,
 //! and their gradients are right.
 
-use autodiff::check::{Options, Verdict};
+use autodiff::check::Verdict;
 use autodiff::{Function, Real, gradient};
 use cosmic::Registry;
 use cosmic::case::Case;
@@ -17,7 +17,7 @@ use cosmic::settings::within;
 use cosmic::simulator::Store;
 use cosmic::simulator::stability::Vibration;
 use cosmic_lab::check::check_gradients;
-use cosmic_tests::{Bare, laws, robot_of, states};
+use cosmic_tests::{Bare, few_directions, laws, robot_of, states};
 
 cosmic::settings! {
     /// A contact law: a node that hits the ground stops.
@@ -238,7 +238,7 @@ fn gradients_of_own_laws_are_right_in_every_mode() {
         // These stops are so close that most actuators reach them.
         "physics = {forces = ['stops'], contact = 'none'}\nstops = {at = 0.003, stiffness = 3}",
     ] {
-        let check = check_gradients(&robot(settings), None, 90, &Options::default());
+        let check = check_gradients(&robot(settings), None, 90, &few_directions());
         assert!(check.failures().is_empty(), "{settings}:\n{check}");
         let smooth = |group: &&cosmic_lab::check::Group| group.verdict == Verdict::Smooth;
         let smooth = check.groups.iter().filter(smooth).count();
