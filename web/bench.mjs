@@ -1,7 +1,5 @@
-// Compares the library in WebAssembly with the native program: processor time, displacement, and whether bits are
-// equal.
-//   node web/bench.mjs [--seeds 8] [--scalars 2] [--program COSMIC] [--write]
-// Bits are compared for the first --scalars seeds.
+// Compares the library in WebAssembly with the native program: processor time and displacement.
+//   node web/bench.mjs [--seeds 8] [--program COSMIC] [--write]
 // --write puts the table into docs/web.md. Run `web/build.sh` and `cargo build --release` first.
 import { execFileSync, spawnSync } from "node:child_process";
 import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
@@ -18,7 +16,6 @@ const { values: given, positionals } = parseArgs({
   allowPositionals: true,
   options: {
     seeds: { type: "string", default: "8" },
-    scalars: { type: "string", default: "2" },
     program: { type: "string", default: here("../target/release/cosmic") },
     write: { type: "boolean", default: false },
   },
@@ -34,13 +31,11 @@ function inWebAssembly(scene, seed) {
   while (!engine.ask({ do: "iterate", shown: false }).done);
   const { measured } = engine.ask({ do: "deliver", packed: false });
   const { user, system } = process.cpuUsage();
-  const { design } = engine.ask({ do: "design" });
-  console.log(JSON.stringify({ seconds: (user + system) / 1e6, far: measured.distance.p50, design }));
+  console.log(JSON.stringify({ seconds: (user + system) / 1e6, far: measured.distance.p50 }));
 }
 
 function asProcess(scene, seed) {
-  const output = execFileSync(process.execPath, [here("bench.mjs"), scene, String(seed)], { maxBuffer: 1 << 26 });
-  return JSON.parse(output);
+  return JSON.parse(execFileSync(process.execPath, [here("bench.mjs"), scene, String(seed)]));
 }
 
 function natively(scene, seed) {
@@ -55,14 +50,6 @@ function natively(scene, seed) {
   return { seconds, far };
 }
 
-/** Designs a robot with the native library, built without SIMD registers. */
-function inScalars(scene, seed) {
-  return execFileSync("cargo", ["run", "--release", "--quiet", "--example", "design", "--", scene, String(seed)], {
-    cwd: here("."), encoding: "utf8", maxBuffer: 1 << 26,
-    env: { ...process.env, RUSTFLAGS: "--cfg unoptimised", CARGO_TARGET_DIR: join(process.env.CARGO_TARGET_DIR ?? here("target"), "scalar") },
-  });
-}
-
 const sorted = numbers => [...numbers].sort((a, b) => a - b);
 const median = numbers => {
   const half = (numbers.length - 1) / 2;
@@ -75,10 +62,8 @@ function measured() {
   const seeds = Array.from({ length: Number(given.seeds) }, (_, seed) => seed);
   return SCENES.map(scene => {
     const rows = seeds.map(seed => {
-      const row = { seed, native: natively(scene, seed), wasm: asProcess(scene, seed) };
-      if (seed < Number(given.scalars)) row.same = inScalars(scene, seed) === row.wasm.design;
-      const bits = { true: ", same bits as scalars", false: ", OTHER BITS than scalars" }[row.same] ?? "";
-      console.error(`${scene} ${seed}: ${row.native.seconds.toFixed(1)} s and ${row.wasm.seconds.toFixed(1)} s, ${row.native.far.toFixed(2)} m and ${row.wasm.far.toFixed(2)} m${bits}`);
+      const row = { native: natively(scene, seed), wasm: asProcess(scene, seed) };
+      console.error(`${scene} ${seed}: ${row.native.seconds.toFixed(1)} s and ${row.wasm.seconds.toFixed(1)} s, ${row.native.far.toFixed(2)} m and ${row.wasm.far.toFixed(2)} m`);
       return row;
     });
     return { scene, rows };
@@ -95,11 +80,10 @@ function table(all) {
       median(rows.map(row => row.wasm.seconds / row.native.seconds)).toFixed(1),
       `${median(native.far).toFixed(2)} (${range(native.far, 2)})`,
       `${median(wasm.far).toFixed(2)} (${range(wasm.far, 2)})`,
-      `${rows.filter(row => row.same).length} of ${rows.filter(row => "same" in row).length}`,
     ];
     return `| ${cells.join(" | ")} |`;
   };
-  const heads = ["scene", "native, s", "WebAssembly, s", "ratio", "native, m", "WebAssembly, m", "same bits as scalars"];
+  const heads = ["scene", "native, s", "WebAssembly, s", "ratio", "native, m", "WebAssembly, m"];
   return [`| ${heads.join(" | ")} |`, `|${" --- |".repeat(heads.length)}`, ...all.map(row)].join("\n");
 }
 

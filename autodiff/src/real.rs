@@ -410,10 +410,6 @@ pub trait Lane<S>: Real {
     fn store_part(self, to: &mut [S]);
     /// Returns the mask that is true in lane `k` where bit `k` is set.
     fn mask(bits: u16) -> Self::Mask;
-    /// Moves the first lanes, in order, to the lanes whose bits are set. The other lanes become zero.
-    fn expand(self, bits: u16) -> Self;
-    /// Moves the lanes whose bits are set, in order, to the first lanes. The other lanes become zero.
-    fn compress(self, bits: u16) -> Self;
     /// Interleaves the lanes of two registers: `self[0], other[0], self[1], ...`. The result is two registers with the
     /// first half and the second half of these lanes.
     fn zip(self, other: Self) -> [Self; 2];

@@ -419,12 +419,6 @@ fn f32_has_lanes_too() {
     }
 }
 
-#[test]
-#[should_panic(expected = "must all have the same length")]
-fn data_of_different_lengths_are_refused() {
-    Sum::new(term(everything, 3, 2), &[vec![1.0, 2.0], vec![1.0]]);
-}
-
 /// The square root of the excess of a datum over a bound. At the bound, the cotangent of the choice is infinite. Data
 /// in other lanes choose the other side and have finite cotangents.
 fn above(shared: &[Sym], datum: &[Sym]) -> Sym {
@@ -450,4 +444,57 @@ fn apart(shared: &[Sym], datum: &[Sym]) -> Sym {
     let (a, b) = (shared[0], shared[1]);
     let soft = (a * a * a).straight_through(a * b);
     a.detach() * b * datum[0] + soft * b
+}
+
+const WIDTH: usize = 8;
+/// The number of shared parameters: the weights of a layer of eight rows, and a few more.
+const SHARED: usize = WIDTH * WIDTH + 7;
+
+/// Returns every kind of number that a term may return: shared parameters, inside and outside the layer's weights,
+/// numbers of the datum, a constant, and numbers that the layer reads and computes. If `reads` is true, operations
+/// outside the layer read a parameter.
+fn any_number(all: &[Sym], reads: bool) -> Vec<Sym> {
+    let (shared, datum) = all.split_at(SHARED);
+    let read = if reads {
+        shared[SHARED - 2]
+    } else {
+        Sym::lit(1.0)
+    };
+    let own: Vec<Sym> = datum.iter().map(|&x| (x * read).sin()).collect();
+    let rows = shared.chunks_exact(WIDTH).take(WIDTH);
+    let rows: Vec<Sym> = rows.map(|weights| Sym::dot(weights, &own)).collect();
+    let weight = shared[3 * WIDTH + 1];
+    let end = &shared[SHARED - 2..];
+    let (last, constant) = (datum[WIDTH - 1], Sym::lit(2.5));
+    vec![
+        weight,
+        end[0],
+        end[1],
+        datum[0],
+        last,
+        constant,
+        own[2],
+        rows[0],
+        rows[WIDTH - 1],
+    ]
+}
+
+#[test]
+fn a_term_may_be_any_number_of_its_record() {
+    let at = numbers(SHARED);
+    for (reads, place) in [true, false]
+        .into_iter()
+        .flat_map(|reads| (0..9).map(move |k| (reads, k)))
+    {
+        let term = formula(SHARED + WIDTH, |all| any_number(all, reads)[place]);
+        for count in [1, 50] {
+            let data = numbers(count * WIDTH);
+            let data: Vec<_> = data.chunks_exact(WIDTH).collect();
+            println!("number {place}, {count} data");
+            let total = Total(Sum::new(term.clone(), &data));
+            let (value, _) = autodiff::value_and_gradient(|x| total.eval(x), &at);
+            assert_close(&[value], &[Function::eval(&total, &at)], "value");
+            assert_modes_agree(term.clone(), &data, &at);
+        }
+    }
 }

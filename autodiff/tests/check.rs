@@ -1,6 +1,6 @@
 //! The gradient checker must accept right gradients, catch wrong ones, and recognise kinks.
 
-use crate::common::{Formula, Sym, assert_refused, formula};
+use crate::common::{Formula, Sym, formula};
 use autodiff::check::{Claim, Options, Report, Verdict, check_directions, check_gradient};
 use autodiff::custom::{Rule, apply};
 use autodiff::{DoubleDouble, Function, Real, gradient, lit};
@@ -442,37 +442,4 @@ fn a_control_that_would_tell_nothing_is_none() {
     }
     let report = claimed(&|x| x[0].exp(), [&[0.0], &[1.0]], &coarse);
     assert_eq!(report.control, None, "{report}");
-}
-
-#[test]
-#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
-fn options_that_do_not_fit_are_refused() {
-    let names = ["mass", "drag", "lift"].map(String::from).to_vec();
-    let usual = Options::default();
-    for (sentence, options) in [
-        (
-            "it must be 1 or more",
-            Options {
-                directions: 0,
-                ..usual.clone()
-            },
-        ),
-        ("3 names for 2 components", Options::named(names)),
-        (
-            "`step` is 0",
-            Options {
-                step: 0.0,
-                ..usual.clone()
-            },
-        ),
-        (
-            "`step` is inf",
-            Options {
-                step: f64::INFINITY,
-                ..usual
-            },
-        ),
-    ] {
-        assert_refused(sentence, || check_gradient(&Smooth, &point(2), &options));
-    }
 }

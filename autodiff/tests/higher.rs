@@ -5,7 +5,7 @@ use autodiff::{
     value_gradient_hessian,
 };
 
-use crate::common::{assert_close, assert_refused, differences};
+use crate::common::{assert_close, differences};
 
 #[test]
 fn nested_duals_have_every_order() {
@@ -62,8 +62,4 @@ fn third_derivatives_of_few_arguments() {
     let wide = third_derivatives(|x| x[0].exp(), &[DoubleDouble::from(1.0)]);
     let error = (wide.third(0, 0, 0) - DoubleDouble::from(1.0).exp()).to_f64();
     assert!(error.abs() < 1e-30, "{error:e}");
-    assert_refused(
-        "argument 1 is out of range: the function has 1 arguments",
-        || wide.third(0, 1, 0),
-    );
 }

@@ -1,7 +1,7 @@
 //! Derivatives of roots that follow from their equations. They are compared with those of unrolled iterations and with
 //! difference quotients.
 
-use crate::common::{Sym, assert_close, differences, formulas, gradients};
+use crate::common::{Formula, Sym, assert_close, differences, formula, formulas, gradients};
 use autodiff::implicit::{NoRoot, Residual, root, root_within};
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::{
@@ -9,107 +9,82 @@ use autodiff::{
     jacobian_reverse, kernel,
 };
 
-/// Polynomial equations. Each equation is a list of terms: a factor, and the numbers to multiply it by, counted from
-/// the first unknown to the last parameter. They are data, because each mode would compile written-out equations.
+/// A system of equations, and the iterations of a contraction that find its root. Both are formulas, because each mode
+/// would compile written-out equations.
 #[derive(Clone)]
-struct Polynomials(Vec<Vec<(f64, Vec<usize>)>>);
+struct Solution {
+    equations: Formula,
+    iterated: Formula,
+}
 
-impl Residual for Polynomials {
-    fn eval<R: Real>(&self, x: &[R], p: &[R]) -> Vec<R> {
-        let all = [x, p].concat();
-        let mut residual = vec![R::zero(); self.0.len()];
-        for (sum, terms) in residual.iter_mut().zip(&self.0) {
-            for (factor, numbers) in terms {
-                *sum += numbers
-                    .iter()
-                    .fold(R::lit(*factor), |term, &k| term * all[k]);
+impl Solution {
+    /// `contraction` has for each equation the unknown that its residual changes, and the factor of this change.
+    fn new(
+        parameters: usize,
+        equations: impl Fn(&[Sym]) -> Vec<Sym>,
+        contraction: &[(usize, f64)],
+    ) -> Self {
+        let unknowns = contraction.len();
+        let iterated = formulas(parameters, |p| {
+            let mut x = vec![Sym::lit(0.0); unknowns];
+            for _ in 0..200 {
+                let residual = equations(&[&x, p].concat());
+                for (&(place, by), f) in contraction.iter().zip(residual) {
+                    x[place] -= Sym::lit(by) * f;
+                }
             }
+            x
+        });
+        Self {
+            equations: formulas(unknowns + parameters, equations),
+            iterated,
         }
-        residual
+    }
+
+    /// The root, whose derivatives follow from the equations.
+    fn unknowns<R: Real>(&self, p: &[R]) -> Vec<R> {
+        let held: Vec<R> = p.iter().map(|p| p.detach()).collect();
+        root(self.equations.clone(), &self.iterated.values(&held), p).expect("a regular root")
+    }
+}
+
+/// Combines the root and the parameters into a scalar.
+fn combined<R: Real>(x: &[R], p: &[R]) -> R {
+    x[0] * x[0] * x[1] + x[2] * p[0]
+}
+
+impl Function for Solution {
+    fn eval<R: Real>(&self, p: &[R]) -> R {
+        combined(&self.unknowns(p), p)
     }
 }
 
 /// Returns three coupled equations. The largest entries of their Jacobian are off the diagonal, so rows must be
 /// exchanged.
-fn coupled() -> Polynomials {
-    let [x, y, z, p, q] = [0, 1, 2, 3, 4];
-    Polynomials(vec![
-        vec![(4.0, vec![x]), (1.0, vec![y, y, p]), (-1.0, vec![q])],
-        vec![(5.0, vec![z]), (1.0, vec![x, x]), (-1.0, vec![p, q])],
+fn coupled() -> Solution {
+    let equations = |all: &[Sym]| {
+        let [x, y, z, p, q] = [0, 1, 2, 3, 4].map(|k| all[k]);
+        let [three, four, five] = [3.0, 4.0, 5.0].map(Sym::lit);
         vec![
-            (3.0, vec![y]),
-            (1.0, vec![y, y, y]),
-            (1.0, vec![z, q]),
-            (-1.5, vec![]),
-            (-1.0, vec![p, p]),
-        ],
-    ])
+            four * x + y * y * p - q,
+            five * z + x * x - p * q,
+            three * y + y * y * y + z * q - Sym::lit(1.5) - p * p,
+        ]
+    };
+    Solution::new(2, equations, &[(0, 0.25), (2, 0.2), (1, 0.125)])
 }
 
 /// Returns `n` equations that couple each unknown to its neighbours in a ring.
-fn ring(n: usize) -> Polynomials {
-    let equation = |i: usize| {
-        let (before, after) = ((i + n - 1) % n, (i + 1) % n);
-        vec![
-            (4.0, vec![i]),
-            (1.0, vec![n, after]),
-            (-1.0, vec![n + 1, before]),
-            (-(i as f64), vec![]),
-        ]
+fn ring(n: usize) -> Solution {
+    let equations = move |x: &[Sym]| {
+        let equation = |i: usize| {
+            let (before, after) = (x[(i + n - 1) % n], x[(i + 1) % n]);
+            Sym::lit(4.0) * x[i] + x[n] * after - x[n + 1] * before - Sym::lit(i as f64)
+        };
+        (0..n).map(equation).collect()
     };
-    Polynomials((0..n).map(equation).collect())
-}
-
-/// The root of a system of equations. If `implicit` is true, its derivatives follow from the equations. Otherwise it is
-/// found by a contraction in the number type of `p`, whose iterations are differentiated.
-#[derive(Clone)]
-struct Solution {
-    equations: Polynomials,
-    /// For each equation, the unknown that the contraction changes by its residual, and the factor of this change.
-    contraction: Vec<(usize, f64)>,
-    implicit: bool,
-}
-
-impl Solution {
-    fn both(equations: Polynomials, contraction: &[(usize, f64)]) -> [Self; 2] {
-        [true, false].map(|implicit| Self {
-            equations: equations.clone(),
-            contraction: contraction.to_vec(),
-            implicit,
-        })
-    }
-
-    fn iterated<R: Real>(&self, p: &[R]) -> Vec<R> {
-        let mut x = vec![R::zero(); self.contraction.len()];
-        for _ in 0..200 {
-            let residual = self.equations.eval(&x, p);
-            for (&(place, by), f) in self.contraction.iter().zip(residual) {
-                x[place] -= R::lit(by) * f;
-            }
-        }
-        x
-    }
-
-    fn unknowns<R: Real>(&self, p: &[R]) -> Vec<R> {
-        if !self.implicit {
-            return self.iterated(p);
-        }
-        let held: Vec<R> = p.iter().map(|p| p.detach()).collect();
-        root(self.equations.clone(), &self.iterated(&held), p).expect("a regular root")
-    }
-}
-
-/// Combines the root and the parameters into a scalar.
-impl Function for Solution {
-    fn eval<R: Real>(&self, p: &[R]) -> R {
-        let x = self.unknowns(p);
-        x[0] * x[0] * x[1] + x[2] * p[0]
-    }
-}
-
-/// Returns the solution of [`coupled`] twice: with implicit derivatives, and with unrolled iterations.
-fn both() -> [Solution; 2] {
-    Solution::both(coupled(), &[(0, 0.25), (2, 0.2), (1, 0.125)])
+    let contraction: Vec<_> = (0..n).map(|i| (i, 0.25)).collect();
+    Solution::new(2, equations, &contraction)
 }
 
 const POINT: [f64; 2] = [0.6, 1.1];
@@ -117,11 +92,11 @@ const POINT: [f64; 2] = [0.6, 1.1];
 /// The rounding error of about fifty operations on numbers of order one.
 const ROUNDING: f64 = 1e-14;
 
-fn assert_same_jacobians([implicit, unrolled]: [Solution; 2], tolerance: f64) {
-    let expected = jacobian(|p| unrolled.unknowns(p), &POINT).into_vec();
-    let forward = jacobian(|p| implicit.unknowns(p), &POINT).into_vec();
+fn assert_same_jacobians(solution: Solution, tolerance: f64) {
+    let expected = jacobian(|p| solution.iterated.values(p), &POINT).into_vec();
+    let forward = jacobian(|p| solution.unknowns(p), &POINT).into_vec();
     assert_close(&forward, &expected, tolerance);
-    let reverse = jacobian_reverse(|p| implicit.unknowns(p), &POINT).into_vec();
+    let reverse = jacobian_reverse(|p| solution.unknowns(p), &POINT).into_vec();
     assert_close(&reverse, &expected, tolerance);
 }
 
@@ -129,19 +104,24 @@ fn assert_same_jacobians([implicit, unrolled]: [Solution; 2], tolerance: f64) {
 /// equations takes several passes, and the last pass is not full.
 #[test]
 fn jacobians_are_those_of_the_iterations() {
-    assert_same_jacobians(both(), ROUNDING);
+    assert_same_jacobians(coupled(), ROUNDING);
     for n in [1, 4, 5, 8, 11] {
-        let contraction: Vec<_> = (0..n).map(|i| (i, 0.25)).collect();
         // The tolerance is for sums of `n` terms.
-        let tolerance = n as f64 * ROUNDING;
-        assert_same_jacobians(Solution::both(ring(n), &contraction), tolerance);
+        assert_same_jacobians(ring(n), n as f64 * ROUNDING);
     }
+}
+
+/// Returns a system of equations, and the same function with unrolled iterations.
+fn both() -> (Solution, Formula) {
+    let implicit = coupled();
+    let unrolled = formula(2, |p| combined(&implicit.iterated.values(p), p));
+    (implicit, unrolled)
 }
 
 #[test]
 fn gradients_agree_with_differences_in_every_mode_and_nesting() {
-    let [implicit, unrolled] = both();
-    let value = |p: &[f64]| vec![unrolled.eval(p)];
+    let (implicit, unrolled) = both();
+    let value = |p: &[f64]| unrolled.values(p);
     let slopes = [0, 1].map(|i| differences(value, &POINT, i, f64::EPSILON.cbrt())[0]);
     for (_, gradient) in gradients(&implicit, &POINT) {
         // The truncation error is h^2 and the rounding error is eps / h. Both are about 4e-11.
@@ -149,42 +129,40 @@ fn gradients_agree_with_differences_in_every_mode_and_nesting() {
     }
 }
 
+/// Products of the gradient with a direction, in duals along another direction, give second and third derivatives.
+fn second_and_third(function: &impl Function) -> [Vec<f64>; 2] {
+    let p = POINT.map(|p| Dual::<f64, 1>::variable(p, 0));
+    let direction = [1.0, -0.5].map(Dual::constant);
+    let (_, product) = hessian_vector(|p| function.eval(p), &p, &direction);
+    let third = product.iter().map(|h| h.tangent[0]).collect();
+    [product.iter().map(|h| h.value).collect(), third]
+}
+
 #[test]
 fn second_and_third_derivatives_need_nothing_more() {
-    // Products of the gradient with a direction, in duals along another direction, give second and third derivatives.
-    let of = |solution: Solution| -> [Vec<f64>; 2] {
-        let p = POINT.map(|p| Dual::<f64, 1>::variable(p, 0));
-        let direction = [1.0, -0.5].map(Dual::constant);
-        let (_, product) = hessian_vector(|p| solution.eval(p), &p, &direction);
-        [
-            product.iter().map(|h| h.value).collect(),
-            product.iter().map(|h| h.tangent[0]).collect(),
-        ]
-    };
-    let [implicit, unrolled] = both().map(of);
-    assert_close(&implicit[0], &unrolled[0], ROUNDING);
-    assert_close(&implicit[1], &unrolled[1], 10.0 * ROUNDING);
+    let (implicit, unrolled) = both();
+    let [second, third] = second_and_third(&implicit);
+    let expected = second_and_third(&unrolled);
+    assert_close(&second, &expected[0], ROUNDING);
+    assert_close(&third, &expected[1], 10.0 * ROUNDING);
 }
 
 #[test]
 fn wide_numbers_give_wide_derivatives() {
-    let p = POINT.map(DoubleDouble::from);
-    let [implicit, unrolled] = both().map(|solution| {
-        let rows = jacobian(|p| solution.unknowns(p), &p).into_vec();
-        [gradient(|p| solution.eval(p), &p), rows].concat()
-    });
+    let ((implicit, unrolled), p) = (both(), POINT.map(DoubleDouble::from));
+    let slopes = gradient(|p| implicit.eval(p), &p);
     // The tolerance is for about fifty operations in double-double.
-    assert_close(&implicit, &unrolled, 1e-29);
+    assert_close(&slopes, &gradient(|p| unrolled.values(p)[0], &p), 1e-29);
 }
 
 #[test]
 fn the_tape_takes_the_root_as_one_entry() {
-    let [implicit, unrolled] = both();
+    let implicit = coupled();
     let mut tape = Tape::new();
     let x = tape.record(&POINT, |p| implicit.unknowns(p));
     assert_eq!(tape.len(), 5, "two parameters, three unknowns");
     let values: Vec<f64> = x.iter().map(|x| x.value()).collect();
-    assert_eq!(values, unrolled.unknowns(&POINT));
+    assert_eq!(values, implicit.iterated.values(&POINT));
     // Constant parameters pass no derivative and record nothing.
     let constant = [Var::constant(1.0); 2];
     assert!(implicit.unknowns(&constant)[0].is_constant());

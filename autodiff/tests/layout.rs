@@ -1,46 +1,10 @@
 //! The memory layout of a step's arrays, and sizes that must be refused.
 
 use crate::common::{assert_refused, panic_message};
-use autodiff::{Given, Graph, Kernel, Model, Program, Real, Rollout, Tape, Var, kernel};
+use crate::steps::{Mapped, Times};
+use autodiff::{Given, Graph, Model, Program, Real, Rollout, Tape, Var};
 
-/// A model with a spread layer, which writes whole registers. The next array begins behind these registers and must not
-/// be overwritten.
-#[derive(Clone)]
-struct SetOutBefore;
-
-impl Model for SetOutBefore {
-    fn record(&self, p: &mut Program) {
-        let (matrix, bias) = (p.matrix(1, 0), p.parameter(1));
-        p.dense_tanh_spread(matrix, &[], bias, &[true, false]);
-        let x = p.state(1);
-        let [next] = p.map(Halve, [x], &[]);
-        p.advance(x, next);
-    }
-}
-
-#[derive(Clone, Copy)]
-struct Halve;
-
-#[kernel]
-impl Kernel<1, 1> for Halve {
-    fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
-        [R::lit(0.5) * x]
-    }
-}
-
-#[test]
-fn what_is_declared_behind_a_spread_layer_keeps_its_numbers() {
-    let rollout = Rollout::new(SetOutBefore, 2);
-    assert_eq!(rollout.run(&[8.0], &[&[], &[0.25]]), [2.0]);
-    assert_eq!(rollout.run(&[8.0_f32], &[&[], &[0.25]]), [2.0]);
-    let many = rollout.run_batch(
-        &[&[8.0], &[4.0], &[12.0]],
-        &[Given::Shared(&[]), Given::Shared(&[0.25])],
-    );
-    assert_eq!(many, [[2.0], [1.0], [3.0]]);
-}
-
-/// A model whose next state is a layer of one row. The layer is spread so that there is a gap on each side of the row.
+/// A model whose next state is a layer of one row, with a zero on each side of it.
 #[derive(Clone)]
 struct Gapped;
 
@@ -48,19 +12,8 @@ impl Model for Gapped {
     fn record(&self, p: &mut Program) {
         let (matrix, bias) = (p.matrix(1, 3), p.parameter(1));
         let x = p.state(3);
-        let set_out = p.dense_tanh_spread(matrix, &[x], bias, &[false, true, false]);
-        p.advance(x, set_out);
-    }
-}
-
-/// A model that halves many numbers.
-#[derive(Clone)]
-struct Many;
-
-impl Model for Many {
-    fn record(&self, p: &mut Program) {
-        let x = p.state(1 << 12);
-        let [next] = p.map(Halve, [x], &[]);
+        let row = p.dense_tanh(matrix, &[x], bias);
+        let next = p.gather(row, &[None, Some(0), None]);
         p.advance(x, next);
     }
 }
@@ -68,12 +21,12 @@ impl Model for Many {
 /// Fills the memory of this thread's last rollout with NaN. The next rollout may reuse this memory.
 fn leave_nan() {
     Tape::new().record(&[f64::NAN; 1 << 12], |x| {
-        Rollout::new(Many, 3).run(x, &[]);
+        Rollout::new(Mapped(Times(0.5), 1 << 12), 3).run(x, &[]);
     });
 }
 
 #[test]
-fn what_a_spread_layer_leaves_out_is_zero_wherever_it_lies() {
+fn what_a_gather_leaves_out_is_zero_wherever_it_lies() {
     for count in 1..=16 {
         leave_nan();
         let ends = Tape::new().record(&[0.5; 3], |x| {
@@ -105,7 +58,7 @@ impl Model for Chain {
     fn record(&self, p: &mut Program) {
         let graph = Graph::new(5, &[[0, 1], [1, 2], [2, 3], [3, 4]]);
         let x = p.state(5);
-        let [next] = p.map_edges(&graph, Halve, [x], &[], &[]);
+        let [next] = p.map_edges(&graph, Times(0.5), [x], &[], &[]);
         p.advance(x, next);
     }
 }
@@ -138,7 +91,7 @@ struct Huge(usize);
 impl Model for Huge {
     fn record(&self, p: &mut Program) {
         let [long, short] = [self.0.wrapping_sub(1032), 1032].map(|len| p.state(len));
-        let [next] = p.map(Halve, [short], &[]);
+        let [next] = p.map(Times(0.5), [short], &[]);
         p.advance(long, long);
         p.advance(short, next);
     }
@@ -191,26 +144,6 @@ fn starts_whose_arrays_overflow_are_refused() {
         message.contains("too long: their total length overflows") || message.contains(&alone),
         "{message}"
     );
-}
-
-#[test]
-#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
-fn starts_and_entries_that_do_not_fit_are_told() {
-    let rollout = Rollout::new(SetOutBefore, 1);
-    let parameters: [&[f64]; 2] = [&[], &[0.25]];
-    assert_refused("has 2 numbers, but the model's state has 1", || {
-        rollout.run(&[1.0, 2.0], &parameters)
-    });
-    assert_refused("the first start has 1 numbers, but another has 2", || {
-        rollout.run_batch(&[&[1.0], &[1.0, 2.0]], &parameters.map(Given::Shared))
-    });
-    let rollout = Rollout {
-        entries: Some(vec![1 << (usize::BITS - 1)]),
-        ..rollout
-    };
-    assert_refused("each must be less than 1,", || {
-        rollout.run_batch(&[&[1.0], &[2.0]], &parameters.map(Given::Shared))
-    });
 }
 
 #[test]

@@ -1,6 +1,5 @@
 //! Structures of parameters: their names, their order, and derivatives in the shape of the structure.
 
-use crate::common::assert_refused;
 use autodiff::{Dual, Element, Function, Parameters, Real, gradient, hessian, parameters};
 use nalgebra::{DMatrix, DVector, Matrix2, SMatrix};
 
@@ -83,17 +82,6 @@ fn a_gradient_has_the_shape_of_its_structure() {
             .collect::<Vec<_>>(),
     );
     assert_eq!(moving.clock.tangent, [1.0]);
-}
-
-#[test]
-#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
-fn numbers_that_do_not_fit_are_refused() {
-    let spring = Spring([1.0, 2.0], 0);
-    assert_refused(
-        "1 numbers are too few for the structure: none is left for `0[1]`",
-        || spring.with(&[1.0]),
-    );
-    assert_refused("1 of 3 numbers do not fit", || spring.with(&[1.0; 3]));
 }
 
 /// The derived code must work even if the number type, the struct, its fields or constants have names that the derived

@@ -2,6 +2,8 @@
 //! some thousand times as long as the processor; see `check-heavy.sh`.
 
 use crate::common::{assert_close, forward_gradient};
+use crate::net::taken_from;
+use crate::steps::Product;
 use autodiff::{
     Function, Given, Graph, Kernel, Memory, Model, Program, Real, Rollout, Tape, Var, kernel,
 };
@@ -33,51 +35,28 @@ impl Kernel<3, 1> for Move {
     }
 }
 
-/// The heat of a node with a capacity and a temperature.
-#[derive(Clone)]
-struct Product;
-
-#[kernel]
-impl Kernel<2, 1> for Product {
-    fn eval<R: Real>(&self, [a, b]: [R; 2], _: &[R]) -> [R; 1] {
-        [a * b]
-    }
-}
-
 /// A chain of nodes. Each part of a step is an operation with pointers.
 #[derive(Clone)]
-struct Chain {
-    graph: Graph,
-    /// Whether a step also has a layer, gathers, weighted sums and linear equations.
-    is_rich: bool,
-}
+struct Chain(Graph);
 
 impl Chain {
-    fn new(is_rich: bool) -> Self {
+    fn new() -> Self {
         let edges: Vec<[usize; 2]> = (1..NODES).map(|node| [node - 1, node]).collect();
-        let graph = Graph::new(NODES, &edges);
-        Self { graph, is_rich }
+        Self(Graph::new(NODES, &edges))
     }
 
     /// The lengths of the start and of the parameters.
-    fn lengths(&self) -> Vec<usize> {
-        let slots = self.graph.slots();
-        match self.is_rich {
-            true => vec![NODES, slots, 2 * NODES, 2, NODES, slots],
-            false => vec![NODES, slots],
-        }
+    fn lengths(&self) -> [usize; 6] {
+        let slots = self.0.slots();
+        [NODES, slots, 2 * NODES, 2, NODES, slots]
     }
 }
 
 impl Model for Chain {
     fn record(&self, p: &mut Program) {
-        let (graph, x) = (&self.graph, p.state(NODES));
+        let (graph, x) = (&self.0, p.state(NODES));
         let stiffness = p.parameter(graph.slots());
         let [force] = p.map_edges(graph, Spring, [x], &[stiffness], &[]);
-        if !self.is_rich {
-            let [next] = p.map(Move, [x, force, x], &[]);
-            return p.advance(x, next);
-        }
         let (matrix, bias) = (p.matrix(2, NODES), p.parameter(2));
         let (capacity, conductance) = (p.parameter(NODES), p.parameter(graph.slots()));
         let two = p.dense_tanh(matrix, &[x], bias);
@@ -100,11 +79,11 @@ impl Model for Chain {
 struct Squares(Rollout<Chain>);
 
 impl Squares {
-    fn new(is_rich: bool, memory: Memory) -> Self {
+    fn new(memory: Memory) -> Self {
         Self(Rollout {
             observed: vec![STEPS / 2, STEPS],
             memory,
-            ..Rollout::new(Chain::new(is_rich), STEPS)
+            ..Rollout::new(Chain::new(), STEPS)
         })
     }
 
@@ -113,14 +92,8 @@ impl Squares {
         (0..count).map(|k| 0.6 + 0.3 * (k as f64).sin()).collect()
     }
 
-    fn parts<'a, R>(&self, mut x: &'a [R]) -> Vec<&'a [R]> {
-        let mut parts = Vec::new();
-        for len in self.0.model.lengths() {
-            let (here, rest) = x.split_at(len);
-            parts.push(here);
-            x = rest;
-        }
-        parts
+    fn parts<'a, R>(&self, x: &'a [R]) -> [&'a [R]; 6] {
+        self.0.model.lengths().map(taken_from(x))
     }
 }
 
@@ -135,7 +108,9 @@ impl Function for Squares {
 /// The sums have some hundred terms of magnitude 1, which are added in another order.
 const TOLERANCE: f64 = 1e-12;
 
-fn check(squares: &Squares) {
+#[test]
+fn programs_on_graphs() {
+    let squares = Squares::new(Memory::All);
     let x = squares.point();
     // A direction for each argument takes too long under Miri.
     let shown = if cfg!(miri) { 2 } else { x.len() };
@@ -147,37 +122,26 @@ fn check(squares: &Squares) {
             self.0.eval(&all)
         }
     }
-    let forward = forward_gradient(&First(squares, x.clone()), &x[..shown]);
+    let forward = forward_gradient(&First(&squares, x.clone()), &x[..shown]);
     let reverse = gradient(|x| squares.eval(x), &x);
     assert_close(&reverse[..shown], &forward, TOLERANCE);
 }
 
 #[test]
-fn programs() {
-    check(&Squares::new(true, Memory::All));
-}
-
-#[test]
-fn graphs() {
-    check(&Squares::new(false, Memory::All));
-}
-
-#[test]
 fn rollouts_with_checkpoints() {
-    let all = Squares::new(true, Memory::All);
-    let few = Squares::new(true, Memory::Bytes(0));
+    let [all, few] = [Memory::All, Memory::Bytes(0)].map(Squares::new);
     let x = all.point();
     assert_eq!(gradient(|x| few.eval(x), &x), gradient(|x| all.eval(x), &x));
 }
 
 #[test]
 fn rollouts_of_batches() {
-    let squares = Squares::new(false, Memory::All);
+    let squares = Squares::new(Memory::All);
     let x = squares.point();
     let alone = gradient(|x| squares.eval(x), &x);
     let together = |x: &[Var<f64>]| {
-        let parts = squares.parts(x);
-        let ends = (squares.0).run_batch(&[parts[0]; 3], &[Given::Shared(parts[1])]);
+        let [start, shared @ ..] = squares.parts(x);
+        let ends = (squares.0).run_batch(&[start; 3], &shared.map(Given::Shared));
         Var::dot(&ends[0], &ends[0]) + Var::dot(&ends[2], &ends[2])
     };
     let twice: Vec<f64> = alone.iter().map(|slope| 2.0 * slope).collect();

@@ -1,10 +1,11 @@
 //! The reverse sweep through a rollout is compared with duals, the tape and central differences.
 
-use crate::common::{assert_refused, differences, forward_gradient, largest_difference};
-use crate::net::{Loss, NODES, Net, taken_from, weighted_squares};
+use crate::common::{differences, forward_gradient, largest_difference};
+use crate::net::{Loss, NODES, taken_from, weighted_squares};
+use crate::steps::{Mapped, Times};
 use approx::assert_relative_eq;
 use autodiff::{
-    CotangentBound, Function, Kernel, Memory, Model, Program, Real, Rollout, Var, gradient, kernel,
+    CotangentBound, Function, Kernel, Memory, Real, Rollout, Tape, Var, gradient, kernel,
     value_and_gradient,
 };
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -115,25 +116,6 @@ fn cotangent_bound_holds_back_and_is_off_by_default() {
     }
 }
 
-#[test]
-#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
-fn observed_steps_ascend_to_the_last_at_most() {
-    for (observed, sentence) in [
-        (
-            vec![9, 3],
-            "`observed` is [9, 3]; the steps must be in ascending order",
-        ),
-        (
-            vec![30, 31],
-            "step 31 cannot be observed: the rollout has 30 steps",
-        ),
-    ] {
-        let mut loss = Loss::new(30);
-        loss.rollout.observed = observed;
-        assert_refused(sentence, || loss.eval(&loss.point()));
-    }
-}
-
 /// The norm of an infinite cotangent cannot be computed. The cotangent must then become NaN, and not zero.
 #[test]
 fn a_cotangent_too_large_to_be_measured_is_told() {
@@ -145,31 +127,12 @@ fn a_cotangent_too_large_to_be_measured_is_told() {
     assert!(gradient[..2 * NODES].iter().all(|g| g.is_nan()));
 }
 
-/// A model, and its kernel, that multiplies each number by this factor.
-#[derive(Clone, Copy)]
-struct Times(f64);
-
-#[kernel]
-impl Kernel<1, 1> for Times {
-    fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
-        [x * R::lit(self.0)]
-    }
-}
-
-impl Model for Times {
-    fn record(&self, program: &mut Program) {
-        let x = program.state(3);
-        let [next] = program.map(*self, [x], &[]);
-        program.advance(x, next);
-    }
-}
-
 /// Returns the cotangents of a batch of starts, given the cotangents of the final states. A bound is checked at the
 /// start.
 fn bounded<R: Real + Into<f64>>(seeds: &[[f64; 3]], steps: usize, norm: f64) -> Vec<[R; 3]> {
     let rollout = Rollout {
         cotangent_bound: bound(norm, steps + 1),
-        ..Rollout::new(Times(10.0), steps)
+        ..Rollout::new(Mapped(Times(10.0), 3), steps)
     };
     let gradient = gradient(
         |x: &[Var<R>]| {
@@ -241,49 +204,11 @@ fn a_cotangent_is_checked_after_so_many_steps() {
     for (every, expected) in [(1, 0.5), (2, 0.5), (3, 1.0), (4, 0.5), (5, 4.0)] {
         let rollout = Rollout {
             cotangent_bound: bound(8.0, every),
-            ..Rollout::new(Times(0.5), 4)
+            ..Rollout::new(Mapped(Times(0.5), 3), 4)
         };
         let gradient = gradient(|x| rollout.run(x, &[])[0] * Var::lit(64.0), &[1.0; 3]);
         // The numbers are exact, because they are powers of two.
         assert_eq!(gradient, [expected, 0.0, 0.0], "every {every} steps");
-    }
-}
-
-/// Asserts that both floats and the tape refuse a rollout.
-#[track_caller]
-fn assert_unusable(rollout: Rollout<Net>, sentence: &str) {
-    let mut loss = Loss::new(1);
-    loss.rollout = rollout;
-    let x = loss.point();
-    assert_refused(sentence, || loss.eval(&x));
-    assert_refused(sentence, || value_and_gradient(|x| loss.eval(x), &x));
-}
-
-#[test]
-#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
-fn invalid_bounds_are_refused() {
-    for bound in [-1.0, f64::NAN] {
-        let mut rollout = Loss::new(2).rollout;
-        rollout.state_bound = Some(bound);
-        let sentence = format!("`state_bound` is {bound}");
-        assert_unusable(rollout, &sentence);
-    }
-    for (norm, every) in [(1.0, 0), (-1.0, 1), (f64::NAN, 1)] {
-        let mut rollout = Loss::new(2).rollout;
-        rollout.cotangent_bound = bound(norm, every);
-        let sentence = format!("`cotangent_bound` has `norm` = {norm} and `every` = {every}");
-        assert_unusable(rollout, &sentence);
-    }
-}
-
-#[test]
-#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
-fn too_few_inputs_are_told() {
-    let sentence = "6 steps with 1 inputs each need 6 numbers, but `inputs` has only 5";
-    for (given, sentence) in [(5, sentence), (0, "6 numbers, but `inputs` has only 0")] {
-        let mut rollout = Loss::new(6).rollout;
-        rollout.inputs = vec![0.0; given].into();
-        assert_unusable(rollout, sentence);
     }
 }
 
@@ -292,7 +217,7 @@ fn too_few_inputs_are_told() {
     expected = "steps do not fit into memory; set the rollout's `memory` to a smaller budget"
 )]
 fn more_steps_than_any_memory_keeps_are_refused() {
-    let rollout = Rollout::new(Times(1.0), 1 << (usize::BITS - 2));
+    let rollout = Rollout::new(Mapped(Times(1.0), 3), 1 << (usize::BITS - 2));
     gradient(|x| rollout.run(x, &[])[0], &[1.0; 3]);
 }
 
@@ -303,11 +228,11 @@ fn nothing_may_be_observed() {
     let starts = starts.each_ref().map(|start| &start[..]);
     let steps = Rollout {
         observed: Vec::new(),
-        ..Rollout::new(Times(10.0), 3)
+        ..Rollout::new(Mapped(Times(10.0), 3), 3)
     };
     let entries = Rollout {
         entries: Some(Vec::new()),
-        ..Rollout::new(Times(10.0), 3)
+        ..Rollout::new(Mapped(Times(10.0), 3), 3)
     };
     for rollout in [steps, entries] {
         assert!(rollout.run(starts[0], &[]).is_empty());
@@ -327,7 +252,7 @@ fn a_second_pullback_has_the_same_bits() {
     let x = loss.point();
     for memory in [Memory::All, Memory::States(12)] {
         loss.rollout.memory = memory;
-        let mut tape = autodiff::Tape::new();
+        let mut tape = Tape::new();
         let value = tape.record(&x, |x: &[Var<f64>]| loss.eval(x));
         let first = tape.pullback(&[value], &[1.0]).to_vec();
         assert_eq!(first, tape.pullback(&[value], &[1.0]));
@@ -375,20 +300,12 @@ impl Kernel<1, 1> for Stopping {
     }
 }
 
-impl Model for Stopping {
-    fn record(&self, program: &mut Program) {
-        let x = program.state(1);
-        let [next] = program.map(*self, [x], &[]);
-        program.advance(x, next);
-    }
-}
-
 /// Once the flag of a rollout is set, the remaining steps are left out, forward and in reverse, and all results are NaN.
 #[test]
 fn a_rollout_stops_when_its_flag_is_set() {
     let stopping = Rollout {
         stop: Some(Arc::clone(&STOP)),
-        ..Rollout::new(Stopping, 1_000_000)
+        ..Rollout::new(Mapped(Stopping, 1), 1_000_000)
     };
     let end: Vec<f64> = stopping.run(&[1.0], &[]);
     assert!(end[0].is_nan(), "{end:?}");
@@ -401,10 +318,10 @@ fn a_rollout_stops_when_its_flag_is_set() {
     let stop: Arc<AtomicBool> = Arc::default();
     let rollout = Rollout {
         stop: Some(Arc::clone(&stop)),
-        ..Rollout::new(Times(0.5), 20)
+        ..Rollout::new(Mapped(Times(0.5), 3), 20)
     };
-    let free = Rollout::new(Times(0.5), 20);
-    let of = |rollout: &Rollout<Times>, late: bool| {
+    let free = Rollout::new(Mapped(Times(0.5), 3), 20);
+    let of = |rollout: &Rollout<Mapped<Times>>, late: bool| {
         let sum = |x: &[Var<f64>]| {
             let seen = rollout.run(x, &[]);
             stop.store(late, Ordering::Relaxed);
@@ -416,4 +333,41 @@ fn a_rollout_stops_when_its_flag_is_set() {
     let (value, gradient) = of(&rollout, true);
     assert_eq!(value, of(&free, false).0);
     assert!(gradient.iter().all(|slope| slope.is_nan()), "{gradient:?}");
+}
+
+/// A rollout of a state of this length that never changes.
+fn still(numbers: usize, steps: usize, state_bound: Option<f64>) -> Rollout<Mapped<Times>> {
+    Rollout {
+        state_bound,
+        ..Rollout::new(Mapped(Times(1.0), numbers), steps)
+    }
+}
+
+/// One number that exceeds the bound must give NaN, wherever it is and however short the rollout. The start must not be
+/// checked.
+#[test]
+fn every_number_of_every_state_is_looked_at() {
+    // Enough numbers for three pairs of the widest registers, and five more.
+    let numbers = 6 * 16 + 5;
+    for place in 0..numbers {
+        let mut start = vec![0.1f32; numbers];
+        start[place] = [2.0, -1.0, f32::NAN][place % 3];
+        let seen = |steps| still(numbers, steps, Some(1.0)).run(&start, &[]);
+        assert!(seen(1).iter().all(|x| x.is_nan()), "{place}");
+        assert_eq!(seen(0).iter().filter(|x| x.is_nan()).count(), place % 3 / 2);
+    }
+    let small = vec![0.999; numbers];
+    assert_eq!(still(numbers, 9, Some(1.0)).run(&small, &[]), small);
+}
+
+/// The check of a bound must record nothing on a tape.
+#[test]
+fn a_bound_leaves_no_trace_on_a_tape() {
+    let entries = |bound| {
+        let mut tape = Tape::new();
+        let rollout = still(3, 4, bound);
+        tape.record(&[0.5; 3], |x| rollout.unrolled(x, &[]));
+        tape.len()
+    };
+    assert_eq!(entries(Some(1.0)), entries(None));
 }

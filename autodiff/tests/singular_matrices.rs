@@ -1,7 +1,7 @@
 //! Determinants and factorisations at matrices that are singular, defective, or have repeated eigenvalues, compared with
 //! differences.
 
-use crate::common::{assert_close, assert_refused, differences, forward_gradient, hessian_rows};
+use crate::common::{assert_close, differences, forward_gradient, hessian_rows};
 use autodiff::matrices::{Element, determinant, exp, log_determinant, symmetric_eigen_groups};
 use autodiff::{DoubleDouble, Function, Real, gradient, hessian, jacobian, jacobian_reverse};
 use nalgebra::{DMatrix, DVector};
@@ -197,9 +197,7 @@ fn a_logarithm_of_a_determinant_has_the_slopes_of_its_matrix() {
 }
 
 #[test]
-fn what_has_no_determinant_is_refused_or_nan() {
-    let wide = DMatrix::from_element(1, 2, Element(1.0));
-    assert_refused("found 1 x 2", || determinant(&wide));
+fn what_has_no_determinant_is_nan() {
     let nan = DMatrix::from_element(4, 4, Element(f64::NAN));
     assert!(determinant(&nan).0.is_nan() && log_determinant(&nan).0.is_nan());
     assert_eq!(

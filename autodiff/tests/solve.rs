@@ -87,7 +87,7 @@ impl<const N: usize> Step for Solving<N> {
         let held = held.map(|entry| entry.into_iter().map(R::lit).collect());
         [nodes, edges, held.collect()].concat()
     }
-    fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
+    fn written_out<R: Real>(&self, _: usize, state: &[R], given: &[&[R]]) -> Vec<R> {
         let (n, slots) = (N * self.nodes, self.graph().slot_of_edge().to_vec());
         let parameters = self.parameters(given);
         let (nodes, edges) = parameters.split_at(entries(N));
@@ -356,7 +356,7 @@ fn results_stay_at_their_edges() {
         fn shapes(&self) -> Vec<usize> {
             vec![2 * self.0.nodes, self.0.graph().slots(), 1]
         }
-        fn written_out<R: Real>(&self, state: &[R], given: &[&[R]]) -> Vec<R> {
+        fn written_out<R: Real>(&self, _: usize, state: &[R], given: &[&[R]]) -> Vec<R> {
             let (x, y) = state.split_at(self.0.nodes);
             let mut sums = vec![R::zero(); state.len()];
             for (&[i, j], &slot) in self.0.edges.iter().zip(self.0.graph().slot_of_edge()) {

@@ -206,22 +206,6 @@ fn a_missing_column_whose_color_is_taken_is_noticed() {
 }
 
 #[test]
-#[should_panic(expected = "value 3 depends on an argument that its row of the pattern leaves out")]
-fn an_entry_outside_the_pattern_is_noticed() {
-    let (wide, narrow) = (
-        Pattern::banded(4, 1, 1),
-        Pattern::new(4, &[vec![0, 1], vec![0, 1, 2], vec![1, 2, 3], vec![3]]),
-    );
-    sparse_jacobian(|x| Local(&wide).eval(x), &point(4), &narrow);
-}
-
-#[test]
-#[should_panic(expected = "row 1 of a pattern")]
-fn a_row_out_of_order_is_refused() {
-    Pattern::new(3, &[vec![0, 1], vec![2, 1]]);
-}
-
-#[test]
 fn nested_numbers_pass_through() {
     let pattern = Pattern::banded(5, 1, 1);
     let function = Local(&pattern);

@@ -1,13 +1,12 @@
 //! The reported origin of an infinity or NaN must agree with the results of the modes.
 
 use crate::common::{Sym, formula};
+use crate::steps::Mapped;
 use autodiff::custom::{Rule, apply};
 use autodiff::implicit::{Residual, root};
 use autodiff::simd::{Lane, Vectorized};
 use autodiff::trace::{NonFinite, Traced, first_non_finite};
-use autodiff::{
-    Dual, Function, Kernel, Model, Program, Real, Rollout, gradient, kernel, value_and_gradient,
-};
+use autodiff::{Dual, Function, Kernel, Real, Rollout, gradient, kernel, value_and_gradient};
 
 fn origin(function: &impl Function, x: &[f64]) -> Option<NonFinite> {
     first_non_finite(|x| vec![function.eval(x)], x)
@@ -185,10 +184,7 @@ fn a_custom_rule_is_judged_by_its_own_partials() {
     assert_eq!(found.place.file(), file!());
 }
 
-/// A model of a number that falls, until the square root of a negative number is taken.
-#[derive(Clone)]
-struct Falling;
-
+/// The change of a number that falls, until the square root of a negative number is taken.
 #[derive(Clone, Copy)]
 struct Fall;
 #[kernel]
@@ -201,17 +197,9 @@ impl Kernel<1, 1> for Fall {
 /// The line of the root in [`Fall`].
 const ROOT: u32 = line!() - 5;
 
-impl Model for Falling {
-    fn record(&self, p: &mut Program) {
-        let x = p.state(1);
-        let [next] = p.map(Fall, [x], &[]);
-        p.advance(x, next);
-    }
-}
-
 #[test]
 fn a_rollout_reports_the_step() {
-    let rollout = Rollout::new(Falling, 9);
+    let rollout = Rollout::new(Mapped(Fall, 1), 9);
     let mut x: f64 = 1.0;
     let mut step = 0;
     while x >= 0.0 {
@@ -229,7 +217,7 @@ fn a_rollout_reports_the_step() {
 
 #[test]
 fn operations_after_a_rollout_have_no_step() {
-    let rollout = Rollout::new(Falling, 2);
+    let rollout = Rollout::new(Mapped(Fall, 1), 2);
     let found = first_non_finite(
         |x| {
             let end = rollout.run(x, &[])[0];

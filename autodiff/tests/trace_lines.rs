@@ -16,7 +16,7 @@ type Number = Traced<f64>;
 
 /// Asserts that a trace of the closure, which must be on the line of this call, reports this line.
 #[track_caller]
-fn assert_named(at: f64, function: impl FnOnce(Number) -> Number) {
+fn assert_named(at: f64, function: fn(Number) -> Number) {
     let here = Location::caller();
     let found = first_non_finite(|x| vec![function(x[0])], &[at]).expect("an infinity or NaN");
     let named = (found.place.file(), found.place.line());

@@ -9,8 +9,6 @@ use autodiff::{
     value_gradient_hessian_into,
 };
 
-use crate::common::assert_refused;
-
 /// Three functions of all arguments.
 fn several<R: Real>(x: &[R]) -> Vec<R> {
     let sum = R::sum_of(x);
@@ -89,21 +87,4 @@ fn drivers_with_values_nest() {
         &[2.0],
     );
     assert_eq!(outer, [4.0 * 3.0 * 2.0 * 2.0 + 4.0]);
-}
-
-#[test]
-fn a_buffer_of_the_wrong_length_is_named() {
-    let x = [1.0, 2.0];
-    assert_refused("`values` has 2 numbers; it must have 3", || {
-        value_and_jacobian_into(several, &x, &mut [0.0; 2], &mut [0.0; 4]);
-    });
-    assert_refused("`jacobian` has 4 numbers; it must have 6", || {
-        value_and_jacobian_into(several, &x, &mut [0.0; 3], &mut [0.0; 4]);
-    });
-    assert_refused("`gradient` has 1 numbers; it must have 2", || {
-        value_and_gradient_into(scalar, &x, &mut [0.0]);
-    });
-    assert_refused("`hessian` has 3 numbers; it must have 4", || {
-        value_gradient_hessian_into(scalar, &x, &mut [0.0; 2], &mut [0.0; 3]);
-    });
 }

@@ -4,6 +4,8 @@
 use autodiff::wgsl::{Options, print};
 use autodiff::{Graph, Model, Program};
 
+use crate::steps::Pushed;
+
 /// A rod in which heat flows in implicit steps.
 #[derive(Clone)]
 struct Implicit;
@@ -15,17 +17,6 @@ impl Model for Implicit {
         let x = p.state(3);
         let [next] = p.solve(&graph, &[capacity], &[conductance], &[], [x]);
         p.advance(x, next);
-    }
-}
-
-/// A push that differs from step to step.
-#[derive(Clone)]
-struct Pushed;
-
-impl Model for Pushed {
-    fn record(&self, p: &mut Program) {
-        let (x, push) = (p.state(2), p.control(2));
-        p.advance(x, push);
     }
 }
 

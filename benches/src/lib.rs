@@ -1,6 +1,4 @@
-//! Benchmarks of the project's crates.
+//! The objectives of GradBench, and the tool that answers its requests.
 
-pub mod machine;
-pub mod robot;
 pub mod objectives;
 pub mod gradbench;

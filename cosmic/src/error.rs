@@ -127,13 +127,9 @@ pub enum Error {
     #[error("{}: another process is running this run", .0.display())]
     Taken(PathBuf),
     /// Some results are not finite although no simulated state diverged.
-    #[error("these results are not finite: {}{}", names.join(", "), because(cause.as_deref()))]
-    NotFinite {
-        /// The keys of the results that are not finite.
-        names: Vec<String>,
-        /// Why they are not finite, if that is known.
-        cause: Option<String>,
-    },
+    /// The text names the results, and the cause if it is known.
+    #[error("these results are not finite: {0}")]
+    NotFinite(String),
     /// A number that cannot be computed, because the rollouts that determine it diverged.
     #[error("{0}")]
     NoFigure(String),
@@ -196,7 +192,7 @@ impl Error {
     /// True if the error is about rollouts: they diverged, or their results are not finite.
     #[cfg(feature = "files")]
     pub(crate) fn is_of_rollouts(&self) -> bool {
-        matches!(self, Error::Diverged { .. } | Error::NotFinite { .. })
+        matches!(self, Error::Diverged { .. } | Error::NotFinite(_))
     }
 
     /// The advice at the end of the message about an unstable time step: how to make the step stable, or how to allow
@@ -241,7 +237,7 @@ impl Error {
             | Error::UnstableStep { .. }
             | Error::Taken(_)
             | Error::UnstableRun { .. } => 2,
-            Error::Diverged { .. } | Error::NotFinite { .. } | Error::NoFigure(_) => 3,
+            Error::Diverged { .. } | Error::NotFinite(_) | Error::NoFigure(_) => 3,
             Error::NoScene { .. } | Error::Read { .. } | Error::Write { .. } => 4,
             Error::Interrupted { .. } | Error::Stopped { .. } => 75,
         }
@@ -275,11 +271,6 @@ pub(crate) fn some(file: &str, what: &str, found: usize) -> Result<()> {
         ))),
         _ => Ok(()),
     }
-}
-
-/// The end of a message: the cause of the error. Empty if the cause is not known.
-fn because(cause: Option<&str>) -> String {
-    cause.map_or(String::new(), |cause| format!("; {cause}"))
 }
 
 /// The end of a message: the advice to free disk space. Empty unless the disk or the quota is full.

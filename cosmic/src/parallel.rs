@@ -9,15 +9,15 @@ use std::thread;
 
 /// How jobs are divided among threads.
 #[derive(Clone, Copy, Debug)]
-pub struct Crew {
+pub struct ThreadPlan {
     /// The number of jobs that run at the same time.
     pub at_work: usize,
     /// The number of threads of each job.
     pub threads: usize,
 }
 
-impl Crew {
-    /// A crew that runs `threads` jobs at the same time, each on a single thread. `None` runs one job per core.
+impl ThreadPlan {
+    /// A plan that runs `threads` jobs at the same time, each on a single thread. `None` runs one job per core.
     /// Parallel code within a job runs on the job's thread too.
     pub fn of_one(threads: Option<NonZeroUsize>) -> Self {
         let cores = || thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
@@ -27,7 +27,7 @@ impl Crew {
         }
     }
 
-    /// A crew that divides `threads` among `jobs`. If there are fewer jobs than threads, each job gets several threads.
+    /// A plan that divides `threads` among `jobs`. If there are fewer jobs than threads, each job gets several threads.
     pub fn shared_out(threads: usize, jobs: usize) -> Self {
         let at_work = threads.min(jobs).max(1);
         Self {
@@ -61,7 +61,7 @@ const NO_PANIC: &str = "no push panics";
 /// The first error of a job. After it, no further job begins.
 pub fn in_parallel<T: Send>(
     jobs: usize,
-    crew: Crew,
+    plan: ThreadPlan,
     job: impl Fn(usize, &AtomicBool) -> Result<T> + Sync,
 ) -> Result<Vec<T>> {
     let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
@@ -74,7 +74,7 @@ pub fn in_parallel<T: Send>(
         failed.fetch_or(is_error, Ordering::Release);
     };
     let work = || {
-        let pool = match pool(NonZeroUsize::new(crew.threads)) {
+        let pool = match pool(NonZeroUsize::new(plan.threads)) {
             Ok(pool) => pool,
             Err(error) => return note(0, Err(error)),
         };
@@ -87,7 +87,7 @@ pub fn in_parallel<T: Send>(
         }
     };
     thread::scope(|scope| {
-        for _ in 0..crew.at_work.min(jobs) {
+        for _ in 0..plan.at_work.min(jobs) {
             scope.spawn(work);
         }
     });

@@ -28,7 +28,7 @@ pub fn projected(
     projection: Projection,
     design: &Design<[f64; 3]>,
     settings: &ProjectionSettings,
-    holds: &Holds,
+    holds: &MixtureLimits,
 ) -> Design<Mixture<f64>> {
     match design {
         Design::Undecided(z) => Design::Undecided(mixtures(projection, z, settings, holds)),
@@ -38,14 +38,14 @@ pub fn projected(
 
 /// The mixture of every edge: positive shares of void, skeleton and actuator that sum to 1.
 ///
-/// The design vectors of edges that are [tied](Holds) together are replaced by their mean. Before every softmax, the
+/// The design vectors of edges that are [tied](MixtureLimits) together are replaced by their mean. Before every softmax, the
 /// amounts in `holds` are subtracted from the design vectors. The stability projection first subtracts the mean of all
 /// design vectors: in the other order, the mean would cancel a part of the amounts.
 pub fn mixtures<R: Real>(
     projection: Projection,
     z: &[[R; 3]],
     settings: &ProjectionSettings,
-    holds: &Holds,
+    holds: &MixtureLimits,
 ) -> Vec<Mixture<R>> {
     let z = &*holds.tied(z);
     let lower = |edge: usize, z: [R; 3]| match holds.amounts.get(edge) {
@@ -73,7 +73,7 @@ pub fn mixtures<R: Real>(
 
 /// Restrictions on the mixtures of materials that edges may have. By default there are no restrictions.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Holds {
+pub struct MixtureLimits {
     /// For each edge, the amount that is subtracted from each entry of its design vector. The list is empty if all
     /// amounts are zero.
     amounts: Vec<[f64; 3]>,
@@ -81,7 +81,7 @@ pub struct Holds {
     ties: Vec<Vec<usize>>,
 }
 
-impl Holds {
+impl MixtureLimits {
     /// The restrictions that a scene sets. With `hold_materials`, each edge keeps the solid material that it has in the
     /// filled layout: the value of that setting is subtracted from the entry of the other solid material. An edge has no
     /// share of a material that the rules of the lattice do not allow.

@@ -39,17 +39,12 @@ pub fn read_at_most(path: &Path, most: u64) -> Result<Vec<u8>> {
         .and_then(read)
         .map_err(Error::reading(path))?;
     if length as u64 > most {
-        return Err(too_long(path, most));
+        let path = path.display();
+        return Err(Error::Usage(format!(
+            "{path}: the file is too long; at most {most} bytes are read"
+        )));
     }
     Ok(bytes)
-}
-
-/// The error for a file that is too long.
-pub(crate) fn too_long(path: &Path, most: u64) -> Error {
-    let path = path.display();
-    Error::Usage(format!(
-        "{path}: the file is too long; at most {most} bytes are read"
-    ))
 }
 
 /// Reads a value from JSON text, which may be a part of a file. Messages name `file`. `lines` is the number of lines of

@@ -10,7 +10,7 @@ use crate::inputs::Inputs;
 use crate::lattice::{Body, Lattice, State};
 use crate::objective::{Loss, LossOf};
 use crate::policy::Goals;
-use crate::projection::{self, Holds, Projection, Variation};
+use crate::projection::{self, MixtureLimits, Projection, Variation};
 use crate::scene::{
     AnyDesign, ControllerSettings, MaterialSettings, MovedBody, PhysicsSettings,
     ProjectionSettings, Scene,
@@ -59,7 +59,7 @@ pub struct Task {
     /// The sharpness of the projections, and `delta`, the small number in the overlap measures.
     pub sharpness: ProjectionSettings,
     /// The restrictions on the mixtures of edges.
-    holds: Holds,
+    holds: MixtureLimits,
     /// The simulator of the robot.
     pub simulator: Simulator,
     /// True if the weight of a node in means and observations [depends on how solid its edges
@@ -77,7 +77,7 @@ impl Task {
         let (physics, sharpness) = (&scene.physics, &scene.projection);
         Self {
             simulator: Simulator::new(&lattice, physics, &scene.controller),
-            holds: Holds::new(sharpness, &lattice),
+            holds: MixtureLimits::new(sharpness, &lattice),
             lattice,
             physics: physics.clone(),
             materials: scene.materials.clone(),

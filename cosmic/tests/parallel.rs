@@ -1,5 +1,5 @@
 use cosmic::error::Error;
-use cosmic::parallel::{Crew, in_parallel};
+use cosmic::parallel::{ThreadPlan, in_parallel};
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 fn every_job_is_done_once_and_in_order() {
     for threads in [1, 3, 64] {
         let counts = [(); 17].map(|()| AtomicUsize::new(0));
-        let crew = Crew::of_one(NonZeroUsize::new(threads));
-        let done = in_parallel(17, crew, |job, _| {
+        let plan = ThreadPlan::of_one(NonZeroUsize::new(threads));
+        let done = in_parallel(17, plan, |job, _| {
             counts[job].fetch_add(1, Ordering::Relaxed);
             Ok(job * job)
         });
@@ -26,9 +26,9 @@ fn threads_are_divided_among_jobs() {
         (1, 9, [1, 1]),
         (3, 0, [1, 3]),
     ] {
-        let crew = Crew::shared_out(threads, jobs);
-        assert_eq!([crew.at_work, crew.threads], [at_work, each]);
-        let found = in_parallel(jobs, crew, |_, _| Ok(rayon::current_num_threads()));
+        let plan = ThreadPlan::shared_out(threads, jobs);
+        assert_eq!([plan.at_work, plan.threads], [at_work, each]);
+        let found = in_parallel(jobs, plan, |_, _| Ok(rayon::current_num_threads()));
         assert_eq!(found.unwrap(), vec![each; jobs]);
     }
 }
@@ -36,8 +36,8 @@ fn threads_are_divided_among_jobs() {
 #[test]
 fn no_job_begins_after_an_error() {
     let begun = AtomicUsize::new(0);
-    let crew = Crew::of_one(NonZeroUsize::new(2));
-    let error = in_parallel(100, crew, |job, _| {
+    let plan = ThreadPlan::of_one(NonZeroUsize::new(2));
+    let error = in_parallel(100, plan, |job, _| {
         begun.fetch_add(1, Ordering::Relaxed);
         match job {
             3 => Err(Error::Usage("the third".to_owned())),
@@ -53,8 +53,8 @@ fn no_job_begins_after_an_error() {
 /// first.
 #[test]
 fn jobs_can_see_an_error_of_others() {
-    let crew = Crew::of_one(NonZeroUsize::new(2));
-    let error = in_parallel(2, crew, |job, failed| {
+    let plan = ThreadPlan::of_one(NonZeroUsize::new(2));
+    let error = in_parallel(2, plan, |job, failed| {
         if job == 1 {
             return Err::<(), _>(Error::Usage("the cause".to_owned()));
         }

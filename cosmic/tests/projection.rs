@@ -2,7 +2,7 @@ use crate::small::lattice;
 use cosmic::design::Design;
 use cosmic::design::Material::{Actuator, Skeleton, Void};
 use cosmic::lattice::Body;
-use cosmic::projection::{Holds, Projection, mixtures};
+use cosmic::projection::{MixtureLimits, Projection, mixtures};
 use cosmic::scene::{MovedBody, ProjectionSettings, Scene};
 
 #[test]
@@ -54,7 +54,7 @@ fn the_stability_projection_leaves_equal_edges_undecided() {
         Projection::Stability,
         &z,
         &ProjectionSettings::default(),
-        &Holds::default(),
+        &MixtureLimits::default(),
     ) {
         // The mean of three equal numbers has a rounding error. The sharpness of 500 multiplies this error.
         assert!(

@@ -4,7 +4,7 @@
 use cosmic::design::{LayoutRules, Material, Mixture, Structure, VolumeBounds, snap};
 use cosmic::lattice::Lattice;
 use cosmic::objective::measures;
-use cosmic::projection::{Holds, Projection, mixtures};
+use cosmic::projection::{MixtureLimits, Projection, mixtures};
 use cosmic::scene::{DesignSettings, ProjectionSettings, Scene, VolumeSettings};
 use proptest::prelude::*;
 
@@ -28,7 +28,7 @@ proptest! {
     #[test]
     fn the_shares_of_a_mixture_add_up_to_one(z in prop_oneof![vectors(0.0..1.0), vectors(-1e6..1e6)]) {
         for projection in BOTH {
-            for Mixture(row) in mixtures(projection, &z, &ProjectionSettings::default(), &Holds::default()) {
+            for Mixture(row) in mixtures(projection, &z, &ProjectionSettings::default(), &MixtureLimits::default()) {
                 prop_assert!(row.iter().all(|m| (0.0..=1.0).contains(m)), "{:?}", row);
                 // The sum has the rounding errors of three quotients and two additions.
                 prop_assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-15, "{:?}", row);
@@ -47,12 +47,12 @@ proptest! {
     ) {
         let settings = ProjectionSettings::default();
         let shifted: Vec<[f64; 3]> = z.iter().map(|z| z.map(|z| z + shift)).collect();
-        let [a, b] = [&z, &shifted].map(|z| mixtures(Projection::Performance, z, &settings, &Holds::default()));
+        let [a, b] = [&z, &shifted].map(|z| mixtures(Projection::Performance, z, &settings, &MixtureLimits::default()));
         // Shifted entries near 2 are rounded at 2e-16, and a sharpness of 20 multiplies the error.
         prop_assert!(largest_change(&a, &b) < 1e-14);
         let moved = |z: &[f64; 3]| [0, 1, 2].map(|k| z[k] + column[k]);
         let shifted: Vec<[f64; 3]> = z.iter().map(moved).collect();
-        let [a, b] = [&z, &shifted].map(|z| mixtures(Projection::Stability, z, &settings, &Holds::default()));
+        let [a, b] = [&z, &shifted].map(|z| mixtures(Projection::Stability, z, &settings, &MixtureLimits::default()));
         // The means of 40 numbers have errors of about 1e-15, and a sharpness of 500 multiplies them.
         prop_assert!(largest_change(&a, &b) < 1e-11);
     }
@@ -61,7 +61,7 @@ proptest! {
     fn volumes_and_measures_keep_their_ranges(z in vectors(0.0..1.0)) {
         let settings = ProjectionSettings::default();
         for projection in BOTH {
-            let found = measures(&mixtures(projection, &z, &settings, &Holds::default()), settings.delta);
+            let found = measures(&mixtures(projection, &z, &settings, &MixtureLimits::default()), settings.delta);
             let rounding = 1e-14;
             let within = |x: f64, most: f64| (-rounding..=most + rounding).contains(&x);
             prop_assert!(within(found.volume, 1.0) && within(found.actuator_volume, 1.0));
@@ -85,7 +85,7 @@ proptest! {
         let asked = DesignSettings { one_piece, ..scene.design };
         let rules = LayoutRules::new(&lattice, &asked);
         let bounds = VolumeBounds::widened(&VolumeSettings::default(), 0.03);
-        let found = snap(&mixtures(Projection::Performance, &z, &settings, &Holds::default()), &bounds, &rules);
+        let found = snap(&mixtures(Projection::Performance, &z, &settings, &MixtureLimits::default()), &bounds, &rules);
         let edges = z.len() as f64;
         let share = |is: fn(Material) -> bool| {
             found.iter().filter(|m| is(**m)).count() as f64 / edges

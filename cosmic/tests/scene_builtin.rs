@@ -87,11 +87,11 @@ fn terrains_and_large_lattices_raise_no_doubts() {
         let last = scene.lattice.columns as f64 * scene.lattice.spacing;
         let [first, end] = [profile.points()[0], *profile.points().last().unwrap()];
         assert!(last < first[0] && first[1] == 0.0 && end[0] > 3.0);
-        assert!(scene.doubts().is_empty());
+        assert!(scene.warnings().is_empty());
     }
     let large = Scene::load("large").unwrap();
-    assert!(large.doubts().is_empty());
+    assert!(large.warnings().is_empty());
     let mut default = Scene::paper();
     (default.lattice.columns, default.lattice.rows) = (large.lattice.columns, large.lattice.rows);
-    assert!(default.doubts()[0].says.contains("\"large\""));
+    assert!(default.warnings()[0].says.contains("\"large\""));
 }

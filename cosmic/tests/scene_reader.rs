@@ -2,7 +2,7 @@
 //! report says what is allowed.
 
 use cosmic::scene::Scene;
-use cosmic::{Error, error};
+use cosmic::{Error, Registry, error};
 use proptest::prelude::*;
 use std::fs;
 
@@ -73,7 +73,11 @@ fn every_fault_is_reported_up_to_a_limit() {
 #[test]
 fn unreadable_files_and_malformed_files_are_different_errors() {
     let folder = tempfile::tempdir().unwrap();
-    let read = |name: &str| Scene::read(&folder.path().join(name)).unwrap_err();
+    let read = |name: &str| {
+        Registry::default()
+            .read(&folder.path().join(name))
+            .unwrap_err()
+    };
     let code = |name: &str| read(name).exit_code();
     assert_eq!(code("missing.toml"), 4);
     assert_eq!(code("."), 4);
@@ -117,7 +121,7 @@ proptest! {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("any.toml");
         fs::write(&file, &bytes).unwrap();
-        let _ = Scene::read(&file);
+        let _ = Registry::default().read(&file);
         survives(&String::from_utf8_lossy(&bytes)).unwrap();
     }
 

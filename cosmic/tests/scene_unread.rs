@@ -178,11 +178,11 @@ fn outcome(scene: &Scene) -> Option<String> {
 
 /// The warning that a key has no effect, if the scene has this warning.
 fn warning(scene: &Scene, key: &str) -> Option<String> {
-    let mut doubts = scene.doubts().into_iter();
-    let of_key = |doubt: &cosmic::scene::Finding| {
-        doubt.says.starts_with("this setting has no effect") && doubt.settings[0].key == key
+    let mut warnings = scene.warnings().into_iter();
+    let of_key = |warning: &cosmic::scene::Finding| {
+        warning.says.starts_with("this setting has no effect") && warning.settings[0].key == key
     };
-    doubts.find(of_key).map(|doubt| doubt.to_string())
+    warnings.find(of_key).map(|warning| warning.to_string())
 }
 
 /// The scene of a small robot, with these changes.
@@ -269,8 +269,8 @@ fn exactly_the_settings_without_effect_have_a_warning() {
 fn only_values_that_differ_from_the_base_get_a_warning() {
     let ice = "base = \"stability\"\n[physics]\nfriction = 0.8\n[ground]\nrise = 0.1\n[loss]\nwindow = 2048\n";
     let warnings = |text: &str| -> Vec<String> {
-        let doubts = Scene::parse("ice", text).unwrap().doubts().into_iter();
-        doubts.map(|doubt| doubt.to_string()).collect()
+        let warnings = Scene::parse("ice", text).unwrap().warnings().into_iter();
+        warnings.map(|warning| warning.to_string()).collect()
     };
     let expected = [
         "this setting has no effect: it is read only with a contact law that slips (physics.friction = 0.8)",
@@ -293,8 +293,8 @@ fn only_values_that_differ_from_the_base_get_a_warning() {
 #[test]
 fn stops_that_do_not_fit_their_actuators_get_a_warning() {
     let said = |scene: &Scene| -> Vec<String> {
-        let doubts = scene.doubts().into_iter();
-        doubts.map(|doubt| doubt.to_string()).collect()
+        let warnings = scene.warnings().into_iter();
+        warnings.map(|warning| warning.to_string()).collect()
     };
     let world = "[materials]\nstiffness = [1e-7, 1e5, 2000.0]\nmax_strain = [0.0, 0.0, 0.2]\n";
     let world = Scene::parse("world", world).unwrap();
@@ -321,6 +321,6 @@ fn stops_that_do_not_fit_their_actuators_get_a_warning() {
     assert!(
         said(&still.unwrap())
             .iter()
-            .all(|doubt| !doubt.contains("stops"))
+            .all(|warning| !warning.contains("stops"))
     );
 }

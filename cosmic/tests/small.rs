@@ -12,7 +12,7 @@ use std::ops::ControlFlow;
 
 /// A scene with a small robot that moves from the start and can get several layouts. The text ends in `[schedule]`
 /// without `iterations`, so that tests can append that setting.
-pub(crate) const LIVELY: &str = "
+pub(crate) const MOBILE_ROBOT: &str = "
     base = 'stability'
     [lattice]
     columns = 3

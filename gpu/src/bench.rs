@@ -3,15 +3,14 @@
 use std::error::Error;
 use std::time::Instant;
 
-use autodiff::wgsl::Placed;
 use autodiff::{Real, Tape, Var};
 use clap::Args;
 use cosmic::case::Case;
-use cosmic::lattice::{Body, State};
+use cosmic::lattice::Body;
 use cosmic::policy::Controller;
 use cosmic::scene::Scene;
 use cosmic::simulator::{Robots, Simulator, Span, Trajectory, Wanted};
-use cosmic_gpu::{Gpu, Members, Population, WORKGROUP};
+use cosmic_gpu::{Gpu, RobotsOnGpu, WORKGROUP};
 use rayon::prelude::*;
 
 /// The settings of a measurement.
@@ -75,7 +74,7 @@ impl Drawn {
 pub(crate) fn run(settings: &Settings) -> Result<(), Box<dyn Error>> {
     let scene = Scene::load(&settings.scene)?;
     let drawn = Drawn::new(&scene)?;
-    let gpu = Gpu::open(settings.device.as_deref())?;
+    let gpu = Gpu::open(settings.device.as_deref())?.with_memory(8 << 30);
     let cores = std::thread::available_parallelism()?;
     println!(
         "{}, {} steps; {}; processor: {cores} threads, f32",
@@ -115,6 +114,14 @@ fn shortest(mut work: impl FnMut()) -> f64 {
     (0..3).map(time).fold(f64::INFINITY, f64::min)
 }
 
+/// A rollout of which the payload is observed twice.
+fn span(steps: usize) -> Span {
+    Span {
+        nodes: 1,
+        ..Span::from_start(vec![steps / 2, steps])
+    }
+}
+
 /// Robot-steps per second on the device, without the copies to and from it.
 fn on_device(
     gpu: &Gpu,
@@ -123,57 +130,24 @@ fn on_device(
     robots: usize,
     (work, shared): (Work, bool),
 ) -> Result<f64, Box<dyn Error>> {
-    let surroundings = [drawn.simulator.surroundings()];
-    let controllers: Vec<_> = drawn
-        .cases
-        .iter()
-        .map(|case| case.controller.clone())
-        .collect();
-    let few = Robots {
-        surroundings: &surroundings,
-        bodies: &drawn.bodies,
-        controllers: if shared {
-            &controllers[..1]
-        } else {
-            &controllers
-        },
+    let case = |k: usize| &drawn.cases[k % SEEDS];
+    let controllers = 0..if shared { 1 } else { robots };
+    let robots_of = Robots {
+        surroundings: &[drawn.simulator.surroundings()],
+        bodies: &Vec::from_iter((0..robots).map(|k| drawn.bodies[k % SEEDS].clone())),
+        controllers: &Vec::from_iter(controllers.map(|k| case(k).controller.clone())),
     };
     let wanted = Wanted {
         bodies: work == Work::OfDesigns,
         controllers: work == Work::OfControllers,
         surroundings: false,
     };
-    let mut span = Span::from_start(vec![steps / 2, steps]);
-    span.nodes = 1;
-    let printed = drawn.simulator.printed(&few, &span, wanted, WORKGROUP)?;
-    // The numbers of the few robots are repeated.
-    let repeated = |(list, placed): (Vec<f64>, &Placed)| -> Vec<f32> {
-        let (len, count) = (placed.len, if placed.is_common { 1 } else { robots });
-        let own = list.len() / len.max(1);
-        let part = |k: usize| list[(k % own.max(1)) * len..][..len].iter();
-        (0..count).flat_map(part).map(|&x| x as f32).collect()
-    };
-    let numbers = printed
-        .numbers(&few)
-        .into_iter()
-        .zip(printed.program.parameters());
-    let parameters: Vec<Vec<f32>> = numbers.map(repeated).collect();
-    let single = |numbers: &[f64]| numbers.iter().map(|&x| x as f32).collect::<Vec<f32>>();
-    let starts = single(&printed.starts(&[drawn.cases[0].start.clone()])).repeat(robots);
-    let inputs = single(&printed.inputs);
-    let members = Members {
-        starts: &starts,
-        parameters: &parameters,
-        steps,
-        inputs: &inputs,
-        observed: &span.observed,
-    };
-    let mut population = Population::new(gpu, printed.program)?;
-    population.memory = 8 << 30;
-    let sweep = population.prepare(&members, work != Work::Forward);
-    let cotangents = vec![1.0; robots * 2 * population.printed().entries()];
+    let printed = (drawn.simulator).printed(&robots_of, &span(steps), wanted, WORKGROUP)?;
+    let cotangents = vec![1.0; robots * 2 * printed.program.entries()];
+    let device = RobotsOnGpu::new(gpu, printed)?;
+    let starts = vec![case(0).start.clone(); robots];
+    let sweep = device.sweep(&robots_of, &starts, work != Work::Forward);
     let waited = || gpu.wait().expect("the device was lost");
-    sweep.forward();
     waited();
     let seconds = shortest(|| {
         sweep.forward();
@@ -187,83 +161,85 @@ fn on_device(
 
 /// Robot-steps per second on all threads of the processor. Robots that share a controller run in the lanes of registers.
 fn on_processor(drawn: &Drawn, steps: usize, robots: usize, work: Work, shared: bool) -> f64 {
-    let single = |x: f64| x as f32;
-    let bodies: Vec<Body<f32>> = drawn.bodies.iter().map(|body| body.map(single)).collect();
-    let controllers: Vec<_> = drawn
-        .cases
-        .iter()
-        .map(|case| case.controller.map(single))
-        .collect();
-    let start = drawn.cases[0].start.map(single);
-    let mut span = Span::from_start(vec![steps / 2, steps]);
-    span.nodes = 1;
     let at_once = if shared { 16 } else { 1 };
     let bundles = robots.div_ceil(at_once);
     // Enough for a fair mean; more robots take as much longer.
     let measured = bundles.min(16 * std::thread::available_parallelism().map_or(1, usize::from));
     let bundle = |k: usize| {
-        let count = at_once.min(robots - k * at_once);
-        let own: Vec<&Body<f32>> = (0..count)
-            .map(|j| &bodies[(k * at_once + j) % SEEDS])
-            .collect();
-        let controller = &controllers[if shared { 0 } else { k % SEEDS }];
-        if work == Work::Forward {
-            let bodies: Vec<Body<f32>> = own.into_iter().cloned().collect();
-            let starts = vec![start.clone(); count];
-            rolled(&drawn.simulator, &bodies, controller, &starts, &span);
-            return count;
-        }
-        let of_bodies = work == Work::OfDesigns;
-        let flat: Vec<f32> = match of_bodies {
-            true => own
-                .iter()
-                .flat_map(|body| [&body.stiffness[..], &body.strain, &body.mass].concat())
-                .collect(),
-            false => controller.numbers().to_vec(),
+        let numbers = k * at_once..((k + 1) * at_once).min(robots);
+        let bodies: Vec<&Body<f64>> = numbers.map(|k| &drawn.bodies[k % SEEDS]).collect();
+        let case = &drawn.cases[if shared { 0 } else { k % SEEDS }];
+        let few = Few {
+            simulator: &drawn.simulator,
+            bodies: &bodies,
+            case,
+            span: span(steps),
         };
-        let mut tape = Tape::new();
-        let loss = tape.record(&flat, |x: &[Var<f32>]| {
-            let mut bodies: Vec<Body<Var<f32>>> =
-                own.iter().map(|body| body.map(Var::constant)).collect();
-            let mut controller = controller.map(Var::constant);
-            if of_bodies {
-                let mut rest = x;
-                for body in &mut bodies {
-                    for list in [&mut body.stiffness, &mut body.strain, &mut body.mass] {
-                        let (part, others) = rest.split_at(list.len());
-                        list.copy_from_slice(part);
-                        rest = others;
-                    }
-                }
-            } else {
-                controller.numbers_mut().copy_from_slice(x);
-            }
-            let starts = vec![start.map(Var::constant); count];
-            let all = rolled(&drawn.simulator, &bodies, &controller, &starts, &span);
-            all.iter()
-                .flat_map(|t| t.states.iter().map(|state| state.x[0][0]))
-                .sum::<Var<f32>>()
-        });
-        tape.pullback(&[loss], &[1.0]);
-        count
+        match work {
+            Work::Forward => drop(few.rolled(|body| body.map(single), case.controller.map(single))),
+            _ => few.differentiate(work),
+        }
+        bodies.len()
     };
     let mut done = 0;
     let seconds = shortest(|| done = (0..measured).into_par_iter().map(bundle).sum::<usize>());
     (done * steps) as f64 / seconds
 }
 
-/// Simulates robots with one controller on the processor.
-fn rolled<R: Real>(
-    simulator: &Simulator,
-    bodies: &[Body<R>],
-    controller: &Controller<R>,
-    starts: &[State<R>],
-    span: &Span,
-) -> Vec<Trajectory<R>> {
-    let robots = Robots {
-        surroundings: &[simulator.surroundings()],
-        bodies,
-        controllers: std::slice::from_ref(controller),
-    };
-    simulator.rollouts(&robots, starts, span)
+fn single(x: f64) -> f32 {
+    x as f32
+}
+
+/// Robots with one controller that the processor simulates together.
+struct Few<'a> {
+    simulator: &'a Simulator,
+    bodies: &'a [&'a Body<f64>],
+    case: &'a Case,
+    span: Span,
+}
+
+impl Few<'_> {
+    /// Simulates the robots with these bodies and this controller.
+    fn rolled<R: Real>(
+        &self,
+        body: impl FnMut(&Body<f64>) -> Body<R>,
+        controller: Controller<R>,
+    ) -> Vec<Trajectory<R>> {
+        let robots = Robots {
+            surroundings: &[self.simulator.surroundings()],
+            bodies: &Vec::from_iter(self.bodies.iter().copied().map(body)),
+            controllers: &[controller],
+        };
+        let starts = vec![self.case.start.map(R::lit); self.bodies.len()];
+        self.simulator.rollouts(&robots, &starts, &self.span)
+    }
+
+    /// Computes the gradient of a distance by the bodies or by the controller.
+    fn differentiate(&self, work: Work) {
+        let (of_bodies, controller) = (work == Work::OfDesigns, &self.case.controller);
+        let numbers: Vec<f64> = match of_bodies {
+            true => self.bodies.iter().flat_map(|body| body.numbers()).collect(),
+            false => controller.numbers().to_vec(),
+        };
+        let numbers: Vec<f32> = numbers.into_iter().map(single).collect();
+        let mut tape = Tape::new();
+        let loss = tape.record(&numbers, |mut x: &[Var<f32>]| {
+            let mut controller = controller.map(Var::lit);
+            if !of_bodies {
+                controller.numbers_mut().copy_from_slice(x);
+            }
+            let body = |body: &Body<f64>| match of_bodies {
+                true => {
+                    let (own, others) = x.split_at(body.numbers().len());
+                    x = others;
+                    body.with_numbers(own)
+                }
+                false => body.map(Var::lit),
+            };
+            let walks = self.rolled(body, controller);
+            let states = walks.iter().flat_map(|walk| &walk.states);
+            states.map(|state| state.x[0][0]).sum::<Var<f32>>()
+        });
+        tape.pullback(&[loss], &[1.0]);
+    }
 }

@@ -9,7 +9,7 @@ use std::sync::{Arc, OnceLock};
 use autodiff::wgsl::{GROUPS_IN_A_ROW, Printed};
 use pollster::block_on;
 use wgpu::{
-    Adapter, BackendOptions, Backends, BindGroup, Buffer, BufferDescriptor, BufferUsages,
+    Adapter, Backends, BindGroup, Buffer, BufferDescriptor, BufferUsages, CommandEncoder,
     ComputePipeline, ComputePipelineDescriptor, Device, DeviceDescriptor, DeviceType, Instance,
     InstanceDescriptor, PipelineCompilationOptions, PollType, Queue, ShaderModuleDescriptor,
     ShaderSource,
@@ -81,7 +81,6 @@ impl GpuError {
 fn instance() -> Instance {
     Instance::new(InstanceDescriptor {
         backends: Backends::VULKAN | Backends::METAL | Backends::DX12,
-        backend_options: BackendOptions::default(),
         ..InstanceDescriptor::new_without_display_handle()
     })
 }
@@ -208,11 +207,6 @@ impl Gpu {
         self.limits.max_compute_workgroup_storage_size as usize
     }
 
-    /// What the adapter allows.
-    pub fn limits(&self) -> &wgpu::Limits {
-        &self.limits
-    }
-
     /// Returns the error that the device has reported, if there is one.
     fn checked(&self) -> Result<(), GpuError> {
         match self.failed.get() {
@@ -227,7 +221,7 @@ impl Gpu {
     }
 
     /// How many steps a dispatch should take.
-    pub fn steps_at_once(&self) -> usize {
+    pub(crate) fn steps_at_once(&self) -> usize {
         match self.adapter.device_type {
             // Mesa's driver silently leaves all loops of an invocation after 65535 turns.
             DeviceType::Cpu => 16,
@@ -236,7 +230,7 @@ impl Gpu {
     }
 
     /// The largest buffer that a program can read, in bytes.
-    pub fn largest_buffer(&self) -> u64 {
+    pub(crate) fn largest_buffer(&self) -> u64 {
         self.limits
             .max_buffer_size
             .min(self.limits.max_storage_buffer_binding_size)
@@ -316,24 +310,24 @@ impl Gpu {
         })
     }
 
-    /// A buffer for this many numbers, at least one, filled with zeros.
-    pub(crate) fn buffer(&self, numbers: usize) -> Buffer {
+    fn allocate(&self, size: u64, usage: BufferUsages) -> Buffer {
         self.device.create_buffer(&BufferDescriptor {
             label: None,
-            size: 4 * numbers.max(1) as u64,
-            usage: BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST,
+            size,
+            usage,
             mapped_at_creation: false,
         })
     }
 
+    /// A buffer for this many numbers, at least one, filled with zeros.
+    pub(crate) fn buffer(&self, numbers: usize) -> Buffer {
+        let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+        self.allocate(4 * numbers.max(1) as u64, usage)
+    }
+
     /// The buffer of the uniform `plan`.
     pub(crate) fn plan(&self) -> Buffer {
-        self.device.create_buffer(&BufferDescriptor {
-            label: None,
-            size: 48,
-            usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        })
+        self.allocate(48, BufferUsages::UNIFORM | BufferUsages::COPY_DST)
     }
 
     /// A buffer with these numbers.
@@ -353,10 +347,16 @@ impl Gpu {
 
     /// Fills buffers with zeros.
     pub(crate) fn clear(&self, buffers: &[&Buffer]) {
+        self.submit(|commands| {
+            buffers
+                .iter()
+                .for_each(|buffer| commands.clear_buffer(buffer, 0, None));
+        });
+    }
+
+    fn submit(&self, record: impl FnOnce(&mut CommandEncoder)) {
         let mut commands = self.device.create_command_encoder(&Default::default());
-        buffers
-            .iter()
-            .for_each(|buffer| commands.clear_buffer(buffer, 0, None));
+        record(&mut commands);
         self.queue.submit([commands.finish()]);
     }
 
@@ -366,15 +366,8 @@ impl Gpu {
             return Ok(Vec::new());
         }
         let size = 4 * numbers as u64;
-        let copy = self.device.create_buffer(&BufferDescriptor {
-            label: None,
-            size,
-            usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let mut commands = self.device.create_command_encoder(&Default::default());
-        commands.copy_buffer_to_buffer(buffer, 0, &copy, 0, size);
-        self.queue.submit([commands.finish()]);
+        let copy = self.allocate(size, BufferUsages::MAP_READ | BufferUsages::COPY_DST);
+        self.submit(|commands| commands.copy_buffer_to_buffer(buffer, 0, &copy, 0, size));
         copy.map_async(wgpu::MapMode::Read, .., |_| {});
         self.wait()?;
         self.checked()?;
@@ -395,14 +388,13 @@ impl Gpu {
 
     /// Starts an entry point for this many members.
     pub(crate) fn start(&self, pipeline: &ComputePipeline, bound: &BindGroup, members: usize) {
-        let mut commands = self.device.create_command_encoder(&Default::default());
-        let mut pass = commands.begin_compute_pass(&Default::default());
-        pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, bound, &[]);
-        let rows = members.div_ceil(GROUPS_IN_A_ROW);
-        pass.dispatch_workgroups(members.min(GROUPS_IN_A_ROW) as u32, rows as u32, 1);
-        drop(pass);
-        self.queue.submit([commands.finish()]);
+        self.submit(|commands| {
+            let mut pass = commands.begin_compute_pass(&Default::default());
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, bound, &[]);
+            let rows = members.div_ceil(GROUPS_IN_A_ROW);
+            pass.dispatch_workgroups(members.min(GROUPS_IN_A_ROW) as u32, rows as u32, 1);
+        });
     }
 }
 

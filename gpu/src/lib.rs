@@ -8,5 +8,5 @@ mod on_gpu;
 pub use device::{Gpu, GpuError, adapters};
 pub use on_gpu::{Batch, OnGpu, Refused, WORKGROUP};
 pub use population::{Cotangents, Members, Population, Sweep};
-pub use robots::{Differentiated, Gradients, Losses, Member, RobotsOnGpu};
+pub use robots::{Differentiated, Losses, Member, RobotsOnGpu};
 pub use wgpu::AdapterInfo as Adapter;

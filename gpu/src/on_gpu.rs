@@ -186,28 +186,16 @@ impl OnGpu {
     /// fit lie in a buffer.
     fn printed(&self, asked: &Batch, by: Option<Wanted>) -> Result<PrintedRobots, Refused> {
         let wanted = by.unwrap_or_default();
-        let (shares, two) = (
-            asked.shares(),
-            |count: usize| if count == 1 { 1 } else { 2 },
-        );
-        let [surroundings, bodies, controllers] = match shares {
-            true => [
-                asked.surroundings.len(),
-                asked.bodies.len(),
-                asked.controllers.len(),
-            ]
-            .map(two),
-            false => [2; 3],
+        // Robots that differ, now or later, have one program: that of a robot that lacks nothing.
+        let (count, body) = match asked.shares() {
+            true => (1, asked.bodies[0].clone()),
+            false => (2, asked.bodies[0].map(|_| 1.0)),
         };
-        let bodies = match bodies {
-            1 => vec![asked.bodies[0].clone()],
-            // Robots that differ, now or later, have one program: that of a robot that lacks nothing.
-            _ => vec![asked.bodies[0].map(|_| 1.0); 2],
-        };
+        let surroundings = count.max(asked.surroundings.len().min(2));
         let robots = Robots {
             surroundings: &vec![asked.surroundings[0].clone(); surroundings],
-            bodies: &bodies,
-            controllers: &vec![asked.controllers[0].clone(); controllers],
+            bodies: &vec![body; count],
+            controllers: &vec![asked.controllers[0].clone(); count],
         };
         let printed = |memory: usize| {
             let workgroup = Workgroup {
@@ -238,10 +226,7 @@ impl OnGpu {
         if let Some(known) = known.iter().find(same) {
             return Ok(Arc::clone(&known.population));
         }
-        let population = Arc::new(match reverses {
-            true => Population::new(&self.gpu, program.clone())?,
-            false => Population::only_forward(&self.gpu, program.clone())?,
-        });
+        let population = Arc::new(Population::new(&self.gpu, program.clone(), reverses)?);
         if known.len() == KEPT {
             known.pop_front();
         }

@@ -60,23 +60,13 @@ pub struct Cotangents {
 }
 
 impl Population {
-    /// Compiles a program for a device.
+    /// Compiles a program for a device. Unless it `reverses`, only the forward sweep is compiled, which takes less of a
+    /// workgroup's memory.
     ///
     /// # Errors
     /// If the program is too large for the device, or its driver refuses it.
-    pub fn new(gpu: &Gpu, printed: Printed) -> Result<Self, GpuError> {
-        Self::compiled(gpu, printed, 2)
-    }
-
-    /// Compiles only the forward sweep of a program, which takes less of a workgroup's memory.
-    ///
-    /// # Errors
-    /// Like [`new`](Self::new).
-    pub fn only_forward(gpu: &Gpu, printed: Printed) -> Result<Self, GpuError> {
-        Self::compiled(gpu, printed, 1)
-    }
-
-    fn compiled(gpu: &Gpu, printed: Printed, count: usize) -> Result<Self, GpuError> {
+    pub fn new(gpu: &Gpu, printed: Printed, reverses: bool) -> Result<Self, GpuError> {
+        let count = if reverses { 2 } else { 1 };
         let mut pipelines = gpu.compile(&printed, count)?.into_iter();
         Ok(Self {
             gpu: gpu.clone(),

@@ -3,10 +3,9 @@
 use std::sync::Arc;
 
 use autodiff::{Real, Tape, Var};
-use cosmic::geometry::{fill, flat};
 use cosmic::lattice::{Body, State};
 use cosmic::policy::Controller;
-use cosmic::simulator::{PrintedRobots, Robots, Surroundings, Trajectory, Wanted};
+use cosmic::simulator::{PrintedRobots, Robots, Surroundings, Trajectory};
 use rayon::prelude::*;
 
 use crate::device::{Gpu, GpuError};
@@ -19,21 +18,6 @@ pub struct RobotsOnGpu {
     inputs: Vec<f32>,
     /// The numbers of steps after which the program observes the state.
     observed: Vec<usize>,
-}
-
-/// The results of a gradient, for each member.
-#[derive(Clone, Debug)]
-pub struct Gradients {
-    /// The losses.
-    pub losses: Vec<f64>,
-    /// The trajectories.
-    pub trajectories: Vec<Trajectory<f64>>,
-    /// The gradients by the bodies; zeros unless they were wanted when the step was printed.
-    pub bodies: Vec<Body<f64>>,
-    /// The gradients by the controllers' numbers; zeros unless they were wanted.
-    pub controllers: Vec<Vec<f64>>,
-    /// The gradients by the positions and velocities at the start.
-    pub starts: Vec<State<f64>>,
 }
 
 /// A robot of a population, with everything that its walk depends on.
@@ -54,9 +38,9 @@ pub trait Losses: Sync {
     /// The numbers by which the loss of a robot is differentiated.
     fn numbers(&self, robot: usize) -> Vec<f64>;
 
-    /// The robot as a function of these numbers. Bodies, controllers or surroundings that were not [wanted](Wanted) when the
-    /// step was printed count as constant in the rollout. If cotangents are bounded, those of an observed start are added
-    /// after the bound.
+    /// The robot as a function of these numbers. Bodies, controllers or surroundings that were not
+    /// [wanted](cosmic::simulator::Wanted) when the step was printed count as constant in the rollout. If cotangents are
+    /// bounded, those of an observed start are added after the bound.
     fn robot(&self, robot: usize, numbers: &[Var<f64>]) -> Member<Var<f64>>;
 
     /// The loss of a walk.
@@ -72,88 +56,6 @@ pub struct Differentiated {
     pub trajectory: Trajectory<f64>,
     /// The gradient.
     pub gradient: Vec<f64>,
-}
-
-/// A loss of robots by the numbers of their bodies, their controllers and their starts, as far as they are wanted.
-struct ByParts<'a, L> {
-    robots: Robots<'a, f64>,
-    starts: &'a [State<f64>],
-    wanted: Wanted,
-    loss: L,
-}
-
-impl<L> ByParts<'_, L> {
-    /// The gradient of a robot by its body, by its controller, and by its start: zeros for a body or a controller that is
-    /// not wanted.
-    fn split(&self, robot: usize, mut gradient: &[f64]) -> (Body<f64>, Vec<f64>, Vec<f64>) {
-        let (_, body, controller) = self.robots.member(robot);
-        let mut next = |is_wanted: bool, len: usize| match is_wanted {
-            true => {
-                let (part, others) = gradient.split_at(len);
-                gradient = others;
-                part.to_vec()
-            }
-            false => vec![0.0; len],
-        };
-        let of_body = next(self.wanted.bodies, body.numbers().len());
-        let of_controller = next(self.wanted.controllers, controller.numbers().len());
-        (
-            body.with_numbers(&of_body),
-            of_controller,
-            gradient.to_vec(),
-        )
-    }
-}
-
-impl<L> Losses for ByParts<'_, L>
-where
-    L: Fn(&Trajectory<Var<f64>>) -> Var<f64> + Sync,
-{
-    fn numbers(&self, robot: usize) -> Vec<f64> {
-        let (_, body, controller) = self.robots.member(robot);
-        let mut numbers = Vec::new();
-        if self.wanted.bodies {
-            numbers.extend(body.numbers());
-        }
-        if self.wanted.controllers {
-            numbers.extend(controller.numbers());
-        }
-        let start = &self.starts[robot];
-        numbers.extend([flat(&start.x), flat(&start.v)].concat());
-        numbers
-    }
-
-    fn robot(&self, robot: usize, mut numbers: &[Var<f64>]) -> Member<Var<f64>> {
-        let (surroundings, body, controller) = self.robots.member(robot);
-        let mut next = |len: usize| {
-            let (part, others) = numbers.split_at(len);
-            numbers = others;
-            part
-        };
-        let body = match self.wanted.bodies {
-            true => body.with_numbers(next(body.numbers().len())),
-            false => body.map(Var::constant),
-        };
-        let mut controller = controller.map(Var::constant);
-        if self.wanted.controllers {
-            let own = controller.numbers_mut();
-            own.copy_from_slice(next(own.len()));
-        }
-        let mut start = self.starts[robot].map(Var::constant);
-        let count = 2 * start.x.len();
-        fill(&mut start.x, next(count));
-        fill(&mut start.v, next(count));
-        Member {
-            surroundings: surroundings.map(Var::constant),
-            body,
-            controller,
-            start,
-        }
-    }
-
-    fn loss(&self, _: usize, walk: &Trajectory<Var<f64>>) -> Var<f64> {
-        (self.loss)(walk)
-    }
 }
 
 /// What a loss says of one member.
@@ -172,7 +74,7 @@ impl RobotsOnGpu {
     /// # Errors
     /// If it is too large for the device, or its driver refuses it.
     pub fn new(gpu: &Gpu, printed: PrintedRobots) -> Result<Self, GpuError> {
-        let population = Population::new(gpu, printed.program.clone())?;
+        let population = Population::new(gpu, printed.program.clone(), true)?;
         Ok(Self::of(Arc::new(population), printed))
     }
 
@@ -295,45 +197,9 @@ impl RobotsOnGpu {
         &seen[k * count..][..count]
     }
 
-    /// Returns the losses of all members and their gradients. The loss is computed on the processor, from the states that
-    /// the span observes, and differentiated there.
-    ///
-    /// # Errors
-    /// If the device is lost.
-    pub fn gradients(
-        &self,
-        robots: &Robots<f64>,
-        starts: &[State<f64>],
-        loss: impl Fn(&Trajectory<Var<f64>>) -> Var<f64> + Sync,
-    ) -> Result<Gradients, GpuError> {
-        let losses = ByParts {
-            robots: *robots,
-            starts,
-            wanted: self.printed.wanted,
-            loss,
-        };
-        let found = self.differentiated(robots, starts, &losses)?;
-        let mut gradients = Gradients {
-            losses: found.iter().map(|found| found.loss).collect(),
-            trajectories: Vec::new(),
-            bodies: Vec::new(),
-            controllers: Vec::new(),
-            starts: starts.to_vec(),
-        };
-        for (k, found) in found.into_iter().enumerate() {
-            let (body, controller, of_start) = losses.split(k, &found.gradient);
-            let (x, v) = of_start.split_at(of_start.len() / 2);
-            fill(&mut gradients.starts[k].x, x);
-            fill(&mut gradients.starts[k].v, v);
-            gradients.trajectories.push(found.trajectory);
-            gradients.bodies.push(body);
-            gradients.controllers.push(controller);
-        }
-        Ok(gradients)
-    }
-
-    /// Returns the losses of all members and their gradients by any numbers. `robots` and `starts` must have the values of
-    /// the robots of `losses`.
+    /// Returns the losses of all members and their gradients by any numbers. The losses are computed on the processor, from
+    /// the states that the span observes, and differentiated there. `robots` and `starts` must have the values of the robots
+    /// of `losses`.
     ///
     /// # Errors
     /// If the device is lost.

@@ -20,6 +20,17 @@ fn scenes_begin_alike_on_a_device_and_on_the_processor() {
     }
 }
 
+fn batch(begun: &Begun, observed: Vec<usize>) -> Batch {
+    Batch {
+        simulator: begun.simulator.clone(),
+        span: Span::from_start(observed),
+        surroundings: begun.surroundings.to_vec(),
+        bodies: begun.bodies.clone(),
+        controllers: begun.controllers.clone(),
+        starts: begun.starts.clone(),
+    }
+}
+
 /// One robot from several starts walks like several equal robots, also if the population is divided.
 #[test]
 fn robots_may_share_body_and_controller() {
@@ -31,12 +42,10 @@ fn robots_may_share_body_and_controller() {
         start
     };
     let shared = Batch {
-        simulator: begun.simulator.clone(),
-        span: Span::from_start(vec![0, 32]),
-        surroundings: begun.surroundings.to_vec(),
         bodies: begun.bodies[..1].to_vec(),
         controllers: begun.controllers[..1].to_vec(),
         starts: (0..3).map(moved).collect(),
+        ..batch(&begun, vec![0, 32])
     };
     let own = Batch {
         bodies: vec![shared.bodies[0].clone(); 3],
@@ -61,15 +70,7 @@ fn robots_may_share_body_and_controller() {
 #[test]
 fn a_lost_device_is_an_error() {
     let Some(gpu) = gpu() else { return };
-    let begun = Begun::new(&Scene::load("stability").unwrap());
-    let batch = Batch {
-        simulator: begun.simulator.clone(),
-        span: Span::from_start(vec![32]),
-        surroundings: begun.surroundings.to_vec(),
-        bodies: begun.bodies.clone(),
-        controllers: begun.controllers.clone(),
-        starts: begun.starts.clone(),
-    };
+    let batch = batch(&Begun::new(&Scene::load("stability").unwrap()), vec![32]);
     let device = OnGpu::new(gpu);
     device.rollouts(&batch).unwrap();
     device.gpu().give_up();
@@ -206,7 +207,7 @@ fn a_refused_program_is_written_to_a_file() {
     // SAFETY: no index and no loop has changed.
     #[allow(unsafe_code)]
     let program = unsafe { program.with_source(broken.clone()) };
-    let Err(refused) = cosmic_gpu::Population::new(&gpu, program) else {
+    let Err(refused) = cosmic_gpu::Population::new(&gpu, program, true) else {
         panic!("a program without an entry point was accepted");
     };
     let folder = tempfile::tempdir().unwrap();

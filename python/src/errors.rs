@@ -23,7 +23,7 @@ pub(crate) fn raised(error: Library) -> PyErr {
 /// Makes an exception with the message `says`. The kind of the library's error decides the class of the exception.
 pub(crate) fn of_class(error: &Library, says: String) -> PyErr {
     match error {
-        Library::Diverged { .. } | Library::NotFinite { .. } | Library::NoFigure(_) => {
+        Library::Diverged { .. } | Library::NotFinite(_) | Library::NoFigure(_) => {
             DivergedError::new_err(says)
         }
         Library::UnstableStep { .. } | Library::UnstableRun { .. } => {
@@ -43,7 +43,6 @@ pub(crate) fn of_class(error: &Library, says: String) -> PyErr {
         }
         // If several runs failed, the first error decides the class.
         Library::PassedOver { error, .. } => of_class(error, says),
-        Library::CheckFailed { .. } => Error::new_err(says),
         _ => Error::new_err(says),
     }
 }

@@ -179,8 +179,8 @@ pub(crate) fn optimise<'py>(
         Ok((plan, codesign, progress))
     };
     let (plan, codesign, start) = with_loss(py, &failure, prepare)?;
-    for doubt in plan.scene.doubts() {
-        warning.call1((doubt.to_string(),))?;
+    for finding in plan.scene.warnings() {
+        warning.call1((finding.to_string(),))?;
     }
     let warning = Some(warning);
     let listener = Listener { progress, warning };

@@ -29,8 +29,8 @@ impl Scene {
         let name = stem.to_string_lossy().into_owned();
         // A path that is not UTF-8 cannot be the name of a built-in scene.
         let read = || match source.to_str() {
-            Some(text) => scene::Scene::load(text),
-            None => scene::Scene::read(&source),
+            Some(text) => Registry::default().load(text),
+            None => Registry::default().read(&source),
         };
         let scene = caught(|| read().map_err(raised))?;
         Ok(Self { scene, name })

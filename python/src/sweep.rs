@@ -63,7 +63,5 @@ pub(crate) fn sweep_run(
 /// Merges the finished runs. Returns the path of the results.
 #[pyfunction]
 pub(crate) fn sweep_merge(py: Python, folder: PathBuf) -> PyResult<PathBuf> {
-    unlocked(py, || {
-        Ok(sweep::merge(&folder, &Registry::default())?.results)
-    })
+    unlocked(py, || Ok(sweep::merge(&folder)?.results))
 }

@@ -9,7 +9,7 @@ use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::policy::{Block, Controller, blocks_of};
 use cosmic::scene::{Integrator, Scene, UnstableStep, VoidEdges};
-use cosmic::simulator::{Guarded, Span};
+use cosmic::simulator::{GuardedRollout, Span};
 use cosmic_tests::laws;
 
 /// A robot of 2x2 nodes. `change` changes its scene; without a change, the robot does not diverge.
@@ -133,7 +133,7 @@ static WATCHED: [Watched; 17] = [
     ),
 ];
 
-fn guarded(case: &Case, span: &Span) -> Guarded {
+fn guarded(case: &Case, span: &Span) -> GuardedRollout {
     let (simulator, body) = (case.task().simulator, case.body());
     let (controller, start) = (&case.controller, &case.start);
     let guarded = simulator.guarded(&body, controller, start, span);
@@ -210,7 +210,7 @@ fn a_part_of_a_rollout_is_searched_by_its_own_clock() {
             first,
             ..Span::from_start((1..=150).collect())
         };
-        let Guarded {
+        let GuardedRollout {
             trajectory,
             divergence,
         } = guarded(&case, &span);

@@ -6,7 +6,7 @@ use autodiff::{Function, Real, jvp, vjp};
 use cosmic::case::Case;
 use cosmic::design::Mixture;
 use cosmic::objective::{measures, violations};
-use cosmic::projection::{Holds, Projection, mixtures};
+use cosmic::projection::{MixtureLimits, Projection, mixtures};
 use cosmic_tests::{own_reference_folder, references};
 
 /// A function from a vector to a vector, for all number types.
@@ -53,7 +53,7 @@ impl Values for Mixtures<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> Vec<R> {
         let Case { scene, lattice, .. } = self.0;
         let sharpness = &scene.projection;
-        let holds = Holds::new(sharpness, lattice);
+        let holds = MixtureLimits::new(sharpness, lattice);
         shares(&mixtures(self.1, x.as_chunks().0, sharpness, &holds))
     }
 }
@@ -67,7 +67,7 @@ fn projections_with_held_materials() {
         let z = case.design.vectors().into_owned().into_flattened();
         for projection in [Projection::Performance, Projection::Stability] {
             let held = Mixtures(&case, projection);
-            let free = Holds::default();
+            let free = MixtureLimits::default();
             let free = mixtures(projection, z.as_chunks().0, &case.scene.projection, &free);
             assert_ne!(held.eval(&z), shares(&free));
             smooth(held, &z);
@@ -103,7 +103,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 fn performance<R: Real>(case: &Case, z: &[R]) -> Vec<Mixture<R>> {
-    let (z, holds) = (z.as_chunks().0, Holds::default());
+    let (z, holds) = (z.as_chunks().0, MixtureLimits::default());
     mixtures(Projection::Performance, z, &case.scene.projection, &holds)
 }
 

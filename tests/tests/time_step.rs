@@ -6,7 +6,7 @@ use cosmic::design::Design;
 use cosmic::geometry::Vector;
 use cosmic::lattice::Body;
 use cosmic::laws::{ContactLaw, Damper};
-use cosmic::scene::{AnyDesign, Integrator, Scene, UnstableStep, stable_step, step_limit};
+use cosmic::scene::{AnyDesign, Integrator, Scene, UnstableStep, stable_step};
 use cosmic::simulator::stability::Vibration;
 use cosmic::simulator::{Grade, Span, StepCheck};
 use cosmic_tests::laws;
@@ -31,7 +31,8 @@ fn check(dt: f64) -> StepCheck {
 fn a_step_is_compared_with_the_bound_and_beyond_it_with_the_frequency() {
     let loose = check(1.0);
     let exact = loose.exact.expect("a second is beyond any bound");
-    let [limit, bound] = [exact, loose.bound].map(|l| step_limit(l.frequency, 20.0, 0.0));
+    let physics = scene(1.0).physics;
+    let [limit, bound] = [exact, loose.bound].map(|l| stable_step(&physics, l.frequency, 0.0));
     assert!(bound < limit && limit < 1.5 * bound, "{bound} {limit}");
     let [safe, close, unstable] = [0.99 * bound, 0.5 * (bound + limit), 1.01 * limit].map(check);
     let grades = [safe, close, unstable].map(|check| check.grade());
@@ -152,7 +153,7 @@ fn no_design_vibrates_faster_than_the_bound_of_any() {
                 let body = Body::new(&design, lattice, &case.scene.materials, physics);
                 let vibration = |x: &[Vector<f64>]| {
                     let vibration = Vibration::new(lattice, &body, physics, x);
-                    [vibration.edge_bound(), vibration.largest_frequency()]
+                    [vibration.edge_bound().0, vibration.fastest().0]
                 };
                 // Once the lattice is at rest, and once its nodes are moved by up to a fifth of the spacing.
                 let [own, fastest] = vibration(&lattice.positions);
@@ -216,7 +217,7 @@ fn unstable_starts_are_refused_and_unstable_designs_are_in_the_record() {
     let frequency = codesign.step_check(&start).bound.frequency;
     // The snap turns mixtures of three equal shares into a layout of skeleton only. This raises the frequency by more
     // than the factor 1 / 0.7.
-    scene.physics.dt = 0.7 * step_limit(frequency, scene.physics.damping, 0.0);
+    scene.physics.dt = 0.7 * stable_step(&scene.physics, frequency, 0.0);
     let mut shares = Vec::new();
     let mut codesign = CoDesign::new(&scene).expect("a plan");
     let told = codesign.optimise(0, |record| {

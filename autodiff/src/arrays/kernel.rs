@@ -88,6 +88,11 @@ pub trait Kernel<const I: usize, const O: usize>: Send + 'static {
     /// The number of uniform inputs, at most [`MOST_UNIFORMS`](super::MOST_UNIFORMS). All elements share them.
     const UNIFORMS: usize = 0;
 
+    /// Whether [programs](crate::Program) of floats run compiled code of this kernel. Otherwise they replay a recording of
+    /// [`eval`](Self::eval), as they do with all other number types: the results are the same and nothing is compiled, but
+    /// the kernel takes several times longer.
+    const COMPILED: bool = true;
+
     /// Returns the results at `x`. `uniforms` has [`UNIFORMS`](Self::UNIFORMS) numbers.
     fn eval<R: Real>(&self, x: [R; I], uniforms: &[R]) -> [R; O];
 

@@ -10,20 +10,20 @@
 //! | --- | --- | --- | --- |
 //! | a derivative along a direction | [`jvp`] | about 2 | |
 //! | the gradient of one scalar with respect to many arguments | [`gradient`], [`value_and_gradient`] | a few for array operations, tens for scalar operations on the tape, for any number of arguments | 18 times by hand: Rosenbrock in 100 dimensions |
-//! | the gradient with respect to a dozen arguments | [`gradient_forward`] | 2 to 3 for every eight arguments; no tape | 4.3 times the value: 10 arguments |
+//! | the gradient with respect to a dozen arguments | [`gradient_forward`] | 2 to 3 for every eight arguments; no tape | |
 //! | the gradient or the Jacobian with respect to a fixed, small number of arguments | [`value_and_gradient_array`], [`value_and_jacobian_array`] | like `gradient_forward`, in one pass and without allocations | 2.4 times the value: 10 arguments; 2.0 times: an ODE fit of 4 |
 //! | the cotangents of several values at once | [`vjp`] | like `gradient` | |
-//! | a Jacobian | [`jacobian`], [`value_and_jacobian`] | 2 to 3 for every eight arguments; up to 9 if the compiler vectorises the value | 115 times the value: 100 by 100 |
+//! | a Jacobian | [`jacobian`], [`value_and_jacobian`] | 2 to 3 for every eight arguments; up to 9 if the compiler vectorises the value | |
 //! | a Jacobian of few values with respect to many arguments | [`jacobian_reverse`] | one recording, one sweep per value | |
-//! | a Jacobian that is mostly zeros | [`sparse_jacobian`](crate::sparse_jacobian) | one direction per colour of its columns: 3 for a tridiagonal Jacobian of any size | 20 times by hand: tridiagonal, 1000 values; 676 times as a dense `jacobian` |
+//! | a Jacobian that is mostly zeros | [`sparse_jacobian`](crate::sparse_jacobian) | one direction per colour of its columns: 3 for a tridiagonal Jacobian of any size | 20 times by hand: tridiagonal, 1000 values |
 //! | a Hessian times a vector | [`hessian_vector`] | a few gradients | |
-//! | a Hessian | [`hessian`], [`value_gradient_hessian`] | a few gradients for every four arguments | 25 times by hand: logistic regression, 10 weights; 14 times for its `Sum` |
+//! | a Hessian | [`hessian`], [`value_gradient_hessian`] | a few gradients for every four arguments | 14 times by hand: logistic regression as a `Sum`, 10 weights |
 //! | derivatives of any order with respect to one number | [`derivatives`] | doubles with each order | |
 //! | all third derivatives | [`third_derivatives`] | a few gradients for each pair of arguments | |
 //! | a Hessian that is mostly zeros | [`sparse_hessian`](crate::sparse_hessian) | a gradient per colour | |
 //! | the gradient of thousands of time steps | [`Rollout`](crate::Rollout) of a [`Model`](crate::Model) | a few; memory grows only with the state | 2.3 to 2.7 times the value: a robot, 4096 steps |
-//! | the gradient of thousands of time steps, from many starts | [`Rollout::run_batch`](crate::Rollout::run_batch) | about half of single runs (nine tenths with two starts), in lanes over the starts | 1.6 times the values: 64 starts; 4.1 times with `gradient`, one by one |
-//! | values and gradients of one function at many points | [`data::Recorded`](crate::data::Recorded) | a few, in lanes over the points | 4.3 times the value: one point, 10 arguments |
+//! | the gradient of thousands of time steps, from many starts | [`Rollout::run_batch`](crate::Rollout::run_batch) | about half of single runs (nine tenths with two starts), in lanes over the starts | 1.6 times the values: 64 starts |
+//! | values and gradients of one function at many points | [`data::Recorded`](crate::data::Recorded) | a few, in lanes over the points | |
 //! | the gradient of a sum over data, such as a network's loss | [`data::Sum`](crate::data::Sum) | a few, in lanes over the data | 0.8 to 1.0 times by hand: losses of three networks |
 //! | Jacobians of one small function at many points | [`data::jacobians`](crate::data::jacobians) | one per input, in lanes over the points; a few with an [emitted](crate::emit::adjoint) adjoint | |
 //! | the derivative of a solver's solution | [`implicit::root`] | two Jacobians | |

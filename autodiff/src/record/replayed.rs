@@ -6,13 +6,23 @@ use super::replay::{Inputs, Plan, Points, Wanted};
 use crate::arrays::{Array, Bars, Graph, Kernel, Operation, SlotEdge, StepValues, checked};
 use crate::real::Real;
 
-/// Records a kernel. Returns `None` if the kernel asks for values or calls a function with its own derivative, because a
-/// recording cannot represent it.
+/// Records a kernel. Its uniform inputs are shared arguments of the recording, or with `by_element` further inputs. Returns
+/// `None` if the kernel asks for values or calls a function with its own derivative, because a recording cannot represent
+/// it.
 pub(crate) fn recorded<K: Kernel<I, O>, const I: usize, const O: usize>(
     kernel: &K,
+    by_element: bool,
 ) -> Option<Plan> {
-    Plan::record([I, K::UNIFORMS], |x, given| {
-        kernel.eval(std::array::from_fn(|k| x[k]), given).to_vec()
+    let numbers = match by_element {
+        true => [I + K::UNIFORMS, 0],
+        false => [I, K::UNIFORMS],
+    };
+    Plan::record(numbers, |x, shared| {
+        let (x, further) = x.split_at(I);
+        let uniforms = if by_element { further } else { shared };
+        kernel
+            .eval(std::array::from_fn(|k| x[k]), uniforms)
+            .to_vec()
     })
 }
 
@@ -60,6 +70,15 @@ impl Places {
         }
     }
 
+    /// The start to which each element or edge belongs, of so many.
+    fn starts(&self, starts: usize) -> impl Iterator<Item = usize> {
+        let place = |k: usize| match self {
+            Self::Elements(_) => k,
+            Self::Edges { edges, .. } => edges[k].slot,
+        };
+        (0..self.count()).map(move |k| place(k) % starts)
+    }
+
     fn count(&self) -> usize {
         match self {
             Self::Elements(count) => *count,
@@ -74,6 +93,8 @@ pub(crate) struct ReplayedKernel {
     pub(crate) places: Places,
     pub(crate) inputs: Vec<Array>,
     pub(crate) uniforms: Vec<Array>,
+    /// See [`recorded`]: whether the recording has the uniform inputs as further inputs.
+    by_element: bool,
     /// The output arrays, adjacent in memory.
     pub(crate) outputs: Vec<Array>,
     active: Vec<bool>,
@@ -81,22 +102,26 @@ pub(crate) struct ReplayedKernel {
 }
 
 impl ReplayedKernel {
+    /// Returns `None` if `record` does, which is [`recorded`] with its second argument.
     pub(crate) fn new(
-        kernel: Plan,
+        record: impl FnOnce(bool) -> Option<Plan>,
         places: Places,
         inputs: &[Array],
         uniforms: &[Array],
         outputs: &[Array],
-    ) -> Self {
-        Self {
-            kernel,
+    ) -> Option<Self> {
+        // Where several starts run at once, each has its own number.
+        let by_element = checked(uniforms).iter().any(|array| array.len > 1);
+        Some(Self {
+            kernel: record(by_element)?,
             places,
             inputs: inputs.to_vec(),
-            uniforms: checked(uniforms).to_vec(),
+            uniforms: uniforms.to_vec(),
+            by_element,
             outputs: outputs.to_vec(),
             active: vec![true; inputs.len()],
             active_uniforms: vec![true; uniforms.len()],
-        }
+        })
     }
 
     /// Calls `replay` with the recorded kernel and its inputs at all elements or edges.
@@ -118,13 +143,19 @@ impl ReplayedKernel {
                 Places::Edges { edges, .. } => edges.iter().map(|edge| array[edge.slot]).collect(),
             }
         };
-        let columns: Vec<Cow<[R]>> = self.inputs.iter().enumerate().map(column).collect();
+        let mut columns: Vec<Cow<[R]>> = self.inputs.iter().enumerate().map(column).collect();
+        let mut shared = Vec::new();
+        for numbers in self.uniforms.iter().map(|&array| values.get(array)) {
+            match self.by_element {
+                true => columns.push(
+                    (self.places.starts(numbers.len()))
+                        .map(|s| numbers[s])
+                        .collect(),
+                ),
+                false => shared.push(numbers[0]),
+            }
+        }
         let columns: Vec<&[R]> = columns.iter().map(|column| &column[..]).collect();
-        // Uniform inputs have a single number here: several starts run at once only in lanes, and kernels in lanes are
-        // not replayed.
-        let shared: Vec<R> = (self.uniforms.iter())
-            .map(|&array| values.get(array)[0])
-            .collect();
         replay(Points {
             plan: &self.kernel,
             shared: &shared,
@@ -187,10 +218,18 @@ impl<R: Real> Operation<R> for ReplayedKernel {
         let seeds: Vec<Vec<R>> = self.outputs.iter().map(seed).collect();
         let wanted = Wanted::ByInputs(Some(&seeds));
         let replayed = self.at_places(*values, wanted, |points| points.replay());
-        let by_uniforms = self.uniforms.iter().zip(&replayed.by_shared);
-        for ((&uniform, &bar), active) in by_uniforms.zip(&self.active_uniforms) {
-            if *active {
-                bars.get_mut(uniform)[0] += bar;
+        for (k, &uniform) in self.uniforms.iter().enumerate() {
+            if !self.active_uniforms[k] {
+                continue;
+            }
+            let to = bars.get_mut(uniform);
+            if !self.by_element {
+                to[0] += replayed.by_shared[k];
+                continue;
+            }
+            let by_element = &replayed.by_inputs[self.inputs.len() + k];
+            for (start, &bar) in self.places.starts(to.len()).zip(by_element) {
+                to[start] += bar;
             }
         }
         for (k, (&input, x_bar)) in self.inputs.iter().zip(&replayed.by_inputs).enumerate() {

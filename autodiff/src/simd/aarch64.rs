@@ -10,8 +10,7 @@ use std::ops::{BitAnd, BitOr, Not};
 
 use num_traits::Zero;
 
-use super::narrow::{COMPRESSED, EXPANDED, padded, store_first};
-use super::places::twice_each;
+use super::narrow::{padded, store_first};
 use crate::elementary::Elementary;
 use crate::math::{self, Primitive, tanh_abreast};
 use crate::operators::operators;
@@ -33,13 +32,6 @@ fn fused_f64(a: float64x2_t, b: float64x2_t, c: float64x2_t) -> float64x2_t {
 fn fused_f32(a: float32x4_t, b: float32x4_t, c: float32x4_t) -> float32x4_t {
     // SAFETY: every aarch64 processor has the instruction.
     unsafe { vfmaq_f32(c, a, b) }
-}
-
-/// Moves bytes: byte `k` of the result is byte `places[k]` of `a`, or zero if that index is out of range.
-#[inline(always)]
-fn looked_up(a: uint8x16_t, places: &[u8; 16]) -> uint8x16_t {
-    // SAFETY: every aarch64 processor has the instruction, and `places` is as long as a register.
-    unsafe { vqtbl1q_u8(a, vld1q_u8(places.as_ptr())) }
 }
 
 define_lanes!(
@@ -70,14 +62,6 @@ define_lanes!(
     |a: Self| LaneMask(vreinterpretq_u64_u32(vmvnq_u32(vreinterpretq_u32_u64(a.0)))),
     |a: Self| vmaxvq_u32(vreinterpretq_u32_u64(a.0)),
     |bits| LaneMask(vtstq_u64(vdupq_n_u64(u64::from(bits)), vld1q_u64([1, 2].as_ptr()))),
-    |a: Self, bits| {
-        let places = &EXPANDED[usize::from(twice_each(bits) & 15)];
-        Self(vreinterpretq_f64_u8(looked_up(vreinterpretq_u8_f64(a.0), places)))
-    },
-    |a: Self, bits| {
-        let places = &COMPRESSED[usize::from(twice_each(bits) & 15)];
-        Self(vreinterpretq_f64_u8(looked_up(vreinterpretq_u8_f64(a.0), places)))
-    },
     |a, b| [vzip1q_f64(a, b), vzip2q_f64(a, b)]
 );
 
@@ -109,13 +93,5 @@ define_lanes!(
     |a: Self| LaneMask(vmvnq_u32(a.0)),
     |a: Self| vmaxvq_u32(a.0),
     |bits| LaneMask(vtstq_u32(vdupq_n_u32(u32::from(bits)), vld1q_u32([1, 2, 4, 8].as_ptr()))),
-    |a: Self, bits| {
-        let places = &EXPANDED[usize::from(bits & 15)];
-        Self(vreinterpretq_f32_u8(looked_up(vreinterpretq_u8_f32(a.0), places)))
-    },
-    |a: Self, bits| {
-        let places = &COMPRESSED[usize::from(bits & 15)];
-        Self(vreinterpretq_f32_u8(looked_up(vreinterpretq_u8_f32(a.0), places)))
-    },
     |a, b| [vzip1q_f32(a, b), vzip2q_f32(a, b)]
 );

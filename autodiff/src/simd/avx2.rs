@@ -8,7 +8,6 @@ use std::ops::{BitAnd, BitOr, Not};
 
 use num_traits::Zero;
 
-use super::places::{RANK, SET_BIT, twice_each};
 use crate::elementary::Elementary;
 use crate::math::{self, Primitive, tanh_abreast};
 use crate::operators::operators;
@@ -17,12 +16,6 @@ use crate::real::{Lane, Mask, Real};
 /// A mask: in each lane, all bits are set or none.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LaneMask<M>(M);
-
-/// Returns mask bits that select the first `n` lanes.
-#[inline(always)]
-pub(super) fn first_bits(n: usize) -> u16 {
-    !(u16::MAX << n)
-}
 
 /// Returns a mask of four lanes: all bits set in the first `n` lanes, none in the others.
 #[inline(always)]
@@ -45,41 +38,6 @@ fn first_i32(n: usize) -> __m256i {
         .expect("the slice has the length of the array");
     // SAFETY: only lanes call this function, and the reference is as long as a register.
     unsafe { _mm256_loadu_si256(window.as_ptr().cast()) }
-}
-
-/// Moves lanes: lane `k` of the result is lane `places[k]` of `a`, or zero if bit `k` of `bits` is not set.
-///
-/// # Safety
-/// The processor must have AVX2.
-#[inline(always)]
-unsafe fn permuted(a: __m256, places: &[u8; 8], bits: u16) -> __m256 {
-    let mask = <F32x8 as Lane<f32>>::mask(bits);
-    // SAFETY: guaranteed by the caller; `places` has the eight bytes that are read.
-    unsafe {
-        let places = _mm256_cvtepu8_epi32(_mm_loadl_epi64(places.as_ptr().cast()));
-        _mm256_and_ps(mask.0, _mm256_permutevar8x32_ps(a, places))
-    }
-}
-
-/// Implements [`Lane::expand`].
-///
-/// # Safety
-/// The processor must have AVX2.
-#[inline(always)]
-unsafe fn expanded(a: __m256, bits: u16) -> __m256 {
-    // SAFETY: guaranteed by the caller.
-    unsafe { permuted(a, &RANK[usize::from(bits)], bits) }
-}
-
-/// Implements [`Lane::compress`].
-///
-/// # Safety
-/// The processor must have AVX2.
-#[inline(always)]
-unsafe fn compressed(a: __m256, bits: u16) -> __m256 {
-    let first = first_bits(bits.count_ones() as usize);
-    // SAFETY: guaranteed by the caller.
-    unsafe { permuted(a, &SET_BIT[usize::from(bits)], first) }
 }
 
 define_lanes!(
@@ -112,8 +70,6 @@ define_lanes!(
         let set = _mm256_and_si256(_mm256_set1_epi64x(i64::from(bits)), lane);
         LaneMask(_mm256_castsi256_pd(_mm256_cmpeq_epi64(set, lane)))
     },
-    |a: Self, bits| Self(_mm256_castps_pd(expanded(_mm256_castpd_ps(a.0), twice_each(bits)))),
-    |a: Self, bits| Self(_mm256_castps_pd(compressed(_mm256_castpd_ps(a.0), twice_each(bits)))),
     |a, b| {
         let [low, high] = [_mm256_unpacklo_pd(a, b), _mm256_unpackhi_pd(a, b)];
         [_mm256_permute2f128_pd::<0x20>(low, high), _mm256_permute2f128_pd::<0x31>(low, high)]
@@ -150,8 +106,6 @@ define_lanes!(
         let set = _mm256_and_si256(_mm256_set1_epi32(i32::from(bits)), lane);
         LaneMask(_mm256_castsi256_ps(_mm256_cmpeq_epi32(set, lane)))
     },
-    |a: Self, bits| Self(expanded(a.0, bits)),
-    |a: Self, bits| Self(compressed(a.0, bits)),
     |a, b| {
         let [low, high] = [_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b)];
         [_mm256_permute2f128_ps::<0x20>(low, high), _mm256_permute2f128_ps::<0x31>(low, high)]

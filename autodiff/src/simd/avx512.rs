@@ -11,7 +11,6 @@ use std::ops::{BitAnd, BitOr, Not};
 
 use num_traits::Zero;
 
-use super::avx2::first_bits;
 use crate::elementary::Elementary;
 use crate::math::{self, Primitive, tanh_abreast};
 use crate::operators::operators;
@@ -20,6 +19,12 @@ use crate::real::{Lane, Mask, Real};
 /// A mask with one bit for each lane.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BitMask<M>(M);
+
+/// Returns mask bits that select the first `n` lanes.
+#[inline(always)]
+fn first_bits(n: usize) -> u16 {
+    !(u16::MAX << n)
+}
 
 define_lanes!(
     F64x8: [f64; 8] in __m512d, mask BitMask<__mmask8>,
@@ -52,8 +57,6 @@ define_lanes!(
     |a: Self| BitMask(!a.0),
     |a: Self| a.0,
     |bits| BitMask(bits as __mmask8),
-    |a: Self, bits| Self(_mm512_maskz_expand_pd(bits as __mmask8, a.0)),
-    |a: Self, bits| Self(_mm512_maskz_compress_pd(bits as __mmask8, a.0)),
     |a, b| {
         let first = _mm512_set_epi64(11, 3, 10, 2, 9, 1, 8, 0);
         let second = _mm512_set_epi64(15, 7, 14, 6, 13, 5, 12, 4);
@@ -92,8 +95,6 @@ define_lanes!(
     |a: Self| BitMask(!a.0),
     |a: Self| a.0,
     BitMask,
-    |a: Self, bits| Self(_mm512_maskz_expand_ps(bits, a.0)),
-    |a: Self, bits| Self(_mm512_maskz_compress_ps(bits, a.0)),
     |a, b| {
         let first = _mm512_set_epi32(23, 7, 22, 6, 21, 5, 20, 4, 19, 3, 18, 2, 17, 1, 16, 0);
         let second = _mm512_set_epi32(31, 15, 30, 14, 29, 13, 28, 12, 27, 11, 26, 10, 25, 9, 24, 8);

@@ -22,7 +22,7 @@ macro_rules! define_lanes {
         |$partial:ident, $cotangent:ident, $term:ident| $fma_where_nonzero:expr,
         |$shifted:ident| $exp2:expr, |$signed:ident| $abs:expr, |$size:ident, $sign:ident| $with_sign:expr,
         $and:expr, $or:expr, $not:expr, $bits:expr, $from_bits:expr,
-        $expand:expr, $compress:expr, |$one:ident, $other:ident| $zip:expr
+        |$one:ident, $other:ident| $zip:expr
     ) => {
         #[doc = concat!(stringify!($n), " lanes of `", stringify!($scalar), "`.")]
         #[derive(Clone, Copy, Debug)]
@@ -124,16 +124,6 @@ macro_rules! define_lanes {
             fn mask(bits: u16) -> $mask {
                 // SAFETY: entered.
                 unsafe { $from_bits(bits) }
-            }
-            #[inline(always)]
-            fn expand(self, bits: u16) -> Self {
-                // SAFETY: entered.
-                unsafe { $expand(self, bits) }
-            }
-            #[inline(always)]
-            fn compress(self, bits: u16) -> Self {
-                // SAFETY: entered.
-                unsafe { $compress(self, bits) }
             }
             #[inline(always)]
             fn zip(self, other: Self) -> [Self; 2] {

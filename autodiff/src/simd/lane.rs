@@ -42,14 +42,6 @@ impl<R: Real> Lane<R> for R {
         R::Mask::splat(bits & 1 == 1)
     }
     #[inline(always)]
-    fn expand(self, bits: u16) -> R {
-        if bits & 1 == 1 { self } else { R::zero() }
-    }
-    #[inline(always)]
-    fn compress(self, bits: u16) -> R {
-        self.expand(bits)
-    }
-    #[inline(always)]
     fn zip(self, other: R) -> [R; 2] {
         [self, other]
     }

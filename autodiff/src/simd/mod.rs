@@ -16,8 +16,6 @@ mod prefetch;
 #[cfg(lanes)]
 #[macro_use]
 mod define;
-#[cfg(lanes)]
-mod places;
 #[cfg(any(lanes = "neon", lanes = "simd128"))]
 mod narrow;
 #[cfg(lanes = "neon")]

@@ -16,8 +16,7 @@ use std::ops::{BitAnd, BitOr, Not};
 use num_traits::Zero;
 
 use super::doubted::{Unfused, around, tanh_unfused};
-use super::narrow::{COMPRESSED, EXPANDED, padded, store_first};
-use super::places::twice_each;
+use super::narrow::{padded, store_first};
 use crate::elementary::Elementary;
 use crate::math::{self, Primitive, tanh_abreast};
 use crate::operators::operators;
@@ -79,13 +78,6 @@ fn fused_f32(a: v128, b: v128, c: v128) -> v128 {
     f32x4(fused(0), fused(1), fused(2), fused(3))
 }
 
-/// Moves bytes: byte `k` of the result is byte `places[k]` of `a`, or zero if that index is out of range.
-#[inline(always)]
-fn looked_up(a: v128, places: &[u8; 16]) -> v128 {
-    // SAFETY: `places` is as long as a register.
-    u8x16_swizzle(a, unsafe { load(places.as_ptr()) })
-}
-
 define_lanes!(
     F64x2: [f64; 2] in v128, mask Mask64,
     f64x2_splat load store
@@ -112,8 +104,6 @@ define_lanes!(
         let lane = i64x2(1, 2);
         Mask64(i64x2_eq(v128_and(i64x2_splat(i64::from(bits)), lane), lane))
     },
-    |a: Self, bits| Self(looked_up(a.0, &EXPANDED[usize::from(twice_each(bits) & 15)])),
-    |a: Self, bits| Self(looked_up(a.0, &COMPRESSED[usize::from(twice_each(bits) & 15)])),
     |a, b| [i64x2_shuffle::<0, 2>(a, b), i64x2_shuffle::<1, 3>(a, b)]
 );
 
@@ -143,8 +133,6 @@ define_lanes!(
         let lane = i32x4(1, 2, 4, 8);
         Mask32(i32x4_eq(v128_and(i32x4_splat(i32::from(bits)), lane), lane))
     },
-    |a: Self, bits| Self(looked_up(a.0, &EXPANDED[usize::from(bits & 15)])),
-    |a: Self, bits| Self(looked_up(a.0, &COMPRESSED[usize::from(bits & 15)])),
     |a, b| [i32x4_shuffle::<0, 4, 1, 5>(a, b), i32x4_shuffle::<2, 6, 3, 7>(a, b)]
 );
 

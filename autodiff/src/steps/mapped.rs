@@ -47,10 +47,11 @@ impl Mapped {
         }
     }
 
-    /// The kernel as an operation. For plain floats it is compiled, unless it is compiled in lanes only and the processor
-    /// has none. All other number types replay its recording.
+    /// The kernel as an operation. For plain floats it is [compiled](Kernel::COMPILED), unless it is compiled in lanes only
+    /// and the processor has none. All other number types replay its recording.
     pub(super) fn compiled<R: Real>(self) -> Box<dyn Operation<R>> {
-        if const { !R::IS_FLOAT } || R::KERNELS_NEED_LANES && lanes::<R>() == 1 {
+        let has_no_lanes = R::KERNELS_NEED_LANES && lanes::<R>() == 1;
+        if const { !R::IS_FLOAT } || has_no_lanes || !self.kernel.is_compiled() {
             return Box::new(self.replayed());
         }
         type Compile<R> = fn(Box<dyn AnyKernel>, &Arrays) -> Box<dyn Operation<R>>;
@@ -76,7 +77,8 @@ impl Mapped {
             None => Places::elements(outputs),
             Some(edges) => Places::edges(&edges.graph, edges.differences, edges.sums),
         };
-        let Some(plan) = self.kernel.recorded() else {
+        let record = |by_element| self.kernel.recorded(by_element);
+        let Some(replayed) = ReplayedKernel::new(record, places, inputs, uniforms, outputs) else {
             panic!(
                 "kernel {}, mapped at {}, cannot be replayed on this number type: it branches on a value (a zero test or \
                  a mask) or calls a fused function; it needs f64 or f32 and a processor with SIMD lanes",
@@ -84,16 +86,18 @@ impl Mapped {
                 self.place
             )
         };
-        ReplayedKernel::new(plan, places, inputs, uniforms, outputs)
+        replayed
     }
 }
 
 /// A kernel of any type.
 pub(super) trait AnyKernel: Send + 'static {
+    /// See [`Kernel::COMPILED`].
+    fn is_compiled(&self) -> bool;
     fn double(self: Box<Self>, arrays: &Arrays) -> Box<dyn Operation<f64>>;
     fn single(self: Box<Self>, arrays: &Arrays) -> Box<dyn Operation<f32>>;
-    /// Returns `None` if the kernel cannot be recorded.
-    fn recorded(&self) -> Option<Plan>;
+    /// See [`recorded`].
+    fn recorded(&self, by_element: bool) -> Option<Plan>;
     /// The name of its type.
     fn name(&self) -> &'static str;
 }
@@ -101,23 +105,35 @@ pub(super) trait AnyKernel: Send + 'static {
 /// A kernel of a known type.
 trait Compile: Send + 'static {
     type Kernel;
+    const COMPILED: bool;
     fn operation<R: Real>(self, arrays: &Arrays) -> Box<dyn Operation<R>>;
-    fn recorded(&self) -> Option<Plan>;
+    fn recorded(&self, by_element: bool) -> Option<Plan>;
 }
 
 impl<K: Compile> AnyKernel for K {
+    fn is_compiled(&self) -> bool {
+        K::COMPILED
+    }
     fn double(self: Box<Self>, arrays: &Arrays) -> Box<dyn Operation<f64>> {
-        (*self).operation(arrays)
+        operation(*self, arrays)
     }
     fn single(self: Box<Self>, arrays: &Arrays) -> Box<dyn Operation<f32>> {
-        (*self).operation(arrays)
+        operation(*self, arrays)
     }
-    fn recorded(&self) -> Option<Plan> {
-        Compile::recorded(self)
+    fn recorded(&self, by_element: bool) -> Option<Plan> {
+        Compile::recorded(self, by_element)
     }
     fn name(&self) -> &'static str {
         type_name::<K::Kernel>()
     }
+}
+
+/// The compiled operation. A kernel that is replayed has none.
+fn operation<R: Real, K: Compile>(kernel: K, arrays: &Arrays) -> Box<dyn Operation<R>> {
+    if const { !K::COMPILED } {
+        unreachable!("this kernel is replayed");
+    }
+    kernel.operation(arrays)
 }
 
 /// A kernel that is mapped over elements.
@@ -125,12 +141,13 @@ pub(super) struct OfElements<K, const I: usize, const O: usize>(pub(super) K);
 
 impl<K: Kernel<I, O>, const I: usize, const O: usize> Compile for OfElements<K, I, O> {
     type Kernel = K;
+    const COMPILED: bool = K::COMPILED;
     fn operation<R: Real>(self, arrays: &Arrays) -> Box<dyn Operation<R>> {
         let (inputs, outputs) = (handles(&arrays.inputs), handles(&arrays.outputs));
         Box::new(InLanes(Map::new(self.0, inputs, &arrays.uniforms, outputs)))
     }
-    fn recorded(&self) -> Option<Plan> {
-        recorded(&self.0)
+    fn recorded(&self, by_element: bool) -> Option<Plan> {
+        recorded(&self.0, by_element)
     }
 }
 
@@ -145,6 +162,7 @@ where
     K: Kernel<I, O>,
 {
     type Kernel = K;
+    const COMPILED: bool = K::COMPILED;
     fn operation<R: Real>(self, arrays: &Arrays) -> Box<dyn Operation<R>> {
         let edges = arrays
             .edges
@@ -158,8 +176,8 @@ where
             handles(&arrays.outputs),
         )))
     }
-    fn recorded(&self) -> Option<Plan> {
-        recorded(&self.0)
+    fn recorded(&self, by_element: bool) -> Option<Plan> {
+        recorded(&self.0, by_element)
     }
 }
 

@@ -4,7 +4,7 @@ use super::checks::Shape;
 use super::mapped::{AnyKernel, Arrays, Edges, Mapped, OfElements, handles};
 use super::operation::StepOperation;
 use super::program::Program;
-use crate::arrays::{Array, Gather, Kernel, Layer, Matrix, Parameter, Weighted, repeated};
+use crate::arrays::{Array, Gather, Kernel, Layer, Matrix, Parameter, Weighted};
 
 /// The operations. Each method panics if an array or a matrix belongs to another program. It cannot detect this if this
 /// program has an array or a matrix of the same shape at the same position in memory.
@@ -72,7 +72,7 @@ impl Program {
     /// not the number of rows, or if an array or the matrix belongs to another program.
     #[track_caller]
     pub fn dense(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array {
-        self.dense_layer(matrix, x, bias, &vec![true; matrix.rows], false)
+        self.dense_layer(matrix, x, bias, false)
     }
 
     /// Records a dense layer with an activation, `y = tanh(matrix * (x_0, x_1, ...) + bias)`. In all modes of
@@ -83,35 +83,11 @@ impl Program {
     /// Like [`dense`](Program::dense).
     #[track_caller]
     pub fn dense_tanh(&mut self, matrix: Matrix, x: &[Array], bias: Array) -> Array {
-        self.dense_layer(matrix, x, bias, &vec![true; matrix.rows], true)
-    }
-
-    /// Records a [`dense_tanh`](Program::dense_tanh) layer whose entries are spread over a longer vector: they go, in
-    /// order, where `places` is true; zeros go elsewhere. The result is as long as `places`.
-    ///
-    /// # Panics
-    /// Like [`dense`](Program::dense). Also if the number of true items in `places` is not the number of rows of the
-    /// matrix.
-    #[track_caller]
-    pub fn dense_tanh_spread(
-        &mut self,
-        matrix: Matrix,
-        x: &[Array],
-        bias: Array,
-        places: &[bool],
-    ) -> Array {
-        self.dense_layer(matrix, x, bias, places, true)
+        self.dense_layer(matrix, x, bias, true)
     }
 
     #[track_caller]
-    fn dense_layer(
-        &mut self,
-        matrix: Matrix,
-        x: &[Array],
-        bias: Array,
-        places: &[bool],
-        tanh: bool,
-    ) -> Array {
+    fn dense_layer(&mut self, matrix: Matrix, x: &[Array], bias: Array, tanh: bool) -> Array {
         self.known().check(x);
         self.known().check(&[bias]);
         self.assert_known_matrix(matrix);
@@ -125,20 +101,12 @@ impl Program {
             matrix.rows,
             "dense: `bias` must have one number for each row of the matrix"
         );
-        let rows = places.iter().filter(|row| **row).count();
-        assert_eq!(
-            rows, matrix.rows,
-            "dense: the number of true items in `places` must be the number of rows of the matrix"
-        );
-        let output = self.output(places.len());
-        // The last register of a spread output is written whole, so no other array may begin in it.
-        self.align(false);
+        let output = self.output(matrix.rows);
         let layer = Layer {
             matrix,
             x: x.to_vec(),
             bias,
             output,
-            places: repeated(places, self.starts),
             tanh,
         };
         self.operations.push(StepOperation::Dense(layer));

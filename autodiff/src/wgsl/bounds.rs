@@ -2,7 +2,7 @@
 
 use super::printed::Options;
 use super::printing::Printing;
-use super::writer::{each, indented};
+use super::writer::{block, each};
 use crate::steps::CotangentBound;
 
 /// The bits of the smallest float that is not finite.
@@ -15,13 +15,9 @@ pub(super) fn watch(options: &Options, state_at: &str, state: usize) -> String {
         return String::new();
     };
     let bits = (bound as f32).to_bits();
-    each(
-        state,
-        &format!(
-            "if ((bitcast<u32>(row[{state_at}]) & 0x7fffffffu) >= {bits}u) {{\n    \
-             carried[member * {state}u + i] += 1.0f;\n}}"
-        ),
-    )
+    let is_marked = format!("if ((bitcast<u32>(row[{state_at}]) & 0x7fffffffu) >= {bits}u)");
+    let mark = format!("carried[member * {state}u + i] += 1.0f;");
+    each(state, &block(&is_marked, &mark))
 }
 
 /// The lines that bound the cotangent of the state, which is in `carry`, after `step` steps.
@@ -35,59 +31,38 @@ pub(super) fn clip(printing: &mut Printing, options: &Options, state: usize, ste
         let place = printing.tables.place(bits.collect());
         format!("bitcast<f32>(table[{place}u + i])")
     });
-    let measured = unit
-        .as_ref()
-        .map_or("carry[i]".to_owned(), |unit| format!("carry[i] / {unit}"));
-    let clipped = unit
-        .as_ref()
-        .map_or(String::new(), |unit| format!(" * {unit}"));
-    let largest = each(
-        state,
-        &format!("most = max(most, bitcast<u32>({measured}) & 0x7fffffffu);"),
-    );
-    let squares = each(
-        state,
-        &format!("let x = ({measured}) / largest;\npart = fma(x, x, part);"),
-    );
-    let scaled = each(
-        state,
-        &format!("carry[i] = ({measured}) / largest * factor{clipped};"),
-    );
-    // The largest magnitude is found by its bits. Divided by it, no square overflows.
-    let body = format!(
-        "workgroupBarrier();\nvar most = 0u;\n{largest}scratch[lid] = bitcast<f32>(most);\nworkgroupBarrier();\n\
-         for (var j = 0u; j < SIZE; j++) {{ most = max(most, bitcast<u32>(scratch[j])); }}\n\
-         if (most >= {INFINITE}u) {{\n{}}} else if (most > 0u) {{\n{}}}\n",
-        indented(
-            &format!(
-                "var bits = {}u;\n{}",
-                f32::NAN.to_bits(),
-                each(state, "carry[i] = bitcast<f32>(bits);")
-            ),
-            4
-        ),
-        indented(
-            &format!(
-                "let largest = bitcast<f32>(most);\nvar part = 0.0f;\n{squares}scratch[SIZE + lid] = part;\n"
-            ),
-            4
-        ),
-    );
+    let (measured, clipped) = unit.map_or(("carry[i]".to_owned(), String::new()), |unit| {
+        (format!("carry[i] / {unit}"), format!(" * {unit}"))
+    });
+    let largest = format!("most = max(most, bitcast<u32>({measured}) & 0x7fffffffu);");
+    let square = format!("let x = ({measured}) / largest;\npart = fma(x, x, part);");
+    let scaled = format!("carry[i] = ({measured}) / largest * factor{clipped};");
     let norm = norm as f32;
-    let sums = format!(
-        "workgroupBarrier();\nif (most > 0u && most < {INFINITE}u) {{\n{}}}\nworkgroupBarrier();\n",
-        indented(
-            &format!(
-                "let largest = bitcast<f32>(most);\nvar squared = 0.0f;\n\
-                 for (var j = 0u; j < SIZE; j++) {{ squared += scratch[SIZE + j]; }}\nlet length = sqrt(squared);\n\
-                 if (length * largest > {norm:?}f) {{\n    let factor = {norm:?}f / length;\n{}}}\n",
-                indented(&scaled, 4)
-            ),
-            4
-        )
+    // The largest magnitude is found by its bits. Divided by it, no square overflows.
+    let mut body = format!(
+        "workgroupBarrier();\nvar most = 0u;\n{}scratch[lid] = bitcast<f32>(most);\nworkgroupBarrier();\n\
+         for (var j = 0u; j < SIZE; j++) {{ most = max(most, bitcast<u32>(scratch[j])); }}\n",
+        each(state, &largest)
     );
-    format!(
-        "if (({step}) % {every}u == 0u) {{\n{}}}\n",
-        indented(&(body + &sums), 4)
-    )
+    let nan = format!(
+        "var bits = {}u;\n{}",
+        f32::NAN.to_bits(),
+        each(state, "carry[i] = bitcast<f32>(bits);")
+    );
+    let squares = format!(
+        "let largest = bitcast<f32>(most);\nvar part = 0.0f;\n{}scratch[SIZE + lid] = part;\n",
+        each(state, &square)
+    );
+    body += block(&format!("if (most >= {INFINITE}u)"), &nan).trim_end();
+    body += &block(" else if (most > 0u)", &squares);
+    let scale = format!("let factor = {norm:?}f / length;\n{}", each(state, &scaled));
+    let sums = format!(
+        "let largest = bitcast<f32>(most);\nvar squared = 0.0f;\n\
+         for (var j = 0u; j < SIZE; j++) {{ squared += scratch[SIZE + j]; }}\nlet length = sqrt(squared);\n{}",
+        block(&format!("if (length * largest > {norm:?}f)"), &scale)
+    );
+    body += "workgroupBarrier();\n";
+    body += &block(&format!("if (most > 0u && most < {INFINITE}u)"), &sums);
+    body += "workgroupBarrier();\n";
+    block(&format!("if (({step}) % {every}u == 0u)"), &body)
 }

@@ -127,6 +127,22 @@ impl Call {
         }
     }
 
+    /// Makes the cotangents of these outputs further arguments.
+    fn take_bars(&mut self, p: &Printing, outputs: &[Array], edges: Option<&Edges>) {
+        for &y in outputs {
+            let (bar, by) = match edges {
+                None => (p.bar_at(y, "i"), By::Element),
+                Some(edges) if edges.sums => {
+                    let [tail, head] = ["tail", "head"].map(|end| p.bar_at(y, end));
+                    (format!("{tail} - {head}"), By::Any)
+                }
+                Some(edges) => (p.bar_at(y, "slot"), By::Edge(edges.list)),
+            };
+            self.arguments.push(bar);
+            self.accesses.push(p.bar(y, by, false));
+        }
+    }
+
     /// The lines that call a function; its result is `result`.
     fn text(&self, result: &str, function: &str) -> String {
         format!(
@@ -189,18 +205,7 @@ pub(super) fn reverse(p: &mut Printing, writer: &mut Writer, number: usize, of: 
     });
     let edges = edges(p, of);
     let mut call = Call::new(p, of, edges.as_ref());
-    for &y in &of.outputs {
-        let (bar, by) = match &edges {
-            None => (p.bar_at(y, "i"), By::Element),
-            Some(edges) if edges.sums => (
-                format!("{} - {}", p.bar_at(y, "tail"), p.bar_at(y, "head")),
-                By::Any,
-            ),
-            Some(edges) => (p.bar_at(y, "slot"), By::Edge(edges.list)),
-        };
-        call.arguments.push(bar);
-        call.accesses.push(p.bar(y, by, false));
-    }
+    call.take_bars(p, &of.outputs, edges.as_ref());
     let mut body = call.text("x", &name);
     // The differences whose cotangents are summed at the nodes.
     let mut of_ends = Vec::new();

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::printing::{Kept, Printing, place, start_of, value};
-use super::writer::{Access, By, Space, Writer, each, indented};
+use super::writer::{Access, By, Space, Writer, block, each};
 use crate::arrays::Layer;
 
 /// How many terms of a sum are printed one after the other, so that a device waits only once for their numbers.
@@ -54,12 +54,9 @@ impl Product {
             let mut at = 0;
             if bundles > 1 {
                 let terms: String = (0..UNROLLED).map(|k| term("c", k * parts)).collect();
-                let _ = write!(
-                    text,
-                    "for (var c = {part}; c < {}u; c += {stride}u) {{\n{}}}\n",
-                    bundles * stride,
-                    indented(&terms, 4)
-                );
+                let last = bundles * stride;
+                let head = format!("for (var c = {part}; c < {last}u; c += {stride}u)");
+                text += &block(&head, &terms);
                 at = bundles * UNROLLED;
             }
             text.extend((at..each).map(|k| term(part, k * parts)));
@@ -102,20 +99,16 @@ impl Product {
         let mut accesses = reads;
         accesses.push(p.scratch(By::Any, true));
         writer.stage(accesses, &each(parts * rows, &body));
-        let body = format!(
-            "var sum = {first};\nfor (var part = 0u; part < {parts}u; part++) {{\n    \
-                 sum += scratch[{free}u + part * {rows}u + i];\n}}\n{stored}"
+        let sum = format!("sum += scratch[{free}u + part * {rows}u + i];");
+        let sum = block(
+            &format!("for (var part = 0u; part < {parts}u; part++)"),
+            &sum,
         );
+        let body = format!("var sum = {first};\n{sum}{stored}");
         let mut accesses = vec![p.scratch(By::Any, false)];
         accesses.extend(stores);
         writer.stage(accesses, &each(*rows, &body));
     }
-}
-
-/// For each row of the matrix, the element of the output that holds its result.
-fn places(of: &Layer) -> Vec<usize> {
-    let places = of.places.iter().enumerate();
-    places.filter_map(|(k, &row)| row.then_some(k)).collect()
 }
 
 /// Prints a dense layer.
@@ -124,7 +117,7 @@ pub(super) fn forward(p: &mut Printing, writer: &mut Writer, of: &Layer) {
     let reads = p.reads(&inputs, By::Any);
     let vector = inputs.iter().map(|&x| (x.len, start_of(x))).collect();
     let matrix = p.memory.matrix(of.matrix.parameter);
-    let to = place(of.output, &p.index(&places(of)));
+    let to = place(of.output, "i");
     let stored = match of.tanh {
         true => format!("{to} = tanh_of(sum);\n"),
         false => format!("{to} = sum;\n"),
@@ -143,36 +136,39 @@ pub(super) fn forward(p: &mut Printing, writer: &mut Writer, of: &Layer) {
 
 /// Prints the reverse of a dense layer.
 pub(super) fn reverse(p: &mut Printing, writer: &mut Writer, of: &Layer) {
-    let [rows, columns] = [of.matrix.rows, of.matrix.columns];
     let of_inputs = of.x.iter().any(|&x| p.memory.is_active(x));
-    let of_matrix = p.memory.is_wanted(of.matrix.parameter);
-    let of_bias = p.memory.is_active(of.bias);
-    if !(of_inputs || of_matrix || of_bias) {
-        return;
+    if of_inputs || p.memory.is_wanted(of.matrix.parameter) || p.memory.is_active(of.bias) {
+        reverse_activation(p, writer, of);
     }
-    let (at, inputs) = (p.index(&places(of)), of.inputs());
-    // 1. The cotangents before the activation.
+    if of_inputs {
+        reverse_product(p, writer, of);
+    }
+}
+
+/// Prints the cotangents before the activation, and keeps the numbers for the cotangents of the matrix.
+fn reverse_activation(p: &mut Printing, writer: &mut Writer, of: &Layer) {
+    let ([rows, columns], inputs) = ([of.matrix.rows, of.matrix.columns], of.inputs());
     let first = p.kept();
-    let bar = p.bar_at(of.output, "at");
+    let bar = p.bar_at(of.output, "i");
     let slope = match of.tanh {
         true => format!(
             "let y = {};\nlet bar = fma(-y, y, 1.0f) * {bar};\n",
-            value(of.output, "at")
+            value(of.output, "i")
         ),
         false => format!("let bar = {bar};\n"),
     };
-    let mut body = format!("let at = {at};\n{slope}scratch[i] = bar;\n");
+    let mut body = format!("{slope}scratch[i] = bar;\n");
     let mut accesses = vec![
         p.scratch(By::Element, true),
         p.bar(of.output, By::Any, false),
     ];
     accesses.extend(p.read(of.output, By::Any));
-    if of_bias {
+    if p.memory.is_active(of.bias) {
         let _ = writeln!(body, "{} += bar;", p.bar_at(of.bias, "i"));
         accesses.push(p.bar(of.bias, By::Element, true));
     }
     let mut text = String::new();
-    if of_matrix {
+    if p.memory.is_wanted(of.matrix.parameter) {
         let _ = writeln!(body, "kept[kept_at + {first}u + i] = bar;");
         accesses.push(Access {
             space: Space::Kept,
@@ -180,18 +176,13 @@ pub(super) fn reverse(p: &mut Printing, writer: &mut Writer, of: &Layer) {
             by: By::Any,
             writes: true,
         });
-    }
-    text += &each(rows, &body);
-    if of_matrix {
         let mut from = first + rows;
         for &x in &inputs {
-            text += &each(
-                x.len,
-                &format!("kept[kept_at + {from}u + i] = {};", value(x, "i")),
-            );
+            let keep = format!("kept[kept_at + {from}u + i] = {};", value(x, "i"));
+            text += &each(x.len, &keep);
             from += x.len;
-            accesses.extend(p.read(x, By::Any));
         }
+        accesses.extend(p.reads(&inputs, By::Any));
         p.layers.push(Kept {
             matrix: of.matrix.parameter,
             rows,
@@ -200,35 +191,31 @@ pub(super) fn reverse(p: &mut Printing, writer: &mut Writer, of: &Layer) {
         });
     }
     p.needs_scratch(rows);
-    writer.stage(accesses, &text);
-    // 2. The cotangents of the inputs: the product of the transpose and the numbers in scratch.
-    if of_inputs {
-        let matrix = p.memory.transpose(of.matrix.parameter);
-        let product = Product::new(
-            p.size,
-            matrix,
-            columns,
-            vec![(rows, "scratch[0u".to_owned())],
-        );
-        let (mut stored, mut before, mut stores) = (String::new(), 0, Vec::new());
-        for &x in &inputs {
-            let end = before + x.len;
-            if p.memory.is_active(x) {
-                let add = format!("{} += sum;", p.bar_at(x, &format!("i - {before}u")));
-                match inputs.len() {
-                    1 => stored += &format!("{add}\n"),
-                    _ => {
-                        let _ = writeln!(stored, "if (i >= {before}u && i < {end}u) {{ {add} }}");
-                    }
-                }
-                let by = if before == 0 { By::Element } else { By::Any };
-                stores.push(p.bar(x, by, true));
-            }
-            before = end;
+    writer.stage(accesses, &(each(rows, &body) + &text));
+}
+
+/// Prints the cotangents of the inputs: the product of the transpose and the numbers in scratch.
+fn reverse_product(p: &mut Printing, writer: &mut Writer, of: &Layer) {
+    let ([rows, columns], inputs) = ([of.matrix.rows, of.matrix.columns], of.inputs());
+    let matrix = p.memory.transpose(of.matrix.parameter);
+    let vector = vec![(rows, "scratch[0u".to_owned())];
+    let product = Product::new(p.size, matrix, columns, vector);
+    let (mut stored, mut before, mut stores) = (String::new(), 0, Vec::new());
+    for &x in &inputs {
+        let end = before + x.len;
+        if p.memory.is_active(x) {
+            let add = format!("{} += sum;", p.bar_at(x, &format!("i - {before}u")));
+            stored += &match inputs.len() {
+                1 => format!("{add}\n"),
+                _ => format!("if (i >= {before}u && i < {end}u) {{ {add} }}\n"),
+            };
+            let by = if before == 0 { By::Element } else { By::Any };
+            stores.push(p.bar(x, by, true));
         }
-        let reads = vec![p.scratch(By::Any, false)];
-        product.print(p, writer, rows, ["0.0f", &stored], [reads, stores]);
+        before = end;
     }
+    let reads = vec![p.scratch(By::Any, false)];
+    product.print(p, writer, rows, ["0.0f", &stored], [reads, stores]);
 }
 
 /// The lines that add the products of the kept numbers of a layer, of which each step has `kept`, to the cotangents of its
@@ -255,15 +242,13 @@ pub(super) fn add_products(layer: &Kept, start: usize, kept: usize, size: usize)
             let _ = writeln!(adds, "{sum}");
             let _ = writeln!(after, "bars[bars_at + {start}u + at_{e}] = sum_{e};");
         }
-        let sums = format!(
-            "for (var s = 0u; s <= kept_at; s += {kept}u) {{\n{}}}\n",
-            indented(&adds, 4)
+        let sums = block(
+            &format!("for (var s = 0u; s <= kept_at; s += {kept}u)"),
+            &adds,
         );
-        format!(
-            "for (var i = {from}u + lid; i < {to}u; i += {}u) {{\n{}}}\n",
-            at_once * size,
-            indented(&(before + &sums + &after), 4)
-        )
+        let stride = at_once * size;
+        let head = format!("for (var i = {from}u + lid; i < {to}u; i += {stride}u)");
+        block(&head, &(before + &sums + &after))
     };
     let (count, at_once) = (rows * columns, UNROLLED * size);
     let whole = count / at_once * at_once;

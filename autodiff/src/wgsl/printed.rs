@@ -129,7 +129,6 @@ pub struct Printed {
     pub(super) table: Vec<u32>,
     pub(super) memory: [usize; 2],
     pub(super) spilled: usize,
-    pub(super) barriers: [usize; 2],
 }
 
 impl Printed {
@@ -176,11 +175,6 @@ impl Printed {
     /// How many numbers of a step each member has in the buffer `spilled`.
     pub fn spilled(&self) -> usize {
         self.spilled
-    }
-
-    /// The number of barriers in a step of `forward`, and of `reverse`.
-    pub fn barriers(&self) -> [usize; 2] {
-        self.barriers
     }
 
     /// The program with another text.

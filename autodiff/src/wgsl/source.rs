@@ -11,7 +11,7 @@ use super::printed::{GROUPS_IN_A_ROW, Options, Printed, Refused};
 use super::printing::{Printing, value};
 use super::spill::Spill;
 use super::sums;
-use super::writer::{Access, By, Space, Writer, each, indented};
+use super::writer::{By, Writer, block, each};
 use crate::arrays::Array;
 use crate::steps::Program;
 use crate::steps::operation::StepOperation;
@@ -56,17 +56,15 @@ pub(super) fn print(program: &Program, options: &Options) -> Result<Printed, Ref
     };
     let mut memory = Memory::new(program, &chosen(&options.common), &chosen(&options.wanted));
     propagate(program, &mut memory)?;
-    let step = Step::new(program, options);
     let mut printing = Printing::new(&memory, options.workgroup);
-    let forward = forward(&step, &mut printing, options);
-    let reverse = reverse(&step, &mut printing, options);
-    let kept = printing.kept() * options.kept;
+    let step = Step::new(program, options, &mut printing);
+    let forward = forward(&step, &mut printing);
+    let reverse = reverse(&step, &mut printing);
     if let Some(called) = printing.calls.iter().find(|called| called.loops()) {
         let what = format!("a kernel calls `{}`, whose formula loops", called.name());
         return Err(Refused(what));
     }
-    let row = program.ends[1];
-    let parameters = program.ends[0];
+    let [parameters, row] = program.ends;
     let arrays = [
         ("row", row),
         ("parameter", parameters),
@@ -74,23 +72,20 @@ pub(super) fn print(program: &Program, options: &Options) -> Result<Printed, Ref
         ("row_bar", row),
         ("parameter_bar", memory.bars_of_arrays),
         ("carry", step.state),
-        ("kept", kept),
+        ("kept", printing.kept() * options.kept),
     ];
     let mut source = format!("const SIZE = {}u;\n\n{BUFFERS}\n", options.workgroup);
     let spill = Spill::new(&arrays, options.memory);
     for (name, len) in arrays.iter().filter(|(name, _)| !spill.has(name)) {
-        let _ = writeln!(
-            source,
-            "var<workgroup> {name}: array<f32, {}>;",
-            len.max(&1)
-        );
+        let len = len.max(&1);
+        let _ = writeln!(source, "var<workgroup> {name}: array<f32, {len}>;");
     }
     let library = library::print(std::mem::take(&mut printing.calls));
     let _ = writeln!(source, "\n{library}");
     for (_, text) in &printing.functions {
         let _ = writeln!(source, "{text}");
     }
-    let entries = format!("{}\n{}", forward.text, reverse.text);
+    let entries = format!("{forward}\n{reverse}");
     source += &spill.moved(&entries);
     let bytes = |count: usize| spill.left(&arrays[..count]);
     Ok(Printed {
@@ -103,39 +98,51 @@ pub(super) fn print(program: &Program, options: &Options) -> Result<Printed, Ref
         table: printing.tables.numbers,
         memory: [bytes(3), bytes(arrays.len())],
         spilled: spill.len(),
-        barriers: [forward.barriers, reverse.barriers],
     })
 }
 
 /// The parts of a program that do not depend on the direction of the sweep.
 struct Step<'a> {
     program: &'a Program,
+    options: &'a Options,
     /// How many numbers a state has.
     state: usize,
     /// For each number of the state, its place in the row.
     places: Vec<usize>,
+    /// The expression for the place of number `i` of the state in the row.
+    state_at: String,
     /// The numbers of the state that are observed.
     entries: Vec<usize>,
+    /// The expression that says, in step `n`, which observed state the state after it is: from 1 on, or 0.
+    seen: String,
 }
 
 impl<'a> Step<'a> {
-    fn new(program: &'a Program, options: &Options) -> Self {
-        let places: Vec<usize> = program
-            .states
-            .iter()
-            .flat_map(|part| part.range())
-            .collect();
+    fn new(program: &'a Program, options: &'a Options, printing: &mut Printing) -> Self {
+        let parts = program.states.iter();
+        let places: Vec<usize> = parts.flat_map(|part| part.range()).collect();
         let state = places.len();
-        let entries = options
-            .entries
-            .clone()
-            .unwrap_or_else(|| (0..state).collect());
+        let entries = options.entries.clone();
+        let inputs = program.inputs_len;
         Self {
             program,
+            options,
             state,
+            state_at: printing.index(&places),
             places,
-            entries,
+            entries: entries.unwrap_or_else(|| (0..state).collect()),
+            seen: format!("u32(inputs[n * {}u + {inputs}u])", inputs + 1),
         }
+    }
+
+    /// The lines that read the state in a slot.
+    fn read_state(&self, slot: &str) -> String {
+        let Self {
+            state, state_at, ..
+        } = self;
+        let read =
+            format!("row[{state_at}] = states[({slot} * plan.members + member) * {state}u + i];");
+        each(*state, &read)
     }
 
     /// The parts of the state, with the array of the next value and the first number in the state.
@@ -261,30 +268,14 @@ fn operations_reverse(step: &Step, printing: &mut Printing, writer: &mut Writer)
     }
 }
 
-/// A printed entry point.
-struct EntryPoint {
-    text: String,
-    /// The number of barriers in a step.
-    barriers: usize,
-}
-
-impl EntryPoint {
-    /// An entry point with these lines before, in and after its loop over the steps.
-    fn new(name: &str, before: &str, [head, step]: [&str; 2], after: &str) -> Self {
-        let body = format!("{before}{head} {{\n{}}}\n{after}", indented(step, 4));
-        Self {
-            text: format!("{}{}}}\n", entry(name), indented(&body, 4)),
-            barriers: step.matches("workgroupBarrier").count(),
-        }
-    }
-}
-
-/// The beginning of an entry point.
-fn entry(name: &str) -> String {
-    format!(
+/// An entry point with these lines before, in and after its loop over the steps.
+fn entry_point(name: &str, before: &str, [head, step]: [&str; 2], after: &str) -> String {
+    let function = format!(
         "@compute @workgroup_size(SIZE)\nfn {name}(\n    @builtin(workgroup_id) group: vec3<u32>,\n    \
-         @builtin(local_invocation_index) lid: u32,\n) {{\n"
-    )
+         @builtin(local_invocation_index) lid: u32,\n)"
+    );
+    let body = format!("{before}{}{after}", block(head, step));
+    block(&function, &body)
 }
 
 /// Prints how the state takes its next value.
@@ -319,56 +310,39 @@ fn advance(step: &Step, printing: &mut Printing, writer: &mut Writer) {
     writer.barrier();
 }
 
-fn forward(step: &Step, printing: &mut Printing, options: &Options) -> EntryPoint {
-    let state_at = printing.index(&step.places);
-    let entries: Vec<usize> = step
-        .entries
-        .iter()
-        .map(|&entry| step.places[entry])
-        .collect();
-    let entry_at = printing.index(&entries);
-    let state = step.state;
+fn forward(step: &Step, printing: &mut Printing) -> String {
+    let Step {
+        state,
+        state_at,
+        seen,
+        ..
+    } = step;
+    let places = step.entries.iter().map(|&entry| step.places[entry]);
+    let places: Vec<usize> = places.collect();
+    let (entries, entry_at) = (places.len(), printing.index(&places));
     let mut start = beginning(step, printing);
     start += "workgroupBarrier();\n";
-    start += &each(
-        state,
-        &format!("row[{state_at}] = states[(plan.read * plan.members + member) * {state}u + i];"),
-    );
+    start += &step.read_state("plan.read");
     let mut writer = Writer::default();
     writer.text += "let n = plan.first + k;\n";
     writer.text += &read_inputs(step);
     writer.barrier();
     operations(step, printing, &mut writer);
     advance(step, printing, &mut writer);
-    writer.text += &bounds::watch(options, &state_at, state);
-    let width = step.program.inputs_len + 1;
-    let _ = write!(
-        writer.text,
-        "if ((k + 1u) % plan.every == 0u) {{\n    let slot = plan.write + (k + 1u) / plan.every;\n{}}}\n\
-         let seen = u32(inputs[n * {width}u + {}u]);\nif (seen > 0u && plan.observes == 1u) {{\n{}}}\n",
-        indented(
-            &each(
-                state,
-                &format!(
-                    "states[(slot * plan.members + member) * {state}u + i] = row[{state_at}];"
-                )
-            ),
-            4
-        ),
-        width - 1,
-        indented(
-            &each(
-                entries.len(),
-                &format!(
-                    "observed[(observed_at + seen - 1u) * {}u + i] = row[{entry_at}];",
-                    entries.len()
-                )
-            ),
-            4
-        ),
+    writer.text += &bounds::watch(step.options, state_at, *state);
+    let store = format!("states[(slot * plan.members + member) * {state}u + i] = row[{state_at}];");
+    let store = each(*state, &store);
+    writer.text += &block(
+        "if ((k + 1u) % plan.every == 0u)",
+        &format!("let slot = plan.write + (k + 1u) / plan.every;\n{store}"),
     );
+    let observe =
+        format!("observed[(observed_at + seen - 1u) * {entries}u + i] = row[{entry_at}];");
+    let observe = each(entries, &observe);
+    let _ = writeln!(writer.text, "let seen = {seen};");
+    writer.text += &block("if (seen > 0u && plan.observes == 1u)", &observe);
     let head = "for (var k = 0u; k < plan.steps; k++)";
-    EntryPoint::new("forward", &start, [head, &writer.text], "")
+    entry_point("forward", &start, [head, &writer.text], "")
 }
 
 /// The lines that, after the last of `steps_kept` steps or of a stretch, add the products of the kept numbers to the
@@ -384,90 +358,29 @@ fn add_kept(printing: &Printing, steps_kept: usize) -> String {
         let start = bars.expect("it is wanted");
         flush += &layers::add_products(layer, start, kept, printing.size);
     }
+    flush += "workgroupBarrier();\nkept_at = 0u;\n";
     let most = (steps_kept - 1) * kept;
-    format!(
-        "if (kept_at == {most}u || k == 1u) {{\n{}    workgroupBarrier();\n    kept_at = 0u;\n}} else {{\n    \
-         kept_at += {kept}u;\n}}\n",
-        indented(&flush, 4)
-    )
+    let head = format!("if (kept_at == {most}u || k == 1u)");
+    block(&head, &flush).trim_end().to_owned() + &block(" else", &format!("kept_at += {kept}u;"))
 }
 
-fn reverse(step: &Step, printing: &mut Printing, options: &Options) -> EntryPoint {
-    let state_at = printing.index(&step.places);
-    let entry_at = printing.index(&step.entries);
-    let (state, entries, row) = (step.state, step.entries.len(), step.program.ends[1]);
-    let width = step.program.inputs_len + 1;
-    let mut writer = Writer::default();
-    let _ = write!(
-        writer.text,
-        "let n = plan.first + k - 1u;\nlet slot = select(plan.write + k - 1u, plan.read, k == 1u);\n\
-         let seen = u32(inputs[n * {width}u + {}u]);\nif (seen > 0u) {{\n{}}}\n",
-        width - 1,
-        indented(
-            &each(
-                entries,
-                &format!(
-                    "carry[{entry_at}] += observed[(observed_at + seen - 1u) * {entries}u + i];"
-                )
-            ),
-            4
-        )
-    );
-    writer.text += &bounds::clip(printing, options, state, "n + 1u");
-    writer.text += &each(
-        state,
-        &format!("row[{state_at}] = states[(slot * plan.members + member) * {state}u + i];"),
-    );
-    writer.text += &each(row, "row_bar[i] = 0.0f;");
-    writer.text += &read_inputs(step);
-    writer.barrier();
-    operations(step, printing, &mut writer);
-    for (_, next, first) in step.parts() {
-        if !printing.memory.is_active(next) {
-            continue;
-        }
-        let (space, name, start) = match next.parameter {
-            true => (
-                Space::ParameterBar,
-                "parameter_bar",
-                printing.memory.bar_of_parameter(next),
-            ),
-            false => (Space::RowBar, "row_bar", next.start),
-        };
-        let access = Access {
-            space,
-            range: start..start + next.len,
-            by: By::Element,
-            writes: true,
-        };
-        let line = format!("{name}[{start}u + i] += carry[{first}u + i];");
-        writer.stage(vec![access], &each(next.len, &line));
-    }
-    operations_reverse(step, printing, &mut writer);
-    writer.barrier();
-    writer.text += &each(state, &format!("carry[i] = row_bar[{state_at}];"));
-    writer.text += &add_kept(printing, options.kept);
-    writer.barrier();
+fn reverse(step: &Step, printing: &mut Printing) -> String {
+    let text = reverse_step(step, printing);
+    let carried = format!("carried[member * {}u + i]", step.state);
     let mut before = beginning(step, printing);
     before += &each(printing.memory.bars_of_arrays, "parameter_bar[i] = 0.0f;");
-    before += &each(
-        state,
-        &format!("carry[i] = carried[member * {state}u + i];"),
-    );
+    before += &each(step.state, &format!("carry[i] = {carried};"));
     for number in 0..printing.collected.len() {
         let _ = writeln!(before, "var collected_{number} = 0.0f;");
     }
     before += "var kept_at = 0u;\nworkgroupBarrier();\n";
     // The cotangent of the start; of a later stretch, the next dispatch bounds it.
-    let of_start = bounds::clip(printing, options, state, "0u");
+    let of_start = bounds::clip(printing, step.options, step.state, "0u");
     let mut after = match of_start.is_empty() {
         true => String::new(),
-        false => format!("if (plan.first == 0u) {{\n{}}}\n", indented(&of_start, 4)),
+        false => block("if (plan.first == 0u)", &of_start),
     };
-    after += &each(
-        state,
-        &format!("carried[member * {state}u + i] = carry[i];"),
-    );
+    after += &each(step.state, &format!("{carried} = carry[i];"));
     for (number, place) in printing.collected.iter().enumerate() {
         printing.scratch = printing.scratch.max(printing.size);
         let _ = write!(
@@ -478,10 +391,47 @@ fn reverse(step: &Step, printing: &mut Printing, options: &Options) -> EntryPoin
         );
     }
     after += "workgroupBarrier();\n";
-    after += &each(
-        printing.memory.bars_of_arrays,
-        "bars[bars_at + i] += parameter_bar[i];",
-    );
+    let add = "bars[bars_at + i] += parameter_bar[i];";
+    after += &each(printing.memory.bars_of_arrays, add);
     let head = "for (var k = plan.steps; k > 0u; k--)";
-    EntryPoint::new("reverse", &before, [head, &writer.text], &after)
+    entry_point("reverse", &before, [head, &text], &after)
+}
+
+/// The lines of a step of the reverse sweep.
+fn reverse_step(step: &Step, printing: &mut Printing) -> String {
+    let Step {
+        state,
+        state_at,
+        seen,
+        ..
+    } = step;
+    let (entries, entry_at) = (step.entries.len(), printing.index(&step.entries));
+    let mut writer = Writer::default();
+    let _ = write!(
+        writer.text,
+        "let n = plan.first + k - 1u;\nlet slot = select(plan.write + k - 1u, plan.read, k == 1u);\n\
+         let seen = {seen};\n"
+    );
+    let take =
+        format!("carry[{entry_at}] += observed[(observed_at + seen - 1u) * {entries}u + i];");
+    writer.text += &block("if (seen > 0u)", &each(entries, &take));
+    writer.text += &bounds::clip(printing, step.options, *state, "n + 1u");
+    writer.text += &step.read_state("slot");
+    writer.text += &each(step.program.ends[1], "row_bar[i] = 0.0f;");
+    writer.text += &read_inputs(step);
+    writer.barrier();
+    operations(step, printing, &mut writer);
+    for (_, next, first) in step.parts() {
+        if printing.memory.is_active(next) {
+            let bar = printing.bar_at(next, "i");
+            let add = each(next.len, &format!("{bar} += carry[{first}u + i];"));
+            writer.stage(vec![printing.bar(next, By::Element, true)], &add);
+        }
+    }
+    operations_reverse(step, printing, &mut writer);
+    writer.barrier();
+    writer.text += &each(*state, &format!("carry[i] = row_bar[{state_at}];"));
+    writer.text += &add_kept(printing, step.options.kept);
+    writer.barrier();
+    writer.text
 }

@@ -1,7 +1,6 @@
 //! Writes the stages of a step: loops over elements, with barriers where one invocation reads what another has written.
 
 use std::collections::HashMap;
-use std::fmt::Write;
 use std::ops::Range;
 
 /// The memory that the invocations of a workgroup share.
@@ -81,8 +80,12 @@ impl Writer {
 
 /// A loop in which each invocation takes every element whose index is its own, modulo the size of the workgroup.
 pub(super) fn each(count: usize, body: &str) -> String {
-    let body: String = body.lines().map(|line| format!("    {line}\n")).collect();
-    format!("for (var i = lid; i < {count}u; i += SIZE) {{\n{body}}}\n")
+    block(&format!("for (var i = lid; i < {count}u; i += SIZE)"), body)
+}
+
+/// A block: its head, such as `if (x > 0u)`, and the lines in its braces.
+pub(super) fn block(head: &str, body: &str) -> String {
+    format!("{head} {{\n{}}}\n", indented(body))
 }
 
 /// The lists of whole numbers that a printed program reads, one after the other.
@@ -127,18 +130,14 @@ impl Lists {
     /// The lines of a loop over the items of list `i`. `body` gets the expression of an item.
     pub(super) fn each_item(self, body: impl FnOnce(&str) -> String) -> String {
         let Self { bounds, items } = self;
-        format!(
-            "let last = table[{bounds}u + i + 1u];\nfor (var e = table[{bounds}u + i]; e < last; e++) {{\n{}}}\n",
-            indented(&body(&format!("table[{items}u + e]")), 4)
-        )
+        let head = format!(
+            "let last = table[{bounds}u + i + 1u];\nfor (var e = table[{bounds}u + i]; e < last; e++)"
+        );
+        block(&head, &body(&format!("table[{items}u + e]")))
     }
 }
 
 /// Indents every line of a text.
-pub(super) fn indented(text: &str, by: usize) -> String {
-    let mut indented = String::new();
-    for line in text.lines() {
-        let _ = writeln!(indented, "{:by$}{line}", "");
-    }
-    indented
+fn indented(text: &str) -> String {
+    text.lines().map(|line| format!("    {line}\n")).collect()
 }

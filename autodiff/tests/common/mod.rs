@@ -1,14 +1,15 @@
-//! Helpers that the tests share: derivatives of one function in every mode, comparisons, and messages of panics.
+//! Helpers that the tests share: derivatives of one function in every mode, and comparisons.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use autodiff::data::Recorded;
 use autodiff::{Dual, Function, Real, Tape, gradient, hessian_vector, jvp};
 
 mod formula;
+mod refusal;
 
 pub(crate) use formula::{Formula, Sym, Truth, formula, formulas};
+pub(crate) use refusal::{Refusal, assert_named, assert_refused, panic_message};
 
 /// Reads the rows of all tables in a folder of `tests/data`, without the comments.
 pub(crate) fn rows<T>(folder: &str, row: impl Fn(&str) -> T) -> Vec<T> {
@@ -98,10 +99,16 @@ pub(crate) fn assert_gradients<const N: usize>(
     function: impl FnOnce(&[Sym]) -> Sym,
     rows: &[([f64; N], [f64; N])],
 ) {
-    let function = formula(N, function);
-    let recorded = Recorded::new(&function, N).expect("a formula needs no values");
-    for (x, expected) in rows {
-        assert_gradient(&function, x, expected);
+    let rows = rows.iter().map(|(x, expected)| [&x[..], &expected[..]]);
+    assert_rows(&formula(N, function), N, &rows.collect::<Vec<_>>());
+}
+
+/// Not generic, so that this is compiled once.
+#[track_caller]
+fn assert_rows(function: &Formula, arguments: usize, rows: &[[&[f64]; 2]]) {
+    let recorded = Recorded::new(function, arguments).expect("a formula needs no values");
+    for &[x, expected] in rows {
+        assert_gradient(function, x, expected);
         // In lanes, a multiply-add is rounded once. A computed zero and a NaN have conventions of their own there.
         if x.iter().chain(expected).any(|number| number.is_nan()) {
             continue;
@@ -156,22 +163,4 @@ pub(crate) fn differences<R: Real>(
     });
     let pairs = above.into_iter().zip(below);
     pairs.map(|(a, b)| (a - b) / (h + h)).collect()
-}
-
-/// Returns the message with which an action panics.
-#[track_caller]
-pub(crate) fn panic_message<T>(action: impl FnOnce() -> T) -> String {
-    let caught = catch_unwind(AssertUnwindSafe(action));
-    let panic = caught.err().expect("misuse must panic");
-    match panic.downcast::<String>() {
-        Ok(message) => *message,
-        Err(panic) => (*panic.downcast::<&str>().expect("a panic with a sentence")).into(),
-    }
-}
-
-/// Asserts that an action panics with a message that contains these words.
-#[track_caller]
-pub(crate) fn assert_refused<T>(words: &str, action: impl FnOnce() -> T) {
-    let message = panic_message(action);
-    assert!(message.contains(words), "{message}, not {words}");
 }

@@ -4,14 +4,16 @@ use autodiff::Graph;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-use super::step::{Drawn, Layer, Operation, Part, parts};
+use super::step::{Drawn, Kind, Layer, Operation, Part, parts};
 
 /// Draws a random step, array by array.
 struct Draw {
     rng: ChaCha8Rng,
-    /// The lengths that new arrays may have: the number of nodes, the number of slots of the graph, and one other
-    /// length.
-    lens: [usize; 3],
+    /// The lengths that new arrays may have: the number of nodes, the number of slots of the graph, one other length,
+    /// and the length of uniform inputs.
+    lens: [usize; 4],
+    /// The kinds of the first arrays, which are parameters.
+    kinds: Vec<Kind>,
     /// The lengths of the arrays drawn so far.
     arrays: Vec<usize>,
     matrices: Vec<[usize; 2]>,
@@ -49,6 +51,21 @@ impl Draw {
         (!all.is_empty()).then(|| all[self.below(all.len())])
     }
 
+    /// Draws a uniform input. The first parameter is drawn often, because every start of a batch has its own.
+    fn uniform(&mut self) -> Option<usize> {
+        let first = !self.kinds.is_empty() && self.arrays[0] == 1 && self.one_in(2);
+        if first { Some(0) } else { self.of(1) }
+    }
+
+    fn weighted(&mut self) -> Option<Operation> {
+        let all = self.kinds.iter().zip(&self.arrays).enumerate();
+        let mut all = all.filter(|&(_, (&kind, &len))| kind == Kind::Weights && len > 0);
+        let (weights, (_, &len)) = all.next_back()?;
+        let (of, other) = ([self.of(len)?, self.of(len)?], self.any());
+        self.arrays.extend([2 * len + self.arrays[other], 1, len]);
+        Some(Operation::Weighted { weights, of, other })
+    }
+
     /// Draws the declaration of a part of the state or of an input.
     fn part(&mut self, is_state: bool) -> Operation {
         let [len] = self.new_arrays(1)[..] else {
@@ -70,16 +87,17 @@ impl Draw {
 
     /// Draws an operation. Returns `None` if no array has the length that the operation needs.
     fn operation(&mut self) -> Option<Operation> {
-        match self.below(6) {
+        match self.below(7) {
             0 => {
                 let len = self.len();
                 self.turn(len)
             }
             1 => {
                 let len = self.len();
-                let all = [self.of(len)?, self.of(len)?, self.of(len)?];
+                let of = [self.of(len)?, self.of(len)?, self.of(len)?];
+                let uniform = self.uniform()?;
                 self.arrays.extend([len; 2]);
-                Some(Operation::Cross(all))
+                Some(Operation::Cross { of, uniform })
             }
             2 => {
                 let from = self.any();
@@ -94,11 +112,17 @@ impl Draw {
                 let is_state = self.one_in(2);
                 Some(self.part(is_state))
             }
+            5 => self.weighted(),
             _ => {
-                let [nodes, slots, _] = self.lens;
-                let (end, per_edge) = (self.of(nodes)?, self.of(slots)?);
-                self.arrays.push(nodes);
-                Some(Operation::Tug { end, per_edge })
+                let [nodes, slots, ..] = self.lens;
+                let ends = [self.of(nodes)?, self.of(nodes)?];
+                let (per_edge, uniform) = (self.of(slots)?, self.uniform()?);
+                self.arrays.extend([nodes; 3]);
+                Some(Operation::Tug {
+                    ends,
+                    per_edge,
+                    uniform,
+                })
             }
         }
     }
@@ -110,21 +134,16 @@ impl Draw {
     }
 
     fn layer(&mut self) -> Layer {
-        let (bias, gaps) = (self.any(), self.below(4));
+        let bias = self.any();
         let rows = self.arrays[bias];
-        let mut places = vec![true; rows];
-        for _ in 0..gaps {
-            places.insert(self.below(places.len() + 1), false);
-        }
         let seen: Vec<usize> = (0..1 + self.below(3)).map(|_| self.any()).collect();
         let columns = seen.iter().map(|&k| self.arrays[k]).sum();
         self.matrices.push([rows, columns]);
-        self.arrays.push(places.len());
+        self.arrays.push(rows);
         Layer {
             seen,
             bias,
-            tanh: gaps > 0 || self.one_in(2),
-            places,
+            tanh: self.one_in(2),
         }
     }
 
@@ -149,19 +168,28 @@ impl Drawn {
     pub(crate) fn new(seed: u64) -> Self {
         let mut draw = Draw {
             rng: ChaCha8Rng::seed_from_u64(seed),
-            lens: [0; 3],
+            lens: [0; 4],
+            kinds: Vec::new(),
             arrays: Vec::new(),
             matrices: Vec::new(),
         };
         let nodes = [1, 4, 8, 11, 16][draw.below(5)];
-        let all =
-            (0..nodes).flat_map(|tail| (tail + 1..nodes).take(3).map(move |head| [tail, head]));
-        let ends: Vec<[usize; 2]> = all.filter(|_| draw.one_in(3)).collect();
-        let without: Vec<bool> = ends.iter().map(|_| draw.one_in(3)).collect();
+        // The sum over a node's edges is computed for up to four directions at once.
+        let directions = [2, 6][draw.below(2)];
+        let heads = |tail| (tail + 1..nodes).take(directions);
+        let all = (0..nodes).flat_map(|tail| heads(tail).map(move |head| [tail, head]));
+        let ends: Vec<[usize; 2]> = all.filter(|_| !draw.one_in(3)).collect();
+        // The first seventeen edges fill whole registers.
+        let first = [0, 17][draw.below(2)];
+        let without = (0..ends.len()).map(|edge| edge < first || draw.one_in(3));
+        let without: Vec<bool> = without.collect();
         let graph = Graph::new(nodes, &ends).without(&without);
-        draw.lens = [nodes, graph.slots(), [0, 3, 16, 17][draw.below(4)]];
-        let count = draw.below(4);
-        let (parameters, mut operations) = (draw.new_arrays(count), draw.parts());
+        draw.lens = [nodes, graph.slots(), [0, 3, 16, 17][draw.below(4)], 1];
+        let kinds = [Kind::Plain, Kind::Control, Kind::Weights];
+        draw.kinds = (0..draw.below(4)).map(|_| kinds[draw.below(3)]).collect();
+        let lens = draw.new_arrays(draw.kinds.len());
+        let parameters = draw.kinds.iter().copied().zip(lens).collect();
+        let mut operations = draw.parts();
         let more = 0..1 + draw.below(8);
         operations.extend(more.filter_map(|_| draw.operation()));
         let states = parts(&operations).filter(|part| part.is_state);

@@ -2,29 +2,36 @@
 
 use autodiff::{Array, Graph, Kernel, Matrix, Model, Program, Real, kernel};
 
-use crate::steps::{Step, Turn};
+use crate::steps::{STEPS, Step, Turn};
 
-/// A kernel with three inputs and two results, which stay small.
+/// A kernel with three inputs, a uniform input and two results, which stay small. It has each kind of operation.
 #[derive(Clone, Copy)]
 struct Cross;
 
 #[kernel]
 impl Kernel<3, 2> for Cross {
-    fn eval<R: Real>(&self, [x, y, z]: [R; 3], _: &[R]) -> [R; 2] {
-        let sum = x * y + z;
-        [sum / (R::one() + sum * sum), R::lit(0.5) * (y - z)]
+    const UNIFORMS: usize = 1;
+
+    fn eval<R: Real>(&self, [x, y, z]: [R; 3], u: &[R]) -> [R; 2] {
+        let least = R::select(x.less(y), x, y);
+        let sum = least.fma(z, R::dot(&[u[0], x], &[y, z]));
+        let other = R::sum_of(&[y, -z, u[0].sin()]);
+        [sum / (R::one() + sum * sum), R::lit(0.3) * other]
     }
 }
 
-/// A kernel that computes the force of an edge, which stays small.
+/// A kernel that computes forces of an edge, which stay small, from two differences of its ends.
 #[derive(Clone, Copy)]
 struct Tug;
 
 #[kernel]
-impl Kernel<2, 1> for Tug {
-    fn eval<R: Real>(&self, [d, k]: [R; 2], _: &[R]) -> [R; 1] {
-        let pull = k * d;
-        [pull / (R::one() + pull * pull) * R::lit(0.1)]
+impl Kernel<3, 3> for Tug {
+    const UNIFORMS: usize = 1;
+
+    fn eval<R: Real>(&self, [dx, dy, k]: [R; 3], u: &[R]) -> [R; 3] {
+        let length = (dx * dx + dy * dy + k * k + R::one()).sqrt();
+        let pull = R::lit(0.1) * k / length;
+        [pull * dx / length, pull * dy / length, pull * u[0]]
     }
 }
 
@@ -34,7 +41,10 @@ impl Kernel<2, 1> for Tug {
 pub(crate) enum Operation {
     Part(Part),
     Turn([usize; 2]),
-    Cross([usize; 3]),
+    Cross {
+        of: [usize; 3],
+        uniform: usize,
+    },
     Gather {
         from: usize,
         indices: Vec<Option<usize>>,
@@ -42,17 +52,44 @@ pub(crate) enum Operation {
     /// A layer of a network. It uses the next matrix of the list.
     Layer(Layer),
     Tug {
-        end: usize,
+        ends: [usize; 2],
         per_edge: usize,
+        uniform: usize,
     },
+    /// Weights an offset and a value and appends another array. The last result gathers some of these numbers.
+    Weighted {
+        weights: usize,
+        of: [usize; 2],
+        other: usize,
+    },
+}
+
+impl Operation {
+    /// The number of arrays that the operation adds.
+    fn results(&self) -> usize {
+        match self {
+            Self::Cross { .. } => 2,
+            Self::Tug { .. } | Self::Weighted { .. } => 3,
+            _ => 1,
+        }
+    }
 }
 
 #[derive(Clone, Debug)]
 pub(crate) struct Layer {
     pub(crate) seen: Vec<usize>,
     pub(crate) bias: usize,
-    pub(crate) places: Vec<bool>,
     pub(crate) tanh: bool,
+}
+
+/// What a parameter that is an array is for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Kind {
+    Plain,
+    /// It has a different value in every step.
+    Control,
+    /// Its numbers are positive.
+    Weights,
 }
 
 /// A part of the state, or an input.
@@ -76,8 +113,8 @@ pub(crate) struct Drawn {
     pub(crate) graph: Graph,
     /// The edges, each with a flag that is true if the graph leaves the edge out.
     pub(crate) edges: Vec<([usize; 2], bool)>,
-    /// The lengths of the parameters that are arrays.
-    pub(crate) parameters: Vec<usize>,
+    /// The kinds and lengths of the parameters that are arrays.
+    pub(crate) parameters: Vec<(Kind, usize)>,
     /// The rows and columns of each matrix.
     pub(crate) matrices: Vec<[usize; 2]>,
     pub(crate) operations: Vec<Operation>,
@@ -99,16 +136,26 @@ impl Drawn {
             if let Operation::Part(Part { is_state: true, .. }) = operation {
                 states.push(next);
             }
-            next += match operation {
-                Operation::Cross(_) => 2,
-                _ => 1,
-            };
+            next += operation.results();
         }
         states
     }
 
     pub(crate) fn is_parameter(&self, array: usize) -> bool {
         array < self.parameters.len()
+    }
+
+    pub(crate) fn has(&self, of: impl FnMut(&Operation) -> bool) -> bool {
+        self.operations.iter().any(of)
+    }
+
+    /// Returns the numbers of those arrays that are uniform inputs.
+    pub(crate) fn uniforms(&self) -> impl Iterator<Item = usize> {
+        let operations = self.operations.iter();
+        operations.filter_map(|operation| match operation {
+            &Operation::Cross { uniform, .. } | &Operation::Tug { uniform, .. } => Some(uniform),
+            _ => None,
+        })
     }
 
     pub(crate) fn layers(&self) -> impl Iterator<Item = &Layer> {
@@ -130,7 +177,11 @@ impl Drawn {
 impl Model for Drawn {
     fn record(&self, p: &mut Program) {
         let parameters = self.parameters.iter();
-        let mut arrays: Vec<Array> = parameters.map(|&len| p.parameter(len)).collect();
+        let parameter = |&(kind, len): &(Kind, usize)| match kind {
+            Kind::Control => p.control(len),
+            _ => p.parameter(len),
+        };
+        let mut arrays: Vec<Array> = parameters.map(parameter).collect();
         let shapes = self.matrices.iter();
         let matrices: Vec<_> = shapes
             .map(|&[rows, columns]| p.matrix(rows, columns))
@@ -145,16 +196,31 @@ impl Model for Drawn {
                 }
                 Operation::Part(part) => arrays.push(p.input(part.len)),
                 Operation::Turn(both) => arrays.extend(p.map(Turn, both.map(|k| arrays[k]), &[])),
-                Operation::Cross(all) => arrays.extend(p.map(Cross, all.map(|k| arrays[k]), &[])),
+                Operation::Cross { of, uniform } => {
+                    let uniform = [arrays[*uniform]];
+                    arrays.extend(p.map(Cross, of.map(|k| arrays[k]), &uniform));
+                }
                 Operation::Gather { from, indices } => {
                     arrays.push(p.gather(arrays[*from], indices));
                 }
                 Operation::Layer(layer) => {
                     arrays.push(layer.record(p, matrices.next().unwrap(), &arrays));
                 }
-                &Operation::Tug { end, per_edge } => {
-                    let (ends, per_edge) = ([arrays[end]], [arrays[per_edge]]);
-                    arrays.extend(p.map_edges(&self.graph, Tug, ends, &per_edge, &[]));
+                &Operation::Tug {
+                    ends,
+                    per_edge,
+                    uniform,
+                } => {
+                    let [per_edge, uniform] = [per_edge, uniform].map(|k| [arrays[k]]);
+                    let ends = ends.map(|k| arrays[k]);
+                    arrays.extend(p.map_edges(&self.graph, Tug, ends, &per_edge, &uniform));
+                }
+                &Operation::Weighted { weights, of, other } => {
+                    let [offset, value, other] = [of[0], of[1], other].map(|k| [arrays[k]]);
+                    let weights = arrays[weights];
+                    let [all, means] = p.weighted(weights, &offset, &value, &other);
+                    let some = p.gather(all, &some_weighted(weights.len()));
+                    arrays.extend([all, means, some]);
                 }
             }
         }
@@ -168,39 +234,30 @@ impl Layer {
     fn record(&self, p: &mut Program, matrix: Matrix, arrays: &[Array]) -> Array {
         let seen: Vec<Array> = self.seen.iter().map(|&k| arrays[k]).collect();
         let bias = arrays[self.bias];
-        match (self.tanh, self.places.contains(&false)) {
-            (false, _) => p.dense(matrix, &seen, bias),
-            (true, false) => p.dense_tanh(matrix, &seen, bias),
-            (true, true) => p.dense_tanh_spread(matrix, &seen, bias, &self.places),
+        match self.tanh {
+            true => p.dense_tanh(matrix, &seen, bias),
+            false => p.dense(matrix, &seen, bias),
         }
     }
 
-    fn written_out<R: Real>(
-        &self,
-        (matrix, shape): (&[R], [usize; 2]),
-        arrays: &[Vec<R>],
-    ) -> Vec<R> {
+    fn written_out<R: Real>(&self, matrix: &[R], arrays: &[Vec<R>]) -> Vec<R> {
         let seen: Vec<R> = self.seen.iter().flat_map(|&k| arrays[k].clone()).collect();
-        let mut rows = (0..shape[0]).map(|row| {
-            let weights = &matrix[row * seen.len()..][..seen.len()];
-            let sum = R::dot(weights, &seen) * scale::<R>(shape) + arrays[self.bias][row];
+        let rows = arrays[self.bias].iter().enumerate().map(|(row, &bias)| {
+            let sum = R::dot(&matrix[row * seen.len()..][..seen.len()], &seen) + bias;
             if self.tanh { sum.tanh() } else { sum }
         });
-        let place = |&is_row: &bool| {
-            if is_row {
-                rows.next().unwrap()
-            } else {
-                R::zero()
-            }
-        };
-        self.places.iter().map(place).collect()
+        rows.collect()
     }
 }
 
 impl Step for Drawn {
     fn shapes(&self) -> Vec<usize> {
         let matrices = self.matrices.iter().map(|[rows, columns]| rows * columns);
-        let parameters = self.parameters.iter().copied().chain(matrices);
+        let parameters = self.parameters.iter().map(|&(kind, len)| match kind {
+            Kind::Control => STEPS * len,
+            _ => len,
+        });
+        let parameters = parameters.chain(matrices);
         std::iter::once(self.state_len())
             .chain(parameters)
             .collect()
@@ -212,7 +269,17 @@ impl Step for Drawn {
             let entries = matrix.iter().map(|&entry| entry * scale::<R>(shape));
             entries.collect()
         });
-        arrays.iter().map(|a| a.to_vec()).chain(scaled).collect()
+        let arrays = arrays
+            .iter()
+            .zip(&self.parameters)
+            .map(|(array, &(kind, _))| {
+                let number = |&x: &R| match kind {
+                    Kind::Weights => x * x + R::lit(0.2),
+                    _ => x,
+                };
+                array.iter().map(number).collect()
+            });
+        arrays.chain(scaled).collect()
     }
 
     fn inputs(&self) -> Vec<f64> {
@@ -221,10 +288,14 @@ impl Step for Drawn {
         (0..len).map(|i| 0.1 * i as f64 - 0.3).collect()
     }
 
-    fn written_out<R: Real>(&self, mut state: &[R], given: &[&[R]]) -> Vec<R> {
-        let (arrays, matrices) = given.split_at(self.parameters.len());
-        let mut matrices = matrices.iter().copied().zip(self.matrices.iter().copied());
-        let mut arrays: Vec<Vec<R>> = arrays.iter().map(|a| a.to_vec()).collect();
+    fn written_out<R: Real>(&self, step: usize, mut state: &[R], given: &[&[R]]) -> Vec<R> {
+        let mut arrays = self.parameters(given);
+        let mut matrices = arrays.split_off(self.parameters.len()).into_iter();
+        for (array, &(kind, len)) in arrays.iter_mut().zip(&self.parameters) {
+            if kind == Kind::Control {
+                *array = array[step * len..][..len].to_vec();
+            }
+        }
         let mut inputs = self.inputs().into_iter().map(R::lit);
         for operation in &self.operations {
             match operation {
@@ -239,9 +310,10 @@ impl Step for Drawn {
                     let turned = both.map(|(&x, &y)| Kernel::eval(&Turn, [x, y], &[])[0]);
                     arrays.push(turned.collect());
                 }
-                &Operation::Cross(all) => {
-                    let cross = |i| Kernel::eval(&Cross, all.map(|k| arrays[k][i]), &[]);
-                    let both: Vec<[R; 2]> = (0..arrays[all[0]].len()).map(cross).collect();
+                Operation::Cross { of, uniform } => {
+                    let uniform = &arrays[*uniform];
+                    let cross = |i| Kernel::eval(&Cross, of.map(|k| arrays[k][i]), uniform);
+                    let both: Vec<[R; 2]> = (0..arrays[of[0]].len()).map(cross).collect();
                     arrays.extend([0, 1].map(|k| both.iter().map(|y| y[k]).collect()));
                 }
                 Operation::Gather { from, indices } => {
@@ -249,10 +321,19 @@ impl Step for Drawn {
                     arrays.push(indices.iter().map(pick).collect());
                 }
                 Operation::Layer(layer) => {
-                    arrays.push(layer.written_out(matrices.next().unwrap(), &arrays));
+                    arrays.push(layer.written_out(&matrices.next().unwrap(), &arrays));
                 }
-                &Operation::Tug { end, per_edge } => {
-                    arrays.push(self.tugs(&arrays[end], &arrays[per_edge]));
+                &Operation::Tug {
+                    ends,
+                    per_edge,
+                    uniform,
+                } => {
+                    let ends = ends.map(|k| &arrays[k][..]);
+                    arrays.extend(self.tugs(ends, &arrays[per_edge], &arrays[uniform]));
+                }
+                &Operation::Weighted { weights, of, other } => {
+                    let [offset, value] = of.map(|k| &arrays[k]);
+                    arrays.extend(weighted(&arrays[weights], offset, value, &arrays[other]));
                 }
             }
         }
@@ -261,15 +342,36 @@ impl Step for Drawn {
 }
 
 impl Drawn {
-    /// Returns the sum of the forces at each node. Only the edges that the graph has contribute.
-    fn tugs<R: Real>(&self, end: &[R], per_edge: &[R]) -> Vec<R> {
-        let mut sums = vec![R::zero(); self.graph.nodes()];
+    /// Returns the sums of the forces at each node. Only the edges that the graph has contribute.
+    fn tugs<R: Real>(&self, ends: [&[R]; 2], per_edge: &[R], uniform: &[R]) -> [Vec<R>; 3] {
+        let mut sums = [(); 3].map(|()| vec![R::zero(); self.graph.nodes()]);
         let slots = self.graph.slot_of_edge().iter().zip(&self.edges);
         for (&slot, &([tail, head], _)) in slots.filter(|(_, (_, without))| !without) {
-            let [tug] = Kernel::eval(&Tug, [end[head] - end[tail], per_edge[slot]], &[]);
-            sums[tail] += tug;
-            sums[head] -= tug;
+            let [dx, dy] = ends.map(|end| end[head] - end[tail]);
+            let tugs = Kernel::eval(&Tug, [dx, dy, per_edge[slot]], uniform);
+            for (sums, tug) in sums.iter_mut().zip(tugs) {
+                sums[tail] += tug;
+                sums[head] -= tug;
+            }
         }
         sums
     }
+}
+
+/// The places that a step gathers from arrays of this length that are weighted: half of them in each array.
+fn some_weighted(len: usize) -> Vec<Option<usize>> {
+    (0..len).map(|i| Some(i + i % 2 * len)).collect()
+}
+
+fn weighted<R: Real>(weights: &[R], offset: &[R], value: &[R], other: &[R]) -> [Vec<R>; 3] {
+    let mean = R::dot(offset, weights) / R::sum_of(weights);
+    let offset = offset.iter().map(|&x| x - mean);
+    let both = offset
+        .chain(value.iter().copied())
+        .zip(weights.iter().cycle());
+    let all = both.map(|(x, &weight)| weight * x);
+    let all: Vec<R> = all.chain(other.iter().copied()).collect();
+    let some = some_weighted(weights.len()).into_iter().flatten();
+    let some = some.map(|i| all[i]).collect();
+    [all, vec![mean], some]
 }

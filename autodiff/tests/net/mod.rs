@@ -88,9 +88,8 @@ impl Model for Net {
         let (x, v) = (p.state(NODES), p.state(NODES));
         let clock = p.input(1);
         let h = p.dense_tanh(w1, &[x, clock], b1);
-        let edge_of_slot = self.graph.edge_of_slot();
-        let places: Vec<bool> = edge_of_slot.iter().map(Option::is_some).collect();
-        let u = p.dense_tanh_spread(w2, &[h], b2, &places);
+        let of_edges = p.dense_tanh(w2, &[h], b2);
+        let u = p.gather(of_edges, &self.graph.edge_of_slot());
         let [f] = p.map_edges(&self.graph, Spring, [x], &[k, u], &[]);
         // These gathers move the numbers one way and back. They contain single entries, runs of entries, and empty
         // places.

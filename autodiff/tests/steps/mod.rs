@@ -2,7 +2,9 @@
 
 use crate::common::{Formula, Sym, formula};
 use crate::net::{taken_from, weighted_squares};
-use autodiff::{Dual, Function, Kernel, Model, Real, Rollout, Tape, Var, gradient, kernel};
+use autodiff::{
+    Dual, Function, Kernel, Model, Program, Real, Rollout, Tape, Var, gradient, kernel,
+};
 
 // Miri is slow, so it gets the fewest steps that suffice.
 pub(crate) const STEPS: usize = if cfg!(miri) { 2 } else { 5 };
@@ -11,7 +13,7 @@ pub(crate) const STEPS: usize = if cfg!(miri) { 2 } else { 5 };
 pub(crate) trait Step: Model + Clone {
     /// Returns the length of the state, followed by the lengths of the parameters.
     fn shapes(&self) -> Vec<usize>;
-    /// Converts the given parameters to the form that the program takes.
+    /// Converts the given parameters to the form that the program takes: positive weights, for example.
     fn parameters<R: Real>(&self, given: &[&[R]]) -> Vec<Vec<R>> {
         given.iter().map(|part| part.to_vec()).collect()
     }
@@ -19,7 +21,8 @@ pub(crate) trait Step: Model + Clone {
     fn inputs(&self) -> Vec<f64> {
         Vec::new()
     }
-    fn written_out<R: Real>(&self, state: &[R], parameters: &[&[R]]) -> Vec<R>;
+    /// Returns the state after step `step`, in plain code.
+    fn written_out<R: Real>(&self, step: usize, state: &[R], parameters: &[&[R]]) -> Vec<R>;
 }
 
 /// A loss of the last state, computed by the program. The argument holds the state and all parameters.
@@ -47,7 +50,7 @@ impl<M: Step> Function for Steps<M> {
 fn written_out(model: &impl Step) -> Formula {
     formula(model.shapes().iter().sum(), |x| {
         let parts = parts(model, x);
-        let step = |state: Vec<Sym>, _| model.written_out(&state, &parts[1..]);
+        let step = |state: Vec<Sym>, k| model.written_out(k, &state, &parts[1..]);
         weighted_squares(&(0..STEPS).fold(parts[0].to_vec(), step))
     })
 }
@@ -127,5 +130,50 @@ pub(crate) struct Turn;
 impl Kernel<2, 1> for Turn {
     fn eval<R: Real>(&self, [x, y]: [R; 2], _: &[R]) -> [R; 1] {
         [x * R::lit(0.9) + y / (R::one() + y * y) * R::lit(0.6)]
+    }
+}
+
+/// A kernel that multiplies each number by this factor.
+#[derive(Clone, Copy)]
+pub(crate) struct Times(pub(crate) f64);
+
+#[kernel]
+impl Kernel<1, 1> for Times {
+    fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
+        [x * R::lit(self.0)]
+    }
+}
+
+/// A kernel that multiplies two numbers.
+#[derive(Clone, Copy)]
+pub(crate) struct Product;
+
+#[kernel]
+impl Kernel<2, 1> for Product {
+    fn eval<R: Real>(&self, [x, y]: [R; 2], _: &[R]) -> [R; 1] {
+        [x * y]
+    }
+}
+
+/// A model that maps a kernel over a state of this length.
+#[derive(Clone, Copy)]
+pub(crate) struct Mapped<K>(pub(crate) K, pub(crate) usize);
+
+impl<K: Kernel<1, 1> + Clone + Sync> Model for Mapped<K> {
+    fn record(&self, program: &mut Program) {
+        let x = program.state(self.1);
+        let [next] = program.map(self.0.clone(), [x], &[]);
+        program.advance(x, next);
+    }
+}
+
+/// A model of a push that differs from step to step.
+#[derive(Clone)]
+pub(crate) struct Pushed;
+
+impl Model for Pushed {
+    fn record(&self, program: &mut Program) {
+        let (x, push) = (program.state(2), program.control(2));
+        program.advance(x, push);
     }
 }

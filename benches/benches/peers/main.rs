@@ -1,10 +1,9 @@
 //! Compares `autodiff` with other crates on small tasks. For each crate, a task is written as that crate's
 //! documentation recommends. The answers are compared before anything is timed.
 //!
-//! `cargo bench -p benches --bench peers --features rivals` prints a section of `RESULTS.md`. To include tensors, use
+//! `cargo bench -p benches --bench peers --features rivals` prints a table of `RESULTS.md`. To include tensors, use
 //! `--features candle` and set `RAYON_NUM_THREADS=1`.
 
-mod document;
 mod ensemble;
 mod forward;
 mod hessian;
@@ -13,8 +12,6 @@ mod ode;
 mod rosenbrock;
 mod sparse;
 mod task;
-
-use benches::machine::section;
 
 /// The number of rounds of a measurement. Only the minimum is reported.
 const ROUNDS: usize = 100;
@@ -34,17 +31,29 @@ fn main() {
         hessian::task(),
         sparse::task(),
         ensemble::task(),
-        forward::gradient(),
-        forward::jacobian(),
+        forward::task(),
     ];
-    let measured = tasks.into_iter().map(|mut task| {
+    println!("{}, one thread\n", machine());
+    println!(
+        "| task | ours, us | ratio to the reference | fastest peer | peer, us | peer's ratio to ours | lines, ours and \
+         peer's |\n| --- | --- | --- | --- | --- | --- | --- |"
+    );
+    for mut task in tasks {
         task.compare();
-        let outcomes = task.measure(ROUNDS);
-        let measured = (task, outcomes);
-        println!("{}", document::table(&measured));
-        measured
-    });
-    let summary = document::summary(&measured.collect::<Vec<_>>());
-    let command = "RAYON_NUM_THREADS=1 cargo bench -p benches --bench peers --features candle";
-    println!("{}", section("Peers", command, &summary));
+        println!("{}", task.measure(ROUNDS));
+    }
+}
+
+/// Returns the name of the processor and the kind of its SIMD registers.
+fn machine() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let field = |name: &str| {
+        let line = info.lines().find(|line| line.starts_with(name))?;
+        Some(line.split_once(':')?.1.trim().to_owned())
+    };
+    let name = field("model name").unwrap_or_else(|| "an unknown processor".into());
+    let kind = [field("cpu family"), field("model\t")].map(Option::unwrap_or_default);
+    let [family, model] = kind;
+    let level = autodiff::simd::level();
+    format!("{name} (family {family}, model {model}), {level:?} lanes")
 }

@@ -1,4 +1,5 @@
-//! Measures the computation of a network's loss over a mini-batch, with its gradient.
+//! Measures the computation of a network's loss over a mini-batch, with its gradient. The loss is a sum of squared errors,
+//! and tanh is between the layers.
 
 use ndarray::Array2;
 
@@ -10,19 +11,14 @@ pub(crate) fn task(sizes: &'static [usize], points: usize) -> Task {
         title: format!(
             "Value and gradient of a network's loss, layers of {sizes:?} on {points} points"
         ),
-        about: "Squared errors of a network with tanh between its layers. By hand: matrix products of ndarray \
-                (matrixmultiply), with the reverse sweep written out. All on one thread.",
         source: include_str!("network.rs"),
         // The tolerance is for sums of up to 256 terms in a different order, through three layers.
         tolerance: 1e-12,
         ways: vec![
-            Way::new("by hand", "ndarray", &["hand"], || hand::gradient(case)),
-            Way::new("ours", "`data::Sum`", &["ours"], ours::gradient(case)),
-            Way::new("ours", "`fused::dense_batch`", &["ours_layers"], || {
-                ours_layers::gradient(case)
-            }),
+            Way::new("by hand", "ndarray", || hand::gradient(case)),
+            Way::new("ours", "`data::Sum`", ours::gradient(case)),
             #[cfg(feature = "candle")]
-            Way::new("candle", "`backward`", &["candle"], candle::gradient(case)),
+            Way::new("candle", "`backward`", candle::gradient(case)),
         ],
     }
 }
@@ -168,32 +164,6 @@ mod ours {
         let data = rows.map(|(x, &target)| x.iter().copied().chain([target]).collect());
         let sum = Sum::new(Network(case.sizes), &data.collect::<Vec<Vec<f64>>>());
         move || joined(value_and_gradient(|p| sum.run(p), &case.parameters))
-    }
-}
-
-/// A loss that evaluates one layer after the other, each for all points at once.
-mod ours_layers {
-    use autodiff::fused::dense_batch;
-    use autodiff::{Real, Var, value_and_gradient};
-
-    use super::{Case, joined};
-
-    /// Returns the value of the loss, followed by its gradient. Each layer over all points is one entry of the tape.
-    pub(super) fn gradient(case: &Case) -> Vec<f64> {
-        let loss = |parameters: &[Var<f64>]| {
-            let mut x: Vec<Var<f64>> = case.x.iter().map(|&x| Var::lit(x)).collect();
-            for (inputs, outputs, begin) in case.layers() {
-                let (weights, rest) = parameters[begin..].split_at(inputs * outputs);
-                x = dense_batch(weights, &x, &rest[..outputs]);
-                if outputs > 1 {
-                    x.iter_mut().for_each(|x| *x = Real::tanh(*x));
-                }
-            }
-            let targets = x.iter().zip(&case.targets);
-            let gaps: Vec<Var<f64>> = targets.map(|(&x, &t)| x - t).collect();
-            Real::dot(&gaps, &gaps)
-        };
-        joined(value_and_gradient(loss, &case.parameters))
     }
 }
 

@@ -19,40 +19,16 @@ pub(crate) fn task() -> Task {
     let seen = kept(states.step_by(APART).skip(1).take(STEPS / APART));
     Task {
         title: "Gradient of an ODE fit with respect to four parameters".into(),
-        about: "Lotka and Volterra's equations, 1000 steps of the classical Runge-Kutta method, squared errors at \
-                ten times. Ratios are to the primal in f64.",
         source: include_str!("ode.rs"),
         // The tolerance is for 4000 evaluations with a few roundings each. Perturbations grow with time and amplify the
         // errors.
         tolerance: 1e-11,
         ways: vec![
-            Way::new("primal", "", &["primal"], || {
-                vec![primal::loss(POINT, seen)]
+            Way::new("primal", "", || vec![primal::loss(POINT, seen)]),
+            Way::new("ours", "`value_and_gradient_array`", || {
+                ours::gradient(seen)
             }),
-            Way::new(
-                "ours",
-                "`value_and_gradient_array`",
-                &["ours_step", "ours_fit", "ours_forward"],
-                || ours_forward::gradient(seen),
-            ),
-            Way::new(
-                "ours",
-                "`gradient`",
-                &["ours_step", "ours_fit", "ours_tape"],
-                || ours_tape::gradient(seen),
-            ),
-            Way::new(
-                "ours",
-                "`gradient` a `Rollout`",
-                &["ours_step", "ours_rollout"],
-                || ours_rollout::gradient(seen),
-            ),
-            Way::new(
-                "echidna",
-                "`DualVec64<4>`",
-                &["echidna", "echidna_forward"],
-                || echidna_forward::gradient(seen),
-            ),
+            Way::new("echidna", "`DualVec64<4>`", || echidna::gradient(seen)),
         ],
     }
 }
@@ -85,12 +61,13 @@ mod primal {
     }
 }
 
-/// One time step, as a kernel uses it. All functions need `#[kernel]`, which closures cannot have.
-mod ours_step {
-    use autodiff::{Real, lit};
+/// The gradient in forward mode: four tangents at once, without a tape. The functions of a step need `#[kernel]`, which
+/// closures cannot have.
+mod ours {
+    use autodiff::{Real, lit, value_and_gradient_array};
     use cosmic::kernel;
 
-    use super::STEP;
+    use super::{APART, POINT, START, STEP};
 
     #[kernel]
     fn rate<R: Real>([x, y]: [R; 2], [a, b, c, d]: [R; 4]) -> [R; 2] {
@@ -103,7 +80,7 @@ mod ours_step {
     }
 
     #[kernel]
-    pub(super) fn step<R: Real>(state: [R; 2], p: [R; 4]) -> [R; 2] {
+    fn step<R: Real>(state: [R; 2], p: [R; 4]) -> [R; 2] {
         let k1 = rate(state, p);
         let k2 = rate(along(state, STEP / 2.0, k1), p);
         let k3 = rate(along(state, STEP / 2.0, k2), p);
@@ -112,101 +89,31 @@ mod ours_step {
         let y = k1[1] + lit(2.0) * (k2[1] + k3[1]) + k4[1];
         along(state, STEP / 6.0, [x, y])
     }
-}
 
-/// The error of the fit as a function for any driver.
-mod ours_fit {
-    use autodiff::{Function, Real, lit};
-
-    use super::{APART, START, ours_step::step};
-
-    pub(super) struct Fit<'a>(pub(super) &'a [[f64; 2]]);
-
-    impl Function for Fit<'_> {
-        fn eval<R: Real>(&self, p: &[R]) -> R {
-            let (mut state, mut loss) = (START.map(R::lit), R::zero());
-            for &[x, y] in self.0 {
-                for _ in 0..APART {
-                    state = step(state, [p[0], p[1], p[2], p[3]]);
-                }
-                let [dx, dy] = [state[0] - lit(x), state[1] - lit(y)];
-                loss += dx * dx + dy * dy;
+    fn loss<R: Real>(p: [R; 4], seen: &[[f64; 2]]) -> R {
+        let (mut state, mut loss) = (START.map(R::lit), R::zero());
+        for &[x, y] in seen {
+            for _ in 0..APART {
+                state = step(state, p);
             }
-            loss
+            let [dx, dy] = [state[0] - lit(x), state[1] - lit(y)];
+            loss += dx * dx + dy * dy;
         }
+        loss
     }
-}
-
-/// The gradient in forward mode: four tangents at once, without a tape.
-mod ours_forward {
-    use autodiff::{Function, value_and_gradient_array};
-
-    use super::{POINT, ours_fit::Fit};
 
     pub(super) fn gradient(seen: &[[f64; 2]]) -> Vec<f64> {
-        let (_, gradient) = value_and_gradient_array(|x| Fit(seen).eval(x), POINT);
+        let (_, gradient) = value_and_gradient_array(|&p| loss(p, seen), POINT);
         gradient.to_vec()
     }
 }
 
-/// The gradient by one reverse sweep over a recording of all steps.
-mod ours_tape {
-    use autodiff::Function;
-
-    use super::{POINT, ours_fit::Fit};
-
-    pub(super) fn gradient(seen: &[[f64; 2]]) -> Vec<f64> {
-        autodiff::gradient(|x| Fit(seen).eval(x), &POINT)
-    }
-}
-
-/// The gradient by a rollout. The step is a kernel and is recorded once.
-mod ours_rollout {
-    use autodiff::{Kernel, Model, Program, Real, Rollout, Var};
-    use cosmic::kernel;
-
-    use super::{APART, POINT, START, STEPS, ours_step::step};
-
-    #[derive(Clone)]
-    struct Populations;
-
-    #[kernel]
-    impl Kernel<6, 2> for Populations {
-        fn eval<R: Real>(&self, [x, y, a, b, c, d]: [R; 6], _: &[R]) -> [R; 2] {
-            step([x, y], [a, b, c, d])
-        }
-    }
-
-    impl Model for Populations {
-        fn record(&self, program: &mut Program) {
-            let [a, b, c, d] = [(); 4].map(|()| program.parameter(1));
-            let [x, y] = [(); 2].map(|()| program.state(1));
-            let next = program.map(Populations, [x, y, a, b, c, d], &[]);
-            program.advance(x, next[0]);
-            program.advance(y, next[1]);
-        }
-    }
-
-    pub(super) fn gradient(seen: &[[f64; 2]]) -> Vec<f64> {
-        let rollout = Rollout {
-            observed: (APART..=STEPS).step_by(APART).collect(),
-            ..Rollout::new(Populations, STEPS)
-        };
-        let loss = |p: &[Var<f64>]| {
-            let parameters: Vec<_> = p.chunks(1).collect();
-            let states = rollout.run(&START.map(Var::lit), &parameters);
-            let gaps = states.iter().zip(seen.as_flattened());
-            gaps.map(|(&x, &seen)| (x - seen).powi(2)).sum()
-        };
-        autodiff::gradient(loss, &POINT)
-    }
-}
-
-/// The fit, generic over the trait of echidna, as in its "Quick Start".
+/// The fit, generic over the trait of echidna, as in its "Quick Start", and its gradient in forward mode with four
+/// tangents at once.
 mod echidna {
-    use echidna::Scalar;
+    use echidna::{DualVec64, Scalar};
 
-    use super::{APART, START, STEP};
+    use super::{APART, POINT, START, STEP};
 
     fn step<T: Scalar<Float = f64>>([x, y]: [T; 2], [a, b, c, d]: [T; 4]) -> [T; 2] {
         let rate = |[x, y]: [T; 2]| [a * x - b * x * y, c * x * y - d * y];
@@ -219,7 +126,7 @@ mod echidna {
         at([sum(0), sum(1)], STEP / 6.0)
     }
 
-    pub(super) fn loss<T: Scalar<Float = f64>>(p: &[T], seen: &[[f64; 2]]) -> T {
+    fn loss<T: Scalar<Float = f64>>(p: &[T], seen: &[[f64; 2]]) -> T {
         let (mut state, mut loss) = (START.map(T::from_f), T::from_f(0.0));
         for &[x, y] in seen {
             for _ in 0..APART {
@@ -230,13 +137,6 @@ mod echidna {
         }
         loss
     }
-}
-
-/// The gradient in echidna's forward mode, with four tangents at once.
-mod echidna_forward {
-    use echidna::DualVec64;
-
-    use super::{POINT, echidna::loss};
 
     pub(super) fn gradient(seen: &[[f64; 2]]) -> Vec<f64> {
         let seeded = |i: usize| DualVec64::<4>::with_tangent(POINT[i], i);

@@ -12,46 +12,30 @@ pub(crate) fn kept<T>(data: impl IntoIterator<Item = T>) -> &'static [T] {
 pub(crate) struct Way {
     /// The crate that is used: `ours` or the name of another crate. For the first way, with which the others are
     /// compared, `by hand` or `primal`.
-    pub(crate) by: &'static str,
-    pub(crate) how: &'static str,
-    /// The modules in the task's file that contain the code of this way, by name.
-    pub(crate) modules: &'static [&'static str],
-    pub(crate) run: Box<dyn FnMut() -> Vec<f64>>,
+    by: &'static str,
+    how: &'static str,
+    run: Box<dyn FnMut() -> Vec<f64>>,
 }
 
 impl Way {
     pub(crate) fn new(
         by: &'static str,
         how: &'static str,
-        modules: &'static [&'static str],
         run: impl FnMut() -> Vec<f64> + 'static,
     ) -> Self {
-        Self {
-            by,
-            how,
-            modules,
-            run: Box::new(run),
-        }
+        let run = Box::new(run);
+        Self { by, how, run }
     }
 }
 
-/// A task that is done in several ways. The times are divided by that of the first way.
+/// A task that is done in up to three ways: the reference, `ours`, and another crate's if this build has the crate.
 pub(crate) struct Task {
     pub(crate) title: String,
-    pub(crate) about: &'static str,
-    /// The source text of the task's file.
+    /// The source text of the task's file. It has a module for each crate.
     pub(crate) source: &'static str,
     /// The largest allowed difference between answers, relative to their largest number.
     pub(crate) tolerance: f64,
     pub(crate) ways: Vec<Way>,
-}
-
-/// The measured results of one way to do a task.
-pub(crate) struct Outcome {
-    pub(crate) by: &'static str,
-    pub(crate) how: &'static str,
-    pub(crate) seconds: f64,
-    pub(crate) lines: usize,
 }
 
 impl Task {
@@ -60,45 +44,45 @@ impl Task {
     /// # Panics
     /// If they differ by more than the tolerance.
     pub(crate) fn compare(&mut self) {
-        let answers = self
-            .ways
-            .iter_mut()
-            .map(|way| (way.by, way.how, (way.run)()));
+        let answers = self.ways.iter_mut().map(|way| (way.by, (way.run)()));
         // The way `primal` computes no gradient, so it has no answer to compare.
-        let mut answers = answers.filter(|(by, ..)| *by != "primal");
-        let (_, _, first) = answers.next().expect("every task has at least one way");
+        let mut answers = answers.filter(|(by, _)| *by != "primal");
+        let (_, first) = answers.next().expect("every task has at least one way");
         let scale = first.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         assert!(
             scale > 0.0,
             "{}: all answers are zero, so a comparison would prove nothing",
             self.title
         );
-        for (by, how, other) in answers {
-            assert_eq!(first.len(), other.len(), "{by}, {how}: {}", self.title);
+        for (by, other) in answers {
+            assert_eq!(first.len(), other.len(), "{by}: {}", self.title);
             for (k, (a, b)) in first.iter().zip(&other).enumerate() {
                 let agree = (a - b).abs() <= self.tolerance * scale;
                 assert!(
                     agree,
-                    "{}: the answers differ: number {k} is {b} by {by}, {how}, but {a} by the first way \
-                     to do the task",
+                    "{}: the answers differ: number {k} is {b} by {by}, but {a} by the first way to do the task",
                     self.title
                 );
             }
         }
     }
 
-    /// Measures the times of all ways, which take turns.
-    pub(crate) fn measure(&mut self, rounds: usize) -> Vec<Outcome> {
+    /// Measures the times of all ways, which take turns. Returns a row of the table.
+    pub(crate) fn measure(&mut self, rounds: usize) -> String {
         let works = self.ways.iter_mut().map(|way| &mut way.run);
         let seconds = in_turns(&mut works.collect::<Vec<_>>(), rounds);
-        let source = self.source;
-        let outcome = |(way, seconds): (&Way, f64)| Outcome {
-            by: way.by,
-            how: way.how,
-            seconds,
-            lines: way.modules.iter().map(|name| lines(source, name)).sum(),
+        let (us, ratio) = (1e6 * seconds[1], seconds[1] / seconds[0]);
+        let [reference, _, peer @ ..] = &self.ways[..] else {
+            unreachable!("every task has a reference and a way that uses this project's crate");
         };
-        self.ways.iter().zip(seconds).map(outcome).collect()
+        let (title, reference, ours) = (&self.title, reference.by, lines(self.source, "ours"));
+        let row = format!("| {title} | {us:.1} | {ratio:.1} times {reference} |");
+        let [Way { by, how, .. }] = peer else {
+            return format!("{row} none in this build | | | {ours} |");
+        };
+        let (theirs, ratio) = (1e6 * seconds[2], seconds[2] / seconds[1]);
+        let lines = lines(self.source, &by.replace('-', "_"));
+        format!("{row} {by}, {how} | {theirs:.1} | {ratio:.2} | {ours}, {lines} |")
     }
 }
 

@@ -11,7 +11,7 @@ use serde_json::value::RawValue;
 use serde_json::{Value, json};
 
 use super::rotation;
-use super::work::{Error, Prepared, Problem, functions, read, require};
+use super::work::{Error, Prepared, read, require, reusing};
 
 /// The number of parameters of a camera: rotation vector, centre, focal length, principal point, distortion.
 const CAMERA: usize = 11;
@@ -26,7 +26,7 @@ const SENT: usize = 30;
 /// The input from GradBench: the numbers of cameras, points and observations. One camera, one point, one weight and one
 /// feature follow, which are repeated as often as needed.
 #[derive(Deserialize)]
-pub(super) struct Input {
+struct Input {
     n: usize,
     m: usize,
     p: usize,
@@ -37,7 +37,7 @@ pub(super) struct Input {
 }
 
 /// A bundle adjustment that is ready to run, with memory for its results.
-pub(super) struct Ba {
+struct Ba {
     scene: Scene,
     reprojection: Vec<[f64; 2]>,
     weight_error: Vec<f64>,
@@ -83,7 +83,7 @@ impl Kernel<INPUTS, 3> for Observation {
 }
 
 impl Ba {
-    pub(super) fn new(input: Input) -> Result<Self, Error> {
+    fn new(input: Input) -> Result<Self, Error> {
         let Input { n, m, p, .. } = input;
         let fits = [n, m, p].iter().all(|count| (1..=MOST).contains(count));
         require(fits, "`n`, `m` and `p` must be from 1 to 16777216")?;
@@ -115,6 +115,43 @@ impl Ba {
     fn ends(&self) -> Value {
         let Csr { rows, cols, vals } = &self.jacobian;
         json!({ "rows": ends(rows), "cols": ends(cols), "vals": ends(vals) })
+    }
+
+    fn objective(&mut self) {
+        let scene = &self.scene;
+        let keep = |i, [u, v, weight]: [f64; 3]| {
+            self.reprojection[i] = [u, v];
+            self.weight_error[i] = weight;
+        };
+        data::values(&Observation, scene.weights.len(), |i| scene.inputs(i), keep);
+    }
+
+    /// Computes the rows of the Jacobian. Each reprojection has two rows, and then each weight has one.
+    fn derivative(&mut self) {
+        let (scene, Csr { rows, cols, vals }) = (&self.scene, &mut self.jacobian);
+        let count = scene.weights.len();
+        let weights = 2 * INPUTS * count;
+        cols.resize(weights + count, 0);
+        vals.resize(weights + count, 0.0);
+        rows.clear();
+        let starts = (0..=weights).step_by(INPUTS);
+        let starts = starts.chain(weights + 1..=weights + count);
+        rows.extend(starts.map(|start| start as u32));
+        let keep = |i: usize, local: data::LocalJacobian<'_, f64, INPUTS, 3>| {
+            let columns = scene.columns(i);
+            for result in 0..2 {
+                self.reprojection[i][result] = local.value(result);
+                let row = INPUTS * (2 * i + result);
+                cols[row..][..INPUTS].copy_from_slice(&columns);
+                for (input, partial) in vals[row..][..INPUTS].iter_mut().enumerate() {
+                    *partial = local.partial(result, input);
+                }
+            }
+            self.weight_error[i] = local.value(2);
+            cols[weights + i] = columns[INPUTS - 1];
+            vals[weights + i] = local.partial(2, INPUTS - 1);
+        };
+        data::jacobians(&Observation, count, |i| scene.inputs(i), keep);
     }
 }
 
@@ -157,46 +194,11 @@ impl Scene {
     }
 }
 
-impl Problem for Ba {
-    fn objective(&mut self) {
-        let scene = &self.scene;
-        let keep = |i, [u, v, weight]: [f64; 3]| {
-            self.reprojection[i] = [u, v];
-            self.weight_error[i] = weight;
-        };
-        data::values(&Observation, scene.weights.len(), |i| scene.inputs(i), keep);
-    }
-
-    /// Computes the rows of the Jacobian. Each reprojection has two rows, and then each weight has one.
-    fn derivative(&mut self) {
-        let (scene, Csr { rows, cols, vals }) = (&self.scene, &mut self.jacobian);
-        let count = scene.weights.len();
-        let weights = 2 * INPUTS * count;
-        cols.resize(weights + count, 0);
-        vals.resize(weights + count, 0.0);
-        rows.clear();
-        let starts = (0..=weights).step_by(INPUTS);
-        let starts = starts.chain(weights + 1..=weights + count);
-        rows.extend(starts.map(|start| start as u32));
-        let keep = |i: usize, local: data::LocalJacobian<'_, f64, INPUTS, 3>| {
-            let columns = scene.columns(i);
-            for result in 0..2 {
-                self.reprojection[i][result] = local.value(result);
-                let row = INPUTS * (2 * i + result);
-                cols[row..][..INPUTS].copy_from_slice(&columns);
-                for (input, partial) in vals[row..][..INPUTS].iter_mut().enumerate() {
-                    *partial = local.partial(result, input);
-                }
-            }
-            self.weight_error[i] = local.value(2);
-            cols[weights + i] = columns[INPUTS - 1];
-            vals[weights + i] = local.partial(2, INPUTS - 1);
-        };
-        data::jacobians(&Observation, count, |i| scene.inputs(i), keep);
-    }
-}
-
 pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {
     let ba = Ba::new(read(input)?)?;
-    functions(function, ba, [Ba::first, Ba::ends])
+    match function {
+        "objective" => reusing(ba, Ba::objective, Ba::first),
+        "jacobian" => reusing(ba, Ba::derivative, Ba::ends),
+        _ => Error::function(function),
+    }
 }

@@ -3,17 +3,17 @@
 use std::f64::consts::PI;
 
 use autodiff::data::{Sum, Summand};
-use autodiff::{Function, Real, value_and_gradient};
+use autodiff::{Function, Real, gradient};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 use serde_json::{Value, json};
 
-use super::work::{Error, Prepared, Problem, flat, functions, read, require};
+use super::work::{Error, Prepared, flat, read, require, reusing, work};
 
 /// The input from GradBench. Each component has a triangular factor `Q` of its inverse covariance. It is given by the
 /// logarithms `q` of its diagonal and the part `l` below the diagonal, column by column.
 #[derive(Deserialize)]
-pub(super) struct Input {
+struct Input {
     d: usize,
     k: usize,
     x: Vec<Vec<f64>>,
@@ -23,15 +23,6 @@ pub(super) struct Input {
     mu: Vec<Vec<f64>>,
     q: Vec<Vec<f64>>,
     l: Vec<Vec<f64>>,
-}
-
-/// A mixture that is ready to run, with memory for its results.
-pub(super) struct Gmm {
-    mixture: Mixture,
-    /// All parameters: the weights, the means, and then for each factor `q` and `l`.
-    parameters: Vec<f64>,
-    value: f64,
-    gradient: Vec<f64>,
 }
 
 /// The log-likelihood as a function of the parameters.
@@ -61,6 +52,17 @@ impl Shape {
     #[inline(always)]
     fn packed(self) -> usize {
         1 + self.d + self.factor()
+    }
+
+    /// Returns a gradient in the form of the input, with a list for each kind of parameter.
+    fn parts(self, gradient: &[f64]) -> Value {
+        let Self { d, k } = self;
+        let (alpha, rest) = gradient.split_at(k);
+        let (mu, factors) = rest.split_at(k * d);
+        let factors = factors.chunks(self.factor());
+        let (q, l): (Vec<_>, Vec<_>) = factors.map(|factor| factor.split_at(d)).unzip();
+        let mu: Vec<_> = mu.chunks(d).collect();
+        json!({ "alpha": alpha, "mu": mu, "q": q, "l": l })
     }
 }
 
@@ -156,30 +158,27 @@ impl Mixture {
     }
 }
 
-impl Gmm {
-    pub(super) fn new(input: Input) -> Result<Self, Error> {
-        let Input { d, k, x, .. } = input;
+impl Input {
+    /// Returns the log-likelihood and all parameters: the weights, the means, and then for each factor `q` and `l`.
+    fn mixture(self) -> Result<(Mixture, Vec<f64>), Error> {
+        let Self { d, k, x, .. } = self;
         require(
             d > 0 && k > 0 && !x.is_empty(),
             "`d` and `k` must be 1 or more, and `x` must not be empty",
         )?;
-        let components = [&input.mu, &input.q, &input.l].map(Vec::len);
-        let fits = components == [k; 3] && input.alpha.len() == k;
+        let components = [&self.mu, &self.q, &self.l].map(Vec::len);
+        let fits = components == [k; 3] && self.alpha.len() == k;
         require(fits, "`alpha`, `mu`, `q` and `l` must have `k` entries")?;
         flat(&x, d, "each row of `x` must have `d` numbers")?;
-        let mut parameters = input.alpha;
-        parameters.extend(flat(
-            &input.mu,
-            d,
-            "each row of `mu` must have `d` numbers",
-        )?);
-        flat(&input.q, d, "each row of `q` must have `d` numbers")?;
+        let mut parameters = self.alpha;
+        parameters.extend(flat(&self.mu, d, "each row of `mu` must have `d` numbers")?);
+        flat(&self.q, d, "each row of `q` must have `d` numbers")?;
         flat(
-            &input.l,
+            &self.l,
             d * (d - 1) / 2,
             "each row of `l` must have d(d-1)/2 numbers",
         )?;
-        for (q, l) in input.q.iter().zip(&input.l) {
+        for (q, l) in self.q.iter().zip(&self.l) {
             parameters.extend(q);
             parameters.extend(l);
         }
@@ -187,42 +186,23 @@ impl Gmm {
         let mixture = Mixture {
             shape,
             points: x.len(),
-            m: input.m,
-            gamma: input.gamma,
+            m: self.m,
+            gamma: self.gamma,
             likelihood: Sum::new(Likelihood(shape), &x),
         };
-        Ok(Self {
-            mixture,
-            parameters,
-            value: 0.0,
-            gradient: Vec::new(),
-        })
-    }
-
-    /// Returns the gradient in the form of the input, with a list for each kind of parameter.
-    fn parts(&self) -> Value {
-        let Shape { d, k } = self.mixture.shape;
-        let (alpha, rest) = self.gradient.split_at(k);
-        let (mu, factors) = rest.split_at(k * d);
-        let factors = factors.chunks(self.mixture.shape.factor());
-        let (q, l): (Vec<_>, Vec<_>) = factors.map(|factor| factor.split_at(d)).unzip();
-        let mu: Vec<_> = mu.chunks(d).collect();
-        json!({ "alpha": alpha, "mu": mu, "q": q, "l": l })
-    }
-}
-
-impl Problem for Gmm {
-    fn objective(&mut self) {
-        self.value = self.mixture.eval(&self.parameters);
-    }
-
-    fn derivative(&mut self) {
-        (self.value, self.gradient) =
-            value_and_gradient(|x| self.mixture.eval(x), &self.parameters);
+        Ok((mixture, parameters))
     }
 }
 
 pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {
-    let gmm = Gmm::new(read(input)?)?;
-    functions(function, gmm, [|gmm| json!(gmm.value), Gmm::parts])
+    let (mixture, parameters) = read::<Input>(input)?.mixture()?;
+    let shape = mixture.shape;
+    match function {
+        "objective" => work(move || mixture.eval(&parameters)),
+        "jacobian" => {
+            let run = move |slope: &mut _| *slope = gradient(|x| mixture.eval(x), &parameters);
+            reusing(Vec::new(), run, move |slope| shape.parts(slope))
+        }
+        _ => Error::function(function),
+    }
 }

@@ -3,20 +3,19 @@
 //! Each character is one step of a rollout. The state consists of the hidden and cell values of every layer, and the
 //! sum of the losses so far. The parameters are the weights.
 
-use autodiff::{Array, Function, Kernel, Model, Program, Real, Rollout, value_and_gradient};
+use autodiff::{Array, Function, Kernel, Model, Program, Real, Rollout, gradient};
 use cosmic::kernel;
 use serde::Deserialize;
-use serde_json::json;
 use serde_json::value::RawValue;
 
-use super::work::{Error, Prepared, Problem, flat, functions, read, require};
+use super::work::{Error, Prepared, flat, read, require, work};
 
 /// The number of weight and bias vectors in a layer.
 const PER_LAYER: usize = 8;
 
 /// The input from GradBench. Every row of a list has one number for each bit of a character.
 #[derive(Deserialize)]
-pub(super) struct Input {
+struct Input {
     /// Two rows per layer: the weights and the biases, each for the gates forget, input, output and change.
     main_params: Vec<Vec<f64>>,
     /// The input weight, the output weight and the output bias.
@@ -24,15 +23,6 @@ pub(super) struct Input {
     /// Two rows per layer: the hidden and the cell values at the start.
     state: Vec<Vec<f64>>,
     sequence: Vec<Vec<f64>>,
-}
-
-/// A language model that is ready to run, with memory for its results.
-pub(super) struct Lstm {
-    loss: LanguageLoss,
-    /// All parameters: the weights of the layers, then those of the input and the output.
-    parameters: Vec<f64>,
-    value: f64,
-    gradient: Vec<f64>,
 }
 
 /// The loss as a function of the parameters.
@@ -165,16 +155,17 @@ impl Function for LanguageLoss {
     }
 }
 
-impl Lstm {
-    pub(super) fn new(input: Input) -> Result<Self, Error> {
-        let sequence = &input.sequence;
+impl Input {
+    /// Returns the loss and all parameters: the weights of the layers, then those of the input and the output.
+    fn loss(&self) -> Result<(LanguageLoss, Vec<f64>), Error> {
+        let sequence = &self.sequence;
         require(
             sequence.len() > 1,
             "`sequence` must have at least two characters",
         )?;
-        let (bits, rows) = (sequence[0].len(), input.main_params.len());
-        let layers = rows.is_multiple_of(2) && rows > 0 && input.state.len() == rows;
-        let fits = bits > 0 && layers && input.extra_params.len() == 3;
+        let (bits, rows) = (sequence[0].len(), self.main_params.len());
+        let layers = rows.is_multiple_of(2) && rows > 0 && self.state.len() == rows;
+        let fits = bits > 0 && layers && self.extra_params.len() == 3;
         require(
             fits,
             "`main_params` and `state` must have two rows per layer, and `extra_params` three rows",
@@ -185,15 +176,15 @@ impl Lstm {
             "all characters of `sequence` must have the same length",
         )?;
         let mut start = flat(
-            &input.state,
+            &self.state,
             bits,
             "each row of `state` must have one number for each bit of a character",
         )?;
         start.push(0.0);
         let what = "each row of `main_params` must have four numbers for each bit of a character";
-        let mut parameters = flat(&input.main_params, 4 * bits, what)?;
+        let mut parameters = flat(&self.main_params, 4 * bits, what)?;
         let what = "each row of `extra_params` must have one number for each bit of a character";
-        parameters.extend(flat(&input.extra_params, bits, what)?);
+        parameters.extend(flat(&self.extra_params, bits, what)?);
         let inputs = sequence.windows(2).flat_map(|pair| {
             let count = pair[1].iter().sum();
             [&pair[0][..], &pair[1], &[count]].concat()
@@ -203,30 +194,15 @@ impl Lstm {
             inputs: inputs.collect(),
             ..Rollout::new(Cells { layers, bits }, sequence.len() - 1)
         };
-        Ok(Self {
-            loss: LanguageLoss { rollout, start },
-            parameters,
-            value: 0.0,
-            gradient: Vec::new(),
-        })
-    }
-}
-
-impl Problem for Lstm {
-    fn objective(&mut self) {
-        self.value = self.loss.eval(&self.parameters);
-    }
-
-    fn derivative(&mut self) {
-        (self.value, self.gradient) = value_and_gradient(|x| self.loss.eval(x), &self.parameters);
+        Ok((LanguageLoss { rollout, start }, parameters))
     }
 }
 
 pub(super) fn prepare(function: &str, input: &RawValue) -> Prepared {
-    let lstm = Lstm::new(read(input)?)?;
-    functions(
-        function,
-        lstm,
-        [|lstm| json!(lstm.value), |lstm| json!(lstm.gradient)],
-    )
+    let (loss, parameters) = read::<Input>(input)?.loss()?;
+    match function {
+        "objective" => work(move || loss.eval(&parameters)),
+        "jacobian" => work(move || gradient(|x| loss.eval(x), &parameters)),
+        _ => Error::function(function),
+    }
 }

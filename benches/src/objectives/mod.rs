@@ -9,7 +9,7 @@
 //! | `gmm` | reverse mode: a sum over data, replayed in lanes over blocks of data |
 //! | `ba` | forward mode: the local Jacobian of every observation, in lanes over observations |
 //! | `lstm` | reverse mode: a rollout with one step per character |
-//! | `ht` | forward mode: four directions serve all fingers, in lanes over vertices |
+//! | `ht` | forward mode: the Jacobian of all residuals; one direction moves the places of all points |
 //! | `kmeans` | forward over forward mode: one direction serves all coordinates of all centroids |
 //! | `ode` | reverse mode: a rollout of Runge-Kutta steps |
 //! | `llsq` | reverse mode: a sum over data in lanes |

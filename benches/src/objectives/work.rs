@@ -1,18 +1,9 @@
-//! The traits of objectives, and helpers that prepare the functions of GradBench.
+//! The trait of prepared functions, and helpers that prepare the functions of GradBench.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use serde_json::value::RawValue;
-
-/// An objective whose input has been read, with memory for its results.
-pub(super) trait Problem {
-    /// Computes the objective in plain floating point, without results of earlier calls.
-    fn objective(&mut self);
-
-    /// Computes the objective and its derivative, without results of earlier calls.
-    fn derivative(&mut self);
-}
 
 /// A function of a GradBench module whose input has been read.
 pub trait Work {
@@ -70,14 +61,15 @@ pub(super) fn flat(rows: &[Vec<f64>], columns: usize, what: &str) -> Result<Vec<
     Ok(rows.concat())
 }
 
-/// A [`Work`] that consists of a state, which also holds the answer, and a closure that changes the state.
-struct Function<S> {
+/// A [`Work`] that consists of a state, which also holds the answer, and two closures: one changes the state, and one reads
+/// the answer.
+struct Function<S, Run, Answer> {
     state: S,
-    run: Box<dyn FnMut(&mut S)>,
-    answer: fn(&S) -> Value,
+    run: Run,
+    answer: Answer,
 }
 
-impl<S> Work for Function<S> {
+impl<S, Run: FnMut(&mut S), Answer: Fn(&S) -> Value> Work for Function<S, Run, Answer> {
     fn run(&mut self) {
         (self.run)(&mut self.state);
     }
@@ -87,30 +79,17 @@ impl<S> Work for Function<S> {
     }
 }
 
-/// Makes a [`Work`] from a closure that computes and returns the answer.
-pub(super) fn work<T: Serialize + 'static>(mut compute: impl FnMut() -> T + 'static) -> Prepared {
-    Ok(Box::new(Function {
-        state: None,
-        run: Box::new(move |answer: &mut Option<T>| *answer = Some(compute())),
-        answer: |answer| serde_json::json!(answer),
-    }))
+/// Makes a [`Work`] whose state is reused from run to run.
+pub(super) fn reusing<S: 'static>(
+    state: S,
+    run: impl FnMut(&mut S) + 'static,
+    answer: impl Fn(&S) -> Value + 'static,
+) -> Prepared {
+    Ok(Box::new(Function { state, run, answer }))
 }
 
-/// Prepares one of a problem's two functions, `objective` or `jacobian`. For each of them, the last argument has a
-/// closure that computes and returns the answer.
-pub(super) fn functions<P: Problem + 'static>(
-    function: &str,
-    problem: P,
-    [objective, jacobian]: [fn(&P) -> Value; 2],
-) -> Prepared {
-    let (run, answer): (fn(&mut P), _) = match function {
-        "objective" => (P::objective, objective),
-        "jacobian" => (P::derivative, jacobian),
-        _ => return Error::function(function),
-    };
-    Ok(Box::new(Function {
-        state: problem,
-        run: Box::new(run),
-        answer,
-    }))
+/// Makes a [`Work`] from a closure that computes and returns the answer.
+pub(super) fn work<T: Serialize + 'static>(mut compute: impl FnMut() -> T + 'static) -> Prepared {
+    let run = move |answer: &mut Option<T>| *answer = Some(compute());
+    reusing(None, run, |answer| serde_json::json!(answer))
 }

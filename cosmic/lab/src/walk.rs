@@ -8,7 +8,7 @@ use cosmic::lattice::{Body, State};
 use cosmic::policy::{Controller, Goals};
 use cosmic::record::TrajectoryFile;
 use cosmic::scene::GoalKind;
-use cosmic::simulator::{Guarded, Span, Trajectory};
+use cosmic::simulator::{GuardedRollout, Span, Trajectory};
 use cosmic::task::Task;
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -131,7 +131,7 @@ impl Walker<'_> {
         let observed: BTreeSet<usize> = observed.chain(times).chain([steps]).collect();
         let span = Span::from_start(observed.into_iter().collect());
         let simulator = &self.task.simulator;
-        let Guarded {
+        let GuardedRollout {
             trajectory,
             divergence,
         } = simulator.guarded(&self.body, self.controller, self.start, &span);

@@ -17,7 +17,9 @@ use autodiff::{Array, Kernel, Real};
 use cosmic::geometry::{Matrix, Vector};
 use cosmic::kernel;
 use cosmic::lattice::Lattice;
-use cosmic::laws::{Force, Given, LatticeForce, Law, Pose, Step, StepInput, Stiffness, on_lattice};
+use cosmic::laws::{
+    Force, ForceParameters, LatticeForce, Law, Pose, Step, StepInput, Stiffness, on_lattice,
+};
 use cosmic::settings::within;
 use cosmic_program::Program;
 
@@ -151,7 +153,7 @@ impl Force for BentBars {
         &self,
         p: &mut autodiff::Program,
         step: &Step,
-        given: &Given<Array>,
+        given: &ForceParameters<Array>,
     ) -> Vector<Array> {
         let slots = step.graph.slot_of_edge();
         let of_pairs = |of: &dyn Fn(&Pair) -> usize| -> Vec<Option<usize>> {

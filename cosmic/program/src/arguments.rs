@@ -69,12 +69,7 @@ pub(super) struct Settings {
 impl Settings {
     /// Reads the built-in scene or the scene file `name`, and changes it by the settings of `--set`.
     pub(super) fn load(&self, name: &str, registry: &Registry) -> Result<Scene> {
-        self.apply(registry.load(name)?)
-    }
-
-    /// Changes a scene by the settings of `--set`.
-    pub(super) fn apply(&self, scene: Scene) -> Result<Scene> {
-        scene.set(&self.set)
+        registry.load(name)?.set(&self.set)
     }
 
     /// Refuses `--set` for sources that have no scene to change. If `--set` is given, returns an error that contains

@@ -64,19 +64,23 @@ impl Arguments {
     /// writes the last states to `diverged.json`.
     fn judge(&self, case: &Case, results: &CaseResults) -> Result<()> {
         let names = results.not_finite();
+        let listed = names.join(", ");
         let Some(divergence) = &results.divergence else {
             if names.is_empty() {
                 return Ok(());
             }
             let is_lost = names.iter().any(|name| name.starts_with("grad_l_disp."));
-            let says = "the derivatives of so many steps may exceed the range of numbers: take fewer steps";
-            let cause = is_lost.then(|| says.to_owned());
-            return Err(Error::NotFinite { names, cause });
+            let cause = match is_lost {
+                true => {
+                    "; the derivatives of so many steps may exceed the range of numbers: take fewer steps"
+                }
+                false => "",
+            };
+            return Err(Error::NotFinite(listed + cause));
         };
         if !names.is_empty() {
-            let names = names.join(", ");
             note(&format!(
-                "these results are not finite and were written as null: {names}"
+                "these results are not finite and were written as null: {listed}"
             ));
         }
         let text = case.diverged_json(divergence) + "\n";

@@ -53,10 +53,10 @@ fn introduction(plan: &RunPlan) -> Result<Vec<String>> {
     let robot = format!("robot: {}", plan.scene.robot());
     let world = format!("world: {}", plan.scene.world());
     let cost = format!("cost: {}", Cost::of_plan(plan)?);
-    let doubts = plan.scene.doubts().into_iter();
-    let doubts = doubts.map(|doubt| format!("warning: {doubt}"));
+    let warnings = plan.scene.warnings().into_iter();
+    let warnings = warnings.map(|warning| format!("warning: {warning}"));
     let lines = [robot, world, cost].into_iter();
-    Ok(lines.chain(doubts).collect())
+    Ok(lines.chain(warnings).collect())
 }
 
 /// The scene in which the robot is optimised, and its source.
@@ -114,9 +114,9 @@ impl Arguments {
         let beside = self.from.as_ref().map(beside).filter(|file| file.exists());
         if let Some(file) = beside.filter(|_| self.scene.is_none()) {
             let folder = file.parent().unwrap_or(Path::new(""));
-            let summary = read_summary(folder, registry);
+            let summary = read_summary(folder);
             return Ok(Origin {
-                scene: self.settings.apply(read_scene(folder, registry)?)?,
+                scene: read_scene(folder, registry)?.set(&self.settings.set)?,
                 name: summary.map_or_else(|_| name_of(&file), |summary| summary.scene),
                 source: file.display().to_string(),
             });

@@ -7,7 +7,7 @@ use cosmic::codesign::{Phase, Record};
 use cosmic::keys::Keyed;
 use cosmic::numbers::{clock, counted};
 use cosmic::record::{Observer, Run};
-use cosmic_lab::sweep::{Ended, Overseer, Plan, RunOutcome};
+use cosmic_lab::sweep::{Ended, Plan, RunOutcome, SweepObserver};
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::BTreeMap;
 use std::mem;
@@ -193,7 +193,7 @@ impl Pace {
 }
 
 /// Prints a line whenever one of several simultaneous runs ends.
-pub(super) struct Many {
+pub(super) struct FinishedRuns {
     quiet: bool,
     interrupt: Interrupt,
     /// The titles of all runs: their trials and seeds.
@@ -202,7 +202,7 @@ pub(super) struct Many {
     pace: Pace,
 }
 
-impl Many {
+impl FinishedRuns {
     /// Begins to show the runs of `plan` in `folder`, of which some may be finished.
     pub(super) fn new(output: &Output, interrupt: Interrupt, plan: &Plan, folder: &Path) -> Self {
         let over = plan.runs() - plan.left(folder).count();
@@ -216,7 +216,7 @@ impl Many {
     }
 }
 
-impl Overseer for Many {
+impl SweepObserver for FinishedRuns {
     fn stop(&self) -> Option<Arc<AtomicBool>> {
         Some(self.interrupt.flag())
     }

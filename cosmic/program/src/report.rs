@@ -63,7 +63,7 @@ impl Arguments {
 
 /// Prints the verdict on standard error, if this is a run.
 fn note_verdict(run: &Path, registry: &Registry) {
-    if let Ok(summary) = read_summary(run, registry)
+    if let Ok(summary) = read_summary(run)
         && let Ok(verdict) = verdict_of(run, &summary, registry)
     {
         note(&format!("verdict: {}", verdict.to_text()));

@@ -8,7 +8,7 @@ use cosmic::Registry;
 use cosmic::codesign::Review;
 use cosmic::error::{Error, Result};
 use cosmic::numbers::shortened;
-use cosmic::scene::{Builtin, Finding, Following, Scene};
+use cosmic::scene::{Builtin, DerivedSetting, Finding, Scene};
 use serde_json::json;
 
 /// The seed of the robot that `scene check` examines. It is also the default seed of `optimize`.
@@ -114,7 +114,7 @@ fn check(name: &str, settings: &Settings, output: &Output, registry: &Registry) 
 /// of the numbers that follow are in the output of `scene show`.
 fn description(name: &str, scene: &Scene) -> Result<String> {
     let following = scene.following().into_iter();
-    let lines = following.map(|Following { key, value, .. }| {
+    let lines = following.map(|DerivedSetting { key, value, .. }| {
         let value = shortened(&value);
         format!("{key} = {value} (auto)\n")
     });

@@ -66,15 +66,16 @@ impl Source {
         settings: &Settings,
         registry: &Registry,
     ) -> Result<Self> {
-        let text = String::from_utf8_lossy(bytes);
+        let (file, text) = (path.display().to_string(), String::from_utf8_lossy(bytes));
         let begins_as_json = || text.trim_start_matches(MARK).trim_start().starts_with('{');
         if !is_json(path) && !begins_as_json() {
             if let Some(kind) = kind_of_result(path) {
                 return Err(no_robot(path, kind));
             }
-            return Self::of_scene(settings.apply(registry.scene_of_bytes(path, bytes)?)?);
+            let scene = registry.parse(&file, text_of(&file, bytes)?)?;
+            return Self::of_scene(scene.set(&settings.set)?);
         }
-        let text = text_of(&path.display().to_string(), bytes)?;
+        let text = text_of(&file, bytes)?;
         // The text is not parsed as JSON here. It may be a truncated design, for which the reader of designs has a
         // better error.
         let format = format_of(text).unwrap_or_default();
@@ -85,10 +86,9 @@ impl Source {
         if let Some((_, kind)) = other {
             return Err(no_robot(path, kind));
         }
-        let name = path.display().to_string();
-        settings.refuse(&format!("{name} is a reference case, which has no scene"))?;
+        settings.refuse(&format!("{file} is a reference case, which has no scene"))?;
         Ok(Self {
-            case: Case::parse_with(registry, &name, text)?,
+            case: Case::parse_with(registry, &file, text)?,
             scene: None,
             is_delivered: false,
         })
@@ -111,7 +111,7 @@ impl Source {
     ) -> Result<Self> {
         let design = DesignFile::parse(path, bytes)?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        let scene = settings.apply(read_scene(folder, registry)?)?;
+        let scene = read_scene(folder, registry)?.set(&settings.set)?;
         Ok(Self {
             case: fitted((path, bytes), |file| design.case(&scene, file))?,
             scene: Some(scene),

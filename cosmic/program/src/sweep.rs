@@ -3,7 +3,7 @@
 use crate::arguments::{Output, Work, count, seed};
 use crate::interrupt::Interrupt;
 use crate::output::{answer, note};
-use crate::progress::{Many, Progress, title, told};
+use crate::progress::{FinishedRuns, Progress, title, told};
 use clap::{Args, Subcommand};
 use cosmic::Registry;
 use cosmic::error::Result;
@@ -69,7 +69,7 @@ impl Arguments {
     pub(super) fn run(&self, registry: &Registry) -> Result<()> {
         match &self.action {
             Action::Run(run) => run.run(registry),
-            Action::Merge { sweep, output } => merge(sweep, registry, output),
+            Action::Merge { sweep, output } => merge(sweep, output),
         }
     }
 }
@@ -98,13 +98,13 @@ impl Run {
         match self.index {
             Some(index) => one(&sweep, index, interrupt, &self.work)?,
             None => {
-                let overseer = Many::new(output, interrupt, plan, folder);
-                sweep.run_all(self.work.threads, &overseer)?;
+                let observer = FinishedRuns::new(output, interrupt, plan, folder);
+                sweep.run_all(self.work.threads, &observer)?;
             }
         }
         let (left, total) = (plan.left(folder).count(), plan.runs());
         if left == 0 {
-            return merge(folder, registry, output);
+            return merge(folder, output);
         }
         if self.index.is_none() && !output.quiet {
             note(&format!("other processes are doing {left} of {total} runs"));
@@ -125,8 +125,8 @@ fn one(sweep: &Sweep, index: usize, interrupt: Interrupt, work: &Work) -> Result
     Ok(())
 }
 
-fn merge(sweep: &Path, registry: &Registry, output: &Output) -> Result<()> {
-    let merged = sweep::merge(sweep, registry)?;
+fn merge(sweep: &Path, output: &Output) -> Result<()> {
+    let merged = sweep::merge(sweep)?;
     let (results, missing) = (merged.results.display(), merged.missing);
     if missing > 0 && !output.quiet {
         note(&format!("{missing} runs are not done"));

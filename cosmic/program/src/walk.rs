@@ -31,7 +31,7 @@ pub(super) struct Arguments {
     /// A goal, and the time at which it begins; can be repeated, as in `--goal 1.2 --goal -1@5s`. The first goal begins
     /// at 0 s and needs no time
     #[arg(long = "goal", value_name = "X[@TIME]", value_parser = told, allow_hyphen_values = true)]
-    goals: Vec<Told>,
+    goals: Vec<GoalArgument>,
     /// How long the robot walks, s [default: the scene's time, or longer, until the last goal had half of that time]
     #[arg(long, value_name = "S", value_parser = seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
@@ -47,7 +47,7 @@ const MOST_STEPS: usize = 1_000_000;
 
 /// A goal of the command line.
 #[derive(Debug, Clone)]
-struct Told {
+struct GoalArgument {
     /// The argument, for messages.
     text: String,
     /// The place along the ground, counted from the payload at the start, m.
@@ -57,7 +57,7 @@ struct Told {
 }
 
 /// Parses a goal, such as `1.2` or `-1@5s`.
-fn told(text: &str) -> std::result::Result<Told, String> {
+fn told(text: &str) -> std::result::Result<GoalArgument, String> {
     let (along, time) = match text.split_once('@') {
         Some((along, time)) => (along, Some(time)),
         None => (text, None),
@@ -65,7 +65,7 @@ fn told(text: &str) -> std::result::Result<Told, String> {
     let expected =
         "expected a place from -1000 to 1000 m, and its time after `@`, as in 1.2 or -1@5s";
     let of_time = |time: &str| seconds(time.strip_suffix('s').unwrap_or(time));
-    Ok(Told {
+    Ok(GoalArgument {
         text: text.to_owned(),
         along: number(along, |x| x.abs() <= 1e3, expected.to_owned())?,
         time: time.map(of_time).transpose()?,
@@ -128,7 +128,12 @@ impl<'a> Plan<'a> {
 
     /// Returns the goals and the number of steps of a walk. Without `told` goals, the robot walks to and fro within the
     /// range `along`.
-    fn walk(&self, told: &[Told], along: [f64; 2], seconds: Option<f64>) -> Result<(Goals, usize)> {
+    fn walk(
+        &self,
+        told: &[GoalArgument],
+        along: [f64; 2],
+        seconds: Option<f64>,
+    ) -> Result<(Goals, usize)> {
         let goals = match told {
             [] => self.to_and_fro(along),
             [first, later @ ..] => self.told(first, later)?,
@@ -163,15 +168,16 @@ impl<'a> Plan<'a> {
         goals.then(2 * self.leg, place(right))
     }
 
-    fn told(&self, first: &Told, later: &[Told]) -> Result<Goals> {
+    fn told(&self, first: &GoalArgument, later: &[GoalArgument]) -> Result<Goals> {
         let steps = |time: f64| (time / self.dt).round() as usize;
-        let refuse =
-            |told: &Told, says: String| Err(Error::Usage(format!("--goal {}: {says}", told.text)));
+        let refuse = |told: &GoalArgument, says: String| {
+            Err(Error::Usage(format!("--goal {}: {says}", told.text)))
+        };
         if first.time.is_some_and(|time| steps(time) > 0) {
             let says = "the first goal must begin at 0 s; leave out its time, or put another goal before it";
             return refuse(first, says.to_owned());
         }
-        let goal = |told: &Told| walk::place(self.case, told.along);
+        let goal = |told: &GoalArgument| walk::place(self.case, told.along);
         let mut goals = Goals::at(goal(first));
         let mut before = 0;
         for told in later {

@@ -9,7 +9,7 @@ use cosmic::projection::Projection;
 use cosmic::record::Summary;
 use cosmic::scene::{Scene, reference};
 use serde_json::Value;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -35,9 +35,8 @@ window = 16
 task = \"climb\"
 ";
 
-/// The headings of the generated parts at the ends of pages.
+/// The heading of the generated part at the end of a page.
 const KEYS: &str = "## Keys\n\n";
-const COLUMNS: &str = "## Columns of the tables\n\n";
 /// The end of a generated part within a page.
 const END: &str = "\n<!-- end of the generated table -->";
 
@@ -51,13 +50,9 @@ fn page(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// Returns the names that the pages do not describe. A name counts as described if it is in backticks somewhere before
-/// the generated list of columns.
+/// Returns the names that the pages do not describe. A name counts as described if it is in backticks.
 fn missing(names: &BTreeSet<String>) -> Vec<&String> {
     let pages = ["files.md", "scene.md"].map(|name| fs::read_to_string(page(name)).unwrap());
-    let pages = pages
-        .each_ref()
-        .map(|page| page.split(COLUMNS).next().unwrap());
     let is_missing = |name: &&String| !pages.concat().contains(&format!("`{name}`"));
     names.iter().filter(is_missing).collect()
 }
@@ -101,26 +96,19 @@ fn of_json(value: &Value, names: &mut BTreeSet<String>) {
     }
 }
 
-/// The names of files, keys and columns that were found, and the first line of each table by the table's name.
-#[derive(Default)]
-struct Found {
-    names: BTreeSet<String>,
-    tables: BTreeMap<String, String>,
-}
-
-/// Collects the names in a folder and in its subfolders. From a snapshot, it takes only the outermost keys.
-fn of_folder(folder: &Path, found: &mut Found) {
+/// Collects the names of files, keys and columns in a folder and in its subfolders. From a snapshot, it takes only the
+/// outermost keys.
+fn of_folder(folder: &Path, names: &mut BTreeSet<String>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_str().unwrap().to_owned();
         if path.is_dir() {
-            of_folder(&path, found);
+            of_folder(&path, names);
             continue;
         }
         let bytes = fs::read(&path).unwrap();
         let text = String::from_utf8_lossy(&bytes);
         let json = |text: &str| serde_json::from_str::<Value>(text).unwrap();
-        let names = &mut found.names;
         match name.rsplit_once('.').unwrap().1 {
             "json" if name == "snapshot.json" => {
                 let file = json(&text);
@@ -131,8 +119,6 @@ fn of_folder(folder: &Path, found: &mut Found) {
             "csv" => {
                 let head = text.lines().next().unwrap();
                 names.extend(head.split(',').map(str::to_owned));
-                let head = format!("`{}`", head.replace(',', "`, `"));
-                found.tables.insert(name.clone(), head);
             }
             _ => continue,
         }
@@ -151,17 +137,8 @@ fn the_page_describes_all_files_of_runs_and_sweeps() {
     ] {
         bench.ok(command);
     }
-    let mut found = Found::default();
-    of_folder(&bench.path("runs"), &mut found);
-    let Found { names, tables } = found;
-    let row = |(name, columns): (&String, &String)| format!("| `{name}` | {columns} |\n");
-    let table = tables.iter().map(row);
-    let head = "| table | columns, in order |\n| --- | --- |\n".to_owned();
-    is_fresh(
-        "files.md",
-        COLUMNS,
-        &table.fold(head, |text, row| text + &row),
-    );
+    let mut names = BTreeSet::new();
+    of_folder(&bench.path("runs"), &mut names);
     let rare = "bars.csv start.json entered loss_p50 merit_horizon";
     for name in rare.split(' ') {
         assert!(names.contains(name), "no file of these runs has {name}");

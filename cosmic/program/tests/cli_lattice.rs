@@ -7,7 +7,6 @@ use cosmic::case::Case;
 use cosmic::codesign::Record;
 use cosmic::lattice::Truss;
 use cosmic::record::{Observer, Run, RunPlan, optimise};
-use cosmic::scene::Scene;
 use serde_json::Value;
 use std::fs;
 use std::ops::ControlFlow;
@@ -182,7 +181,7 @@ fn a_lattice_of_a_program_is_copied_into_its_runs() {
 #[test]
 fn a_case_of_any_lattice_reads_back_to_the_same_results() {
     let bench = bench();
-    let truss = Scene::read(&bench.path("tiny.toml")).unwrap();
+    let truss = Registry::default().read(&bench.path("tiny.toml")).unwrap();
     let of_kind = |kind| {
         let kind = format!("lattice.kind={kind}");
         truss.set(&["lattice.file=off", &kind]).unwrap()

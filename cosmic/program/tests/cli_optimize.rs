@@ -2,7 +2,6 @@
 
 use crate::common::Bench;
 use crate::program::has;
-use cosmic::Registry;
 use cosmic::record::run::read_summary;
 use cosmic::record::{DesignFile, Summary, TrajectoryFile};
 use serde_json::Value;
@@ -35,7 +34,7 @@ fn the_summary_has_the_promised_keys_and_agrees_with_the_other_files() {
         volume,
         actuator_volume,
         ..
-    } = read_summary(&bench.path("a"), &Registry::default()).unwrap();
+    } = read_summary(&bench.path("a")).unwrap();
     let design = DesignFile::read(&bench.path("a/design.json")).unwrap();
     assert!(design.design().layout().is_some());
     assert_eq!(design.edges.len(), 20);

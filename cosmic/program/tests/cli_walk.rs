@@ -4,10 +4,10 @@ use crate::cli_browser::{browser, document};
 use crate::cli_report::{fetches_nothing, pictures};
 use crate::common::Bench;
 use crate::program::has;
+use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::policy::Goals;
 use cosmic::record::DesignFile;
-use cosmic::scene::Scene;
 use cosmic::simulator::Span;
 use cosmic_lab::walk::place;
 use serde_json::Value;
@@ -35,7 +35,9 @@ static BENCH: LazyLock<Bench> = LazyLock::new(|| {
 });
 
 fn case() -> Case {
-    let scene = Scene::read(&BENCH.path("run/scene.toml")).unwrap();
+    let scene = Registry::default()
+        .read(&BENCH.path("run/scene.toml"))
+        .unwrap();
     let design = DesignFile::read(&BENCH.path("run/design.json")).unwrap();
     design.case(&scene, "design.json").unwrap()
 }

@@ -1,9 +1,9 @@
 //! `cosmic export`: the tables and the drawing. The tests of the Python package make drawings and solids from the tables.
 
 use crate::common::{Bench, scene};
+use cosmic::Registry;
 use cosmic::lattice::Lattice;
 use cosmic::record::DesignFile;
-use cosmic::scene::Scene;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
@@ -28,7 +28,9 @@ pub(crate) fn table(bench: &Bench, name: &str) -> Vec<BTreeMap<String, String>> 
 /// Asserts that the tables describe the bars of the run. The last digit of a number is a nanometre or a microgram.
 fn the_tables_are_right(bench: &Bench) {
     bench.ok("export run --csv --out made");
-    let scene = Scene::read(&bench.path("run/scene.toml")).unwrap();
+    let scene = Registry::default()
+        .read(&bench.path("run/scene.toml"))
+        .unwrap();
     let design = DesignFile::read(&bench.path("run/design.json")).unwrap();
     let lattice = Lattice::new(&scene.lattice, &scene.physics);
     let body = design.case(&scene, "design.json").unwrap().body();

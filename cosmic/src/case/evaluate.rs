@@ -9,8 +9,8 @@ use crate::inputs::{ALL, DESIGN, Inputs};
 use crate::lattice::Body;
 use crate::objective::{Displacement, measures};
 use crate::policy::Weights;
-use crate::projection::{self, Holds, Projection};
-use crate::simulator::{Divergence, Guarded, Span, StepCheck};
+use crate::projection::{self, MixtureLimits, Projection};
+use crate::simulator::{Divergence, GuardedRollout, Span, StepCheck};
 use crate::task::{Horizon, Task};
 
 impl Case {
@@ -35,7 +35,7 @@ impl Case {
         match &self.design {
             Design::Layout(layout) => Design::Layout(layout.clone()),
             Design::Undecided(_) => {
-                let holds = Holds::new(&self.scene.projection, &self.lattice);
+                let holds = MixtureLimits::new(&self.scene.projection, &self.lattice);
                 Design::Undecided(projection::mixtures(
                     projection,
                     z,
@@ -98,7 +98,7 @@ impl Case {
         observed.push(self.scene.physics.steps);
         observed.dedup();
         let span = Span::from_start(observed);
-        let Guarded {
+        let GuardedRollout {
             trajectory,
             divergence,
         } = (task.simulator).guarded(&body, &self.controller, &self.start, &span);

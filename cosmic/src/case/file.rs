@@ -16,7 +16,7 @@ use crate::laws::{ContactLaw, ForceLaws, LawFile};
 use crate::policy::Weights;
 use crate::projection::Projection;
 use crate::scene::{
-    Chosen, ClockKind, GoalKind, GroundSettings, Integrator, LatticeKind, LatticeSettings,
+    ClockKind, GoalKind, GroundSettings, Integrator, ItemName, LatticeKind, LatticeSettings,
     MovedBody, PartsSettings, Scene, VoidEdges,
 };
 use crate::settings::{Field, Settings, read_json};
@@ -42,7 +42,7 @@ pub(super) struct CaseFile {
     pub(super) edges: Vec<[usize; 2]>,
     /// The payload and the edge rules of a truss. Present only in cases with a truss.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) truss: Option<Marks>,
+    pub(super) truss: Option<TrussExtras>,
     pub(super) l0: Vec<f64>,
     /// The scale of the lattice, m. A case without this key has the scale of the paper's lattice.
     #[serde(default = "one", skip_serializing_if = "is_one")]
@@ -79,7 +79,7 @@ impl From<&Case> for CaseFile {
             note: None,
             scene: CaseScene::of(scene),
             edges: lattice.edges.clone(),
-            truss: Marks::of(&scene.lattice, lattice),
+            truss: TrussExtras::of(&scene.lattice, lattice),
             l0: lattice.rest_length.clone(),
             scale: lattice.scale,
             x0: case.start.x.clone(),
@@ -176,7 +176,7 @@ macro_rules! keys {
 /// and the stiffnesses of bars.
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Marks {
+pub(super) struct TrussExtras {
     pub(super) payload: Vec<Payload>,
     keep: Vec<usize>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -189,7 +189,7 @@ pub(super) struct Marks {
     pub(super) stiffness: Vec<f64>,
 }
 
-impl Marks {
+impl TrussExtras {
     /// The payload and the edge rules of `lattice`; `None` if the lattice is generated.
     pub(super) fn of(layout: &LatticeSettings, lattice: &Lattice) -> Option<Self> {
         layout.file.truss()?;
@@ -313,7 +313,7 @@ fn is_empty(parts: &Parts) -> bool {
     parts.0.is_empty()
 }
 
-impl Form<PartsSettings> for Parts {
+impl StoredForm<PartsSettings> for Parts {
     fn set(&self, setting: &mut PartsSettings, file: &str, key: &str) -> error::Result<()> {
         for (name, value) in &self.0 {
             let field = setting.fields().into_iter().find(|field| field.key == name);
@@ -327,39 +327,39 @@ impl Form<PartsSettings> for Parts {
 }
 
 /// A type of JSON value in a case file, from which a setting of type `T` is read.
-trait Form<T> {
+trait StoredForm<T> {
     /// Copies this value to the setting. Errors name the file and the key of the value.
     fn set(&self, setting: &mut T, file: &str, key: &str) -> error::Result<()>;
 }
 
-impl<T: Clone> Form<T> for T {
+impl<T: Clone> StoredForm<T> for T {
     fn set(&self, setting: &mut T, _: &str, _: &str) -> error::Result<()> {
         setting.clone_from(self);
         Ok(())
     }
 }
 
-impl Form<GroundSettings> for Profile {
+impl StoredForm<GroundSettings> for Profile {
     fn set(&self, setting: &mut GroundSettings, _: &str, _: &str) -> error::Result<()> {
         *setting = self.clone().into();
         Ok(())
     }
 }
 
-impl Form<ContactLaw> for LawFile {
+impl StoredForm<ContactLaw> for LawFile {
     fn set(&self, setting: &mut ContactLaw, file: &str, key: &str) -> error::Result<()> {
         setting.read_file(self).map_err(refused(file, key))
     }
 }
 
-impl Form<ForceLaws> for Vec<LawFile> {
+impl StoredForm<ForceLaws> for Vec<LawFile> {
     fn set(&self, setting: &mut ForceLaws, file: &str, key: &str) -> error::Result<()> {
         setting.read_files(self).map_err(refused(file, key))
     }
 }
 
-impl Form<Chosen> for String {
-    fn set(&self, setting: &mut Chosen, file: &str, key: &str) -> error::Result<()> {
+impl StoredForm<ItemName> for String {
+    fn set(&self, setting: &mut ItemName, file: &str, key: &str) -> error::Result<()> {
         setting.choose(self).map_err(refused(file, key))
     }
 }
@@ -388,7 +388,7 @@ fn is_two(option: &usize) -> bool {
 }
 
 fn mlp() -> String {
-    Chosen::POLICIES[0].to_owned()
+    ItemName::POLICIES[0].to_owned()
 }
 
 fn is_mlp(policy: &str) -> bool {

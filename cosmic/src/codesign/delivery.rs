@@ -171,7 +171,7 @@ impl Evaluator {
 
     /// The reasons not to trust a robot that walks differently with other time steps. `own` has its results with the
     /// scene's.
-    fn unsteady(&self, own: &Reaches, other: &OtherSteps) -> Vec<String> {
+    fn unsteady(&self, own: &QuantilesOverDomains, other: &OtherSteps) -> Vec<String> {
         let integrator = self.scene.physics.integrator;
         self.merit().unsteady(own.merit.p50, other, integrator)
     }
@@ -194,7 +194,7 @@ impl Evaluator {
     /// Whether a robot is reliable. `unsteady` has the reasons that follow from other time steps.
     fn reliability(
         &self,
-        varied: &Reaches,
+        varied: &QuantilesOverDomains,
         unperturbed: f64,
         unsteady: Vec<String>,
         standstill: Option<Standstill>,
@@ -253,10 +253,10 @@ impl Evaluator {
         controller: &Controller<f64>,
         seed: u64,
         domains: &[Domain],
-    ) -> ([Reaches; 2], Option<Energy>) {
+    ) -> ([QuantilesOverDomains; 2], Option<Energy>) {
         let reach = |domains: &[Domain]| self.spreads(design, &[controller], domains).remove(0);
         let varied = reach(domains);
-        let energy = |robust: &Reaches, domains: &[Domain]| {
+        let energy = |robust: &QuantilesOverDomains, domains: &[Domain]| {
             let domain = &domains[robust.typical?];
             self.energy_in(design, controller, domain, robust.displacement.p50)
         };
@@ -337,7 +337,7 @@ impl Evaluator {
         design: &Design<Mixture<f64>>,
         controllers: &[&Controller<f64>],
         domains: &[Domain],
-    ) -> Vec<Reaches> {
+    ) -> Vec<QuantilesOverDomains> {
         let count = together(controllers.len() * domains.len());
         let jobs = controllers.iter();
         let jobs: Vec<_> = jobs
@@ -350,7 +350,7 @@ impl Evaluator {
         let reached = reached.concat();
         let of = |reached: &[Reached]| {
             let displacement = spread(reached, |r| r.moved[0]);
-            Reaches {
+            QuantilesOverDomains {
                 displacement,
                 merit: spread(reached, |r| r.merit),
                 typical: nearest(reached, displacement.p50),
@@ -362,7 +362,7 @@ impl Evaluator {
 
 /// The quantiles of one controller's results over several domains.
 #[derive(Clone, Copy)]
-pub(super) struct Reaches {
+pub(super) struct QuantilesOverDomains {
     pub(super) displacement: Quantiles,
     pub(super) merit: Quantiles,
     /// The number of the rollout whose displacement is nearest to the median; `None` if there is no median.

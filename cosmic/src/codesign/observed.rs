@@ -8,14 +8,14 @@ use crate::design::{Design, Mixture, Structure, volumes};
 use crate::domain::Domain;
 use crate::geometry::Vector;
 use crate::policy::{Controller, frequency};
-use crate::simulator::{BarLoad, Divergence, Energy, Guarded, Loads, Span, Trajectory};
+use crate::simulator::{BarLoad, Divergence, Energy, GuardedRollout, Loads, Span, Trajectory};
 
-/// The states in [`Observed::trajectory`] are this number of steps apart.
+/// The states in [`ObservedRollout::trajectory`] are this number of steps apart.
 const KEEP_EVERY: usize = 16;
 
 /// A robot in one rollout from the unperturbed start.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Observed {
+pub struct ObservedRollout {
     /// The states after every 16 steps, and the last state.
     pub trajectory: Trajectory<f64>,
     /// Where the rollout diverged, if it did.
@@ -41,12 +41,16 @@ pub struct Observed {
 impl Evaluator {
     /// Simulates a robot from the unperturbed start and measures the loads of its bars. `design` is in the form that is
     /// simulated.
-    pub fn observe(&self, design: &Design<Mixture<f64>>, controller: &Controller<f64>) -> Observed {
+    pub fn observe(
+        &self,
+        design: &Design<Mixture<f64>>,
+        controller: &Controller<f64>,
+    ) -> ObservedRollout {
         let (task, steps) = (&self.task, self.scene.physics.steps);
         let (simulator, body) = (&task.simulator, task.body(design));
         let kept = (0..steps).step_by(KEEP_EVERY).chain([steps]).collect();
         let span = Span::from_start(kept);
-        let Guarded {
+        let GuardedRollout {
             trajectory,
             divergence,
         } = simulator.guarded(&body, controller, &self.start, &span);
@@ -65,7 +69,7 @@ impl Evaluator {
             layout.map(|layout| simulator.loads(layout, &body, controller, &self.start, steps));
         let bars = bars.unwrap_or_default();
         let [volume, actuator_volume] = volumes(&design.mixtures());
-        Observed {
+        ObservedRollout {
             loads: layout
                 .map(|layout| simulator.loads_of(layout, &bars, &trajectory, &task.materials)),
             energy: layout.map(|layout| {

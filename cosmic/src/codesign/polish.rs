@@ -13,7 +13,7 @@ use super::schedule::Schedule;
 use super::slope::Slope;
 use super::slopes::Variables;
 use crate::design::{Design, LayoutRules, Material, flipped};
-use crate::projection::Holds;
+use crate::projection::MixtureLimits;
 
 /// Of the layouts that took a short rollout, the best ones take a full rollout: one in every this many.
 const HEAT: usize = 4;
@@ -61,7 +61,7 @@ fn finalists(
         return Vec::new();
     }
     let (slopes, _) = gradient.as_chunks();
-    let holds = Holds::new(&scene.projection, &task.lattice);
+    let holds = MixtureLimits::new(&scene.projection, &task.lattice);
     let cost = |edge: usize, from: Material, to: Material| {
         let slope = |m: Material| m.of(&slopes[edge]);
         (!holds.is_held(edge, to)).then(|| slope(to) - slope(from))

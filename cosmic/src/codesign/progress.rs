@@ -110,14 +110,11 @@ impl Progress {
         let lost = record.loss_horizon.filter(|loss| !loss.is_finite());
         match lost {
             Some(loss) if done >= WITHOUT_LOSS && updates == 0 && self.skipped > 0 => {
-                Err(Error::NotFinite {
-                    names: vec!["the loss".to_owned()],
-                    cause: Some(format!(
-                        "after iteration {} the loss is {loss}, and no gradient so far could be used; check \
-                         the loss and the scene for divisions by zero and extreme values",
-                        record.iteration
-                    )),
-                })
+                Err(Error::NotFinite(format!(
+                    "the loss; after iteration {} the loss is {loss}, and no gradient so far could be used; check \
+                     the loss and the scene for divisions by zero and extreme values",
+                    record.iteration
+                )))
             }
             _ => Ok(()),
         }
@@ -209,8 +206,8 @@ crate::keys! {
         phase: Phase, "text";
         /// What was updated, `design` or `controller`; `null` for the snap.
         pass: Option<Pass>, "text or `null`";
-        /// Displacement along the ground of a full rollout; `null` if it diverged. Every tenth iteration of the
-        /// co-design and every iteration of the fine-tuning has a full rollout.
+        /// Displacement along the ground of a full rollout, in every tenth iteration of the co-design and every
+        /// iteration of the fine-tuning; `null` in other iterations, and if the rollout diverged.
         displacement: Option<f64>, "number or `null`", unit "m";
         /// True if the full rollout diverged; absent otherwise.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]

@@ -25,7 +25,7 @@ impl Review {
     pub fn new(scene: &Scene, seed: u64) -> Result<Self> {
         const STEP: [&str; 2] = ["physics.dt", "physics.substeps"];
         let check = CoDesign::new(scene)?.step_check_at_start(seed)?;
-        let (mut refusals, mut warnings) = (Vec::new(), scene.doubts());
+        let (mut refusals, mut warnings) = (Vec::new(), scene.warnings());
         match check.accept(&scene.physics) {
             Err(error) => {
                 let remedy = error.remedy().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! [`Slope`], a gradient of the loss; [`At`], the point at which gradients are computed; and means of gradients over
+//! [`Slope`], a gradient of the loss; [`GradientPoint`], the point at which gradients are computed; and means of gradients over
 //! design passes and over domains.
 
 use rayon::prelude::*;
@@ -70,7 +70,7 @@ impl Slope {
 }
 
 /// The point at which gradients are computed: the robot and its start, the domains, and the horizon.
-pub struct At<'a> {
+pub struct GradientPoint<'a> {
     /// The domains that gradients are averaged over. If there are none, the gradient of the nominal task is used.
     pub domains: Vec<Domain<'a>>,
     /// The inputs of the rollout: design vectors, controller and start.
@@ -82,7 +82,7 @@ pub struct At<'a> {
     pub sticks: bool,
 }
 
-impl At<'_> {
+impl GradientPoint<'_> {
     /// Calls `slopes` in every domain and returns the mean of each of the `N` gradients. Without domains, calls it once
     /// for the nominal task.
     pub(super) fn means<const N: usize>(

@@ -6,7 +6,7 @@ use super::evaluator::Evaluator;
 use super::progress::Progress;
 use super::reach::Reached;
 use super::schedule::Schedule;
-use super::slope::{At, Slope};
+use super::slope::{GradientPoint, Slope};
 use crate::design::{Design, Mixture};
 use crate::inputs::{Block, CONTROLLER, DESIGN, Inputs, NOTHING};
 use crate::lattice::State;
@@ -58,9 +58,9 @@ const WALKS: f64 = 0.01;
 
 impl Evaluator {
     /// The point at which an iteration computes its gradients: the current robot, the domains, and the horizon.
-    pub fn point(&self, progress: &Progress, now: &Schedule) -> At<'_> {
+    pub fn point(&self, progress: &Progress, now: &Schedule) -> GradientPoint<'_> {
         let (first, domains) = self.domains(progress, now);
-        At {
+        GradientPoint {
             domains,
             inputs: self.inputs(progress),
             horizon: self.horizon(now, first),
@@ -102,7 +102,7 @@ impl Evaluator {
     /// The gradients with respect to the design, through the performance projection and through the stability
     /// projection; `None` for a projection that has no share in the update. The two rollouts run in SIMD lanes on one
     /// thread if that is possible, otherwise on two threads.
-    pub fn design_slopes(&self, at: &At) -> [Option<Slope>; 2] {
+    pub fn design_slopes(&self, at: &GradientPoint) -> [Option<Slope>; 2] {
         let both = [Projection::Performance, Projection::Stability].map(Variables::Design);
         let alone = |k: usize| {
             let [slope] = self.slopes([both[k]], at);
@@ -125,7 +125,11 @@ impl Evaluator {
     ///
     /// A payload that sticks to the ground has a gradient of exactly zero, from which the optimisation could not get
     /// away. If that was so in the last passes, the gradients are therefore those of the centre of mass.
-    pub fn slopes<const N: usize>(&self, variables: [Variables; N], at: &At) -> [Slope; N] {
+    pub fn slopes<const N: usize>(
+        &self,
+        variables: [Variables; N],
+        at: &GradientPoint,
+    ) -> [Slope; N] {
         let body = self.scene.objective.body;
         let mut slopes = self.slopes_of(body, variables, at);
         let may_stick = at.sticks && body == MovedBody::Payload && self.loss.is_far();
@@ -143,7 +147,7 @@ impl Evaluator {
         &self,
         body: MovedBody,
         variables: [Variables; N],
-        at: &At,
+        at: &GradientPoint,
     ) -> [Slope; N] {
         let horizon = &at.horizon;
         at.means(&self.task, |task, inputs| {
@@ -170,7 +174,12 @@ impl Evaluator {
     /// The rollout of a gradient does not check whether the robot flies apart. If the mean speed of the payload was
     /// high, the rollout is repeated with this check. Few walking robots are so fast, but all robots that fly apart
     /// are. With domains, the displacement is a mean and is not checked.
-    pub(super) fn judged(&self, displacement: f64, variables: Variables, at: &At) -> f64 {
+    pub(super) fn judged(
+        &self,
+        displacement: f64,
+        variables: Variables,
+        at: &GradientPoint,
+    ) -> f64 {
         let physics = &self.scene.physics;
         let (Some(bound), []) = (physics.speed_bound, &at.domains[..]) else {
             return displacement;

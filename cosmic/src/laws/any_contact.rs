@@ -26,7 +26,7 @@ pub(crate) trait AnyContact: Debug + Send + Sync {
         p: &mut Program,
         flight: Flight,
         terrain: Option<&Terrain>,
-        pushed: Pushed,
+        pushed: FlightInputs,
     ) -> Particle<Array>;
     /// Records the largest friction of the law, as an array of one number. `any` is an array of one number.
     fn grip(&self, p: &mut Program, any: Array, settings: &[Array]) -> Array;
@@ -51,7 +51,7 @@ pub(crate) trait AnyContact: Debug + Send + Sync {
 }
 
 /// The inputs of the kernel [`Flying`]: all nodes, and the impulses and velocities that a push adds to them.
-pub(crate) struct Pushed<'a, const D: usize = 2> {
+pub(crate) struct FlightInputs<'a, const D: usize = 2> {
     pub(crate) nodes: Particle<Array, D>,
     /// The impulse on each node, N s.
     pub(crate) impulses: Vector<Array, D>,
@@ -99,7 +99,7 @@ impl<C: Contact> AnyContact for C {
         p: &mut Program,
         flight: Flight,
         terrain: Option<&Terrain>,
-        pushed: Pushed,
+        pushed: FlightInputs,
     ) -> Particle<Array> {
         let ([x, y, vx, vy], [jx, jy]) = (pushed.nodes.array(), pushed.impulses.array());
         let node = [x, y, vx, vy, jx, jy, pushed.inverse_mass];

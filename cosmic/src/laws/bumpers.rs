@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use autodiff::{Array, Graph, Kernel, Program, Pullback, Real};
 
-use super::force::{Force, Given, LatticeForce, Pose, Pull, Step};
+use super::force::{Force, ForceParameters, LatticeForce, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};
 use super::stiffness::Stiffness;
 use crate::geometry::{Matrix, Segment, Vector};
@@ -45,7 +45,7 @@ impl Law for Bumpers {
 
 impl LatticeForce for Bumpers {
     fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>> {
-        let bumpers = KeptApart::new(self, lattice);
+        let bumpers = BumperForce::new(self, lattice);
         (!bumpers.pairs.is_empty()).then(|| -> Arc<dyn Force> { Arc::new(bumpers) })
     }
 }
@@ -68,7 +68,7 @@ pub struct Bump {
 
 /// A node and a bar that may touch it. `R` is a number, or an array with a number for each pair.
 #[derive(Clone, Copy, Debug)]
-struct Near<R, const D: usize = 2> {
+struct PairPose<R, const D: usize = 2> {
     node: Vector<R, D>,
     /// The ends of the bar.
     ends: [Vector<R, D>; 2],
@@ -81,7 +81,7 @@ struct Near<R, const D: usize = 2> {
 }
 
 /// What pushes a node away from a bar.
-struct Touch<R, const D: usize> {
+struct Overlap<R, const D: usize> {
     /// The unit vector from the nearest point of the bar to the node.
     away: Vector<R, D>,
     /// The place of that point along the bar, from 0 to 1.
@@ -96,7 +96,7 @@ impl Bump {
     /// The contact of a pair. At the distance where the push begins, and where the nearest point of the bar reaches one of
     /// its ends, derivatives are those of no contact and of the inner side (the conventions of `max` and `clamp`).
     #[inline(always)]
-    fn touch<R: Real, const D: usize>(&self, law: [R; 2], near: &Near<R, D>) -> Touch<R, D> {
+    fn touch<R: Real, const D: usize>(&self, law: [R; 2], near: &PairPose<R, D>) -> Overlap<R, D> {
         let ([stiffness, distance], softening) = (law, R::lit(self.softening));
         let bar = near.ends[1] - near.ends[0];
         let to_node = near.node - near.ends[0];
@@ -107,7 +107,7 @@ impl Bump {
         let clearance = (distance * R::lit(self.shortest)).min(near.most);
         let (bar, node) = (near.of_bar, near.of_node);
         let all = stiffness * (bar + node) + bar * node + R::lit(LEAST);
-        Touch {
+        Overlap {
             away: apart / gap,
             share,
             depth: (clearance - gap).max(R::zero()),
@@ -120,7 +120,7 @@ impl Bump {
     fn impulses<R: Real, const D: usize>(
         &self,
         law: [R; 2],
-        near: &Near<R, D>,
+        near: &PairPose<R, D>,
     ) -> [Vector<R, D>; 2] {
         let touch = self.touch(law, near);
         let push = -touch.away * (touch.stiffness * touch.depth * R::lit(self.dt));
@@ -135,7 +135,7 @@ impl Kernel<11, 4> for Bump {
 
     fn eval<R: Real>(&self, x: [R; 11], law: &[R]) -> [R; 4] {
         let [kx, ky, ix, iy, jx, jy, of_bar, of_node, most, first, last] = x;
-        let near = Near {
+        let near = PairPose {
             node: Vector::new([kx, ky]),
             ends: [Vector::new([ix, iy]), Vector::new([jx, jy])],
             of_bar,
@@ -154,10 +154,10 @@ impl Kernel<11, 4> for Bump {
 
 /// The kernel that passes on an impulse along an edge of a graph.
 #[derive(Clone, Copy, Debug)]
-struct Passed;
+struct Identity;
 
 #[kernel]
-impl Kernel<2, 2> for Passed {
+impl Kernel<2, 2> for Identity {
     fn eval<R: Real>(&self, impulse: [R; 2], _: &[R]) -> [R; 2] {
         impulse
     }
@@ -190,7 +190,7 @@ fn add_gathered(p: &mut Program, sum: Array, x: Array, places: &[Vec<Option<usiz
 
 /// A node and an edge that does not end at the node.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Apart {
+struct Pair {
     node: usize,
     edge: usize,
     /// The ends of the edge.
@@ -201,16 +201,16 @@ struct Apart {
 
 /// The nodes and bars of a lattice that [`Bumpers`] keep apart.
 #[derive(Clone, Debug)]
-struct KeptApart {
+struct BumperForce {
     law: Bumpers,
     /// The length of the shortest bar, m.
     shortest: f64,
     /// The softening of lengths, m^2.
     softening: f64,
-    pairs: Vec<Apart>,
+    pairs: Vec<Pair>,
 }
 
-impl KeptApart {
+impl BumperForce {
     fn new(law: &Bumpers, lattice: &Lattice) -> Self {
         let lengths = lattice.rest_length.iter().copied();
         let shortest = lengths.fold(f64::MAX, f64::min);
@@ -220,7 +220,7 @@ impl KeptApart {
             let at_rest = Segment::new(from, to).distance_to(lattice.positions[node]);
             let is_near = (ON_BAR * shortest..=law.reach as f64 * shortest).contains(&at_rest);
             let most = AT_REST * at_rest;
-            let pair = Apart {
+            let pair = Pair {
                 node,
                 edge,
                 ends,
@@ -252,14 +252,14 @@ impl KeptApart {
     }
 
     /// All pairs, each with its numbers in a pose.
-    fn in_pose<'a>(&'a self, pose: &'a Pose) -> impl Iterator<Item = (&'a Apart, Near<f64>)> {
+    fn in_pose<'a>(&'a self, pose: &'a Pose) -> impl Iterator<Item = (&'a Pair, PairPose<f64>)> {
         let mut of_nodes = vec![0.0; pose.lattice.nodes()];
         for (stiffness, ends) in pose.body.stiffness.iter().zip(&pose.lattice.edges) {
             for &end in ends {
                 of_nodes[end] += stiffness;
             }
         }
-        let near = move |pair: &'a Apart| Near {
+        let near = move |pair: &'a Pair| PairPose {
             node: pose.state.x[pair.node],
             ends: pair.ends.map(|end| pose.state.x[end]),
             of_bar: pose.body.stiffness[pair.edge],
@@ -287,14 +287,14 @@ impl KeptApart {
 fn at_nodes(
     p: &mut Program,
     nodes: usize,
-    pairs: &[&Apart],
+    pairs: &[&Pair],
     impulses: [[Array; 2]; 2],
 ) -> Vector<Array> {
-    let between = |pair: &Apart, end: usize| {
+    let between = |pair: &Pair, end: usize| {
         let end = pair.ends[end];
         [end.min(pair.node), end.max(pair.node)]
     };
-    let both = |pair: &&Apart| [0, 1].map(|end| between(pair, end));
+    let both = |pair: &&Pair| [0, 1].map(|end| between(pair, end));
     let mut links: Vec<[usize; 2]> = pairs.iter().flat_map(both).collect();
     links.sort_unstable();
     links.dedup();
@@ -321,13 +321,13 @@ fn at_nodes(
             add_gathered(p, sum, impulse[axis], rounds)
         })
     });
-    Vector::new(p.map_edges(&graph, Passed, [], &of_links, &[]))
+    Vector::new(p.map_edges(&graph, Identity, [], &of_links, &[]))
 }
 
-impl Force for KeptApart {
+impl Force for BumperForce {
     /// The largest distance of each pair, then the two factors of its impulses.
     fn constants(&self) -> Vec<Vec<f64>> {
-        let sign = |pair: &Apart, end: usize| match pair.ends[end] < pair.node {
+        let sign = |pair: &Pair, end: usize| match pair.ends[end] < pair.node {
             true => 1.0,
             false => -1.0,
         };
@@ -340,7 +340,12 @@ impl Force for KeptApart {
         step_inputs(&self.law)
     }
 
-    fn record(&self, p: &mut Program, step: &Step, given: &Given<Array>) -> Vector<Array> {
+    fn record(
+        &self,
+        p: &mut Program,
+        step: &Step,
+        given: &ForceParameters<Array>,
+    ) -> Vector<Array> {
         let (graph, nodes) = (step.graph, step.graph.nodes());
         let in_use = graph.edge_of_slot();
         let has_bar = |edge: usize| in_use[graph.slot_of_edge()[edge]].is_some();
@@ -348,9 +353,9 @@ impl Force for KeptApart {
         for node in graph.nodes_of_slot().into_iter().flatten().flatten() {
             has_bars[node] = true;
         }
-        let exists = |pair: &Apart| has_bar(pair.edge) && has_bars[pair.node];
+        let exists = |pair: &Pair| has_bar(pair.edge) && has_bars[pair.node];
         let pairs = self.pairs.iter().enumerate();
-        let (places, pairs): (Vec<Option<usize>>, Vec<&Apart>) = pairs
+        let (places, pairs): (Vec<Option<usize>>, Vec<&Pair>) = pairs
             .filter(|(_, pair)| exists(pair))
             .map(|(k, pair)| (Some(k), pair))
             .unzip();
@@ -358,7 +363,7 @@ impl Force for KeptApart {
             let none = vec![None; nodes];
             return step.nodes.x.map(|x| p.gather(x, &none));
         }
-        let of_pairs = |of: &dyn Fn(&Apart) -> usize| -> Vec<Option<usize>> {
+        let of_pairs = |of: &dyn Fn(&Pair) -> usize| -> Vec<Option<usize>> {
             pairs.iter().map(|pair| Some(of(pair))).collect()
         };
         let points = [
@@ -382,7 +387,7 @@ impl Force for KeptApart {
     }
 
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull> {
-        let pull = |(pair, near): (&Apart, Near<f64>)| {
+        let pull = |(pair, near): (&Pair, PairPose<f64>)| {
             let ends = self.bump(1.0).impulses(self.numbers(), &near);
             let force = match pair.ends.iter().position(|&end| end == node) {
                 Some(end) => ends[end],
@@ -393,12 +398,13 @@ impl Force for KeptApart {
                 force,
             }
         };
-        let here = |(pair, _): &(&Apart, Near<f64>)| pair.node == node || pair.ends.contains(&node);
+        let here =
+            |(pair, _): &(&Pair, PairPose<f64>)| pair.node == node || pair.ends.contains(&node);
         self.in_pose(pose).filter(here).map(pull).collect()
     }
 
     fn energy(&self, pose: &Pose) -> Option<f64> {
-        let energy = |(_, near): (&Apart, Near<f64>)| {
+        let energy = |(_, near): (&Pair, PairPose<f64>)| {
             let touch = self.bump(1.0).touch(self.numbers(), &near);
             0.5 * touch.stiffness * touch.depth * touch.depth
         };

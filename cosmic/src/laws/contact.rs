@@ -7,7 +7,7 @@ use autodiff::{Kernel, Pullback, Real};
 
 use super::law::Law;
 use super::motion::{Drift, Flight, Particle};
-use super::terrain::{NONE, Terrain, Way};
+use super::terrain::{NONE, RemainingDrift, Terrain};
 use crate::geometry::{Plane, Vector};
 use crate::kernel;
 
@@ -76,23 +76,23 @@ pub trait Contact: Law {
     ) -> Particle<R, D> {
         let left = R::lit(drift.dt);
         let node = terrain.beside_walls(node, R::lit(NONE));
-        let mut way = Way { node, left };
+        let mut way = RemainingDrift { node, left };
         let mut met = but;
         for _ in 0..2 {
-            let meeting = terrain.meet(&way, met);
-            let Way { node, left } = meeting.reached(&way);
-            let node = terrain.beside_walls(node, meeting.segment);
+            let hit = terrain.meet(&way, met);
+            let RemainingDrift { node, left } = hit.reached(&way);
+            let node = terrain.beside_walls(node, hit.segment);
             let impact = Impact {
                 velocity: node.v,
                 rest: left,
             };
             let after = Self::respond(law, impact);
-            let v = Vector::select(meeting.touches, meeting.in_ground(after), way.node.v);
-            way = Way {
+            let v = Vector::select(hit.touches, hit.in_ground(after), way.node.v);
+            way = RemainingDrift {
                 node: Particle { x: node.x, v },
                 left,
             };
-            met = meeting.segment;
+            met = hit.segment;
         }
         let stops = terrain.meet(&way, met).touches;
         let v = Vector::select(stops, Vector::zero(), way.node.v);
@@ -153,9 +153,12 @@ pub(super) use emitted_adjoints;
 const FAST: f64 = 2e3;
 
 /// The kind of ground that a node drifts over: [`Flat`] or [`Terrain`].
-pub trait Underfoot: Clone + Debug + Send + Sync + Sized + 'static {
+pub trait Surface: Clone + Debug + Send + Sync + Sized + 'static {
     #[doc(hidden)]
     const USE_THE_ATTRIBUTE_KERNEL: ();
+
+    /// Whether kernels over this ground are [compiled](Kernel::COMPILED).
+    const COMPILED: bool;
 
     /// Computes the node after a drift over this ground with a contact law.
     fn drift<C: Contact, R: Real, const D: usize>(
@@ -205,7 +208,9 @@ pub trait Underfoot: Clone + Debug + Send + Sync + Sized + 'static {
 pub struct Flat;
 
 #[kernel]
-impl Underfoot for Flat {
+impl Surface for Flat {
+    const COMPILED: bool = true;
+
     fn drift<C: Contact, R: Real, const D: usize>(
         &self,
         law: &C::Of<R>,
@@ -254,7 +259,9 @@ impl Underfoot for Flat {
 }
 
 #[kernel]
-impl Underfoot for Terrain {
+impl Surface for Terrain {
+    const COMPILED: bool = false;
+
     fn drift<C: Contact, R: Real, const D: usize>(
         &self,
         law: &C::Of<R>,
@@ -277,8 +284,8 @@ impl Underfoot for Terrain {
     fn meets<R: Real, const D: usize>(&self, node: Particle<R, D>, dt: f64) -> (R::Mask, R) {
         let (none, left) = (R::lit(NONE), R::lit(dt));
         let node = self.beside_walls(node, none);
-        let meeting = self.meet(&Way { node, left }, none);
-        (meeting.touches, meeting.segment)
+        let hit = self.meet(&RemainingDrift { node, left }, none);
+        (hit.touches, hit.segment)
     }
 
     fn plane<R: Real>(&self, segment: R) -> Plane<R> {
@@ -300,8 +307,9 @@ pub struct Flying<C, G = Flat> {
 }
 
 #[kernel]
-impl<C: Contact, G: Underfoot> Kernel<7, 4> for Flying<C, G> {
+impl<C: Contact, G: Surface> Kernel<7, 4> for Flying<C, G> {
     const UNIFORMS: usize = 2 + C::COUNT;
+    const COMPILED: bool = C::COMPILED && G::COMPILED;
 
     fn eval<R: Real>(&self, [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7], given: &[R]) -> [R; 4] {
         let (node, impulse) = (Particle::new([x, y, vx, vy]), Vector::new([jx, jy]));
@@ -330,8 +338,9 @@ pub struct Drifting<C, G = Flat> {
 }
 
 #[kernel]
-impl<C: Contact, G: Underfoot> Kernel<4, 4> for Drifting<C, G> {
+impl<C: Contact, G: Surface> Kernel<4, 4> for Drifting<C, G> {
     const UNIFORMS: usize = C::COUNT;
+    const COMPILED: bool = false;
 
     fn eval<R: Real>(&self, node: [R; 4], settings: &[R]) -> [R; 4] {
         let (law, node) = (self.contact.of(settings), Particle::new(node));

@@ -102,7 +102,7 @@ pub struct Pull<const D: usize = 2> {
 
 /// The arrays that a force gets in a step because it has declared them in [`Force::constants`] and [`Force::inputs`].
 #[derive(Clone, Debug, Default)]
-pub struct Given<A> {
+pub struct ForceParameters<A> {
     /// The arrays of [`Force::constants`].
     pub constants: Vec<A>,
     /// The numbers of [`Force::inputs`], each as an array of one number. Kernels take them as
@@ -129,7 +129,7 @@ pub struct RestingBar {
 /// this trait, and its law is a [`LatticeForce`].
 pub trait Force: Debug + Send + Sync {
     /// The arrays of constant numbers that this force needs in a step. [`record`](Force::record) gets them as
-    /// [`Given::constants`].
+    /// [`ForceParameters::constants`].
     fn constants(&self) -> Vec<Vec<f64>> {
         Vec::new()
     }
@@ -146,7 +146,8 @@ pub trait Force: Debug + Send + Sync {
     }
 
     /// Records the impulses of this force on all nodes over a step (N s).
-    fn record(&self, p: &mut Program, step: &Step, given: &Given<Array>) -> Vector<Array>;
+    fn record(&self, p: &mut Program, step: &Step, given: &ForceParameters<Array>)
+    -> Vector<Array>;
 
     /// Records the tension that this force adds to every bar, with its slopes, for an implicit step. Returns the sum with
     /// `before`, the tensions of earlier forces. `None` if this force does not act along bars: an implicit step then takes
@@ -155,7 +156,7 @@ pub trait Force: Debug + Send + Sync {
         &self,
         _p: &mut Program,
         _step: &Step,
-        _given: &Given<Array>,
+        _given: &ForceParameters<Array>,
         _before: Option<Tensions>,
     ) -> Option<Tensions> {
         None

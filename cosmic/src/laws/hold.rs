@@ -7,7 +7,7 @@
 
 use autodiff::{Kernel, Pullback, Real};
 
-use super::contact::{Contact, Impact, Underfoot};
+use super::contact::{Contact, Impact, Surface};
 use super::motion::{Drift, Particle};
 use super::terrain::NONE;
 use crate::geometry::{Rotation, Symmetric, Vector};
@@ -28,8 +28,8 @@ const REST: f64 = 1e-6;
 
 /// The contacts of all nodes in a pass. Every field has a number for each node. Yes is 1, and no is 0.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Hold<A> {
-    pub(crate) under: Under<A>,
+pub(crate) struct NodeContacts<A> {
+    pub(crate) ground: GroundBelow<A>,
     /// Whether the node is held: it cannot move into the ground or off it.
     pub(crate) is_held: A,
     /// Whether the node is also held along the ground.
@@ -44,9 +44,9 @@ pub(crate) struct Hold<A> {
     pub(crate) slid: A,
 }
 
-/// The ground under a node in a pass.
+/// The ground below a node in a pass.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Under<A> {
+pub(crate) struct GroundBelow<A> {
     /// The number of the ground's segment that the node touches.
     pub(crate) segment: A,
     /// Whether the node meets the ground in this step and was not held before.
@@ -79,23 +79,26 @@ pub(super) struct Grip<C>(pub(super) C);
 #[kernel]
 impl<C: Contact> Kernel<1, 1> for Grip<C> {
     const UNIFORMS: usize = C::COUNT;
+    const COMPILED: bool = false;
 
     fn eval<R: Real>(&self, _: [R; 1], settings: &[R]) -> [R; 1] {
         [C::grip(&self.0.of(settings))]
     }
 }
 
-/// The kernel that finds the ground under a node, as the numbers of [`Under`]. The inputs are the position, the velocity in
+/// The kernel that finds the ground below a node, as the numbers of [`GroundBelow`]. The inputs are the position, the velocity in
 /// the step, and of the pass before the segment and `is_held`. Only the height has a derivative.
 #[derive(Clone, Debug)]
-pub(crate) struct Meet<G> {
+pub(crate) struct FindGround<G> {
     pub(crate) ground: G,
     /// The duration of the step, s.
     pub(crate) dt: f64,
 }
 
 #[kernel]
-impl<G: Underfoot> Kernel<6, 5> for Meet<G> {
+impl<G: Surface> Kernel<6, 5> for FindGround<G> {
+    const COMPILED: bool = G::COMPILED;
+
     fn eval<R: Real>(&self, [x, y, wx, wy, segment, is_held]: [R; 6], _: &[R]) -> [R; 5] {
         let node = Particle::new([x, y, wx, wy]);
         let (meets, met) = self.ground.meets(node, self.dt);
@@ -108,8 +111,8 @@ impl<G: Underfoot> Kernel<6, 5> for Meet<G> {
     }
 }
 
-/// A node in a pass, seen from the ground under it. Components of vectors are along the ground and out of it.
-struct Seen<R: Real> {
+/// A node in a pass, seen from the ground below it. Components of vectors are along the ground and out of it.
+struct LocalNode<R: Real> {
     axes: Rotation<R>,
     height: R,
     /// The velocity in the step, m/s.
@@ -118,7 +121,7 @@ struct Seen<R: Real> {
     impact: R,
 }
 
-impl<R: Real> Seen<R> {
+impl<R: Real> LocalNode<R> {
     /// `moving` is in the ground's frame. The step takes `dt` seconds.
     #[inline(always)]
     fn new(tangent: Vector<R>, height: R, is_new: R::Mask, moving: Vector<R>, dt: f64) -> Self {
@@ -154,7 +157,7 @@ impl<R: Real> Seen<R> {
 }
 
 /// The kernel of the first pass. The inputs are the velocity, the velocity with which the node would move without bars, and
-/// of the ground under it whether the node is newly held, the tangent and the height (m). The uniform input is the
+/// of the ground below it whether the node is newly held, the tangent and the height (m). The uniform input is the
 /// [grip](Contact::grip). The results are whether the node sticks, its time of impact (s) and its slip (m/s), and the change of velocity of held nodes.
 #[derive(Clone, Debug)]
 pub struct FirstPass {
@@ -172,14 +175,14 @@ impl Kernel<8, 5> for FirstPass {
         given: &[R],
     ) -> [R; 5] {
         let (v, moving, meets) = (Vector::new([vx, vy]), Vector::new([wx, wy]), mask(is_new));
-        let seen = Seen::new(Vector::new([tx, ty]), height, meets, moving, self.dt);
+        let local = LocalNode::new(Vector::new([tx, ty]), height, meets, moving, self.dt);
         // A node that lands or slides is free along the ground in this pass, so that a false stop does not spoil its
         // reaction.
-        let rests = meets & seen.rests(v, given[0]);
-        let slip = seen.impact / R::lit(self.dt) * seen.moving.forward();
+        let rests = meets & local.rests(v, given[0]);
+        let slip = local.impact / R::lit(self.dt) * local.moving.forward();
         let slip = R::select(meets & !rests, slip, R::zero());
-        let [ex, ey] = seen.correction(meets, rests, slip, self.dt).array();
-        let impact = R::select(meets, seen.impact, R::zero());
+        let [ex, ey] = local.correction(meets, rests, slip, self.dt).array();
+        let impact = R::select(meets, local.impact, R::zero());
         [truth(rests), impact, slip, ex, ey]
     }
 
@@ -224,15 +227,15 @@ impl Kernel<19, 8> for NextPass {
         let (grip, is_new, was_new) = (given[0], mask(is_new), mask(was_new));
         let (was_held, stuck, infinite) =
             (mask(is_held), mask(sticks), R::lit(INFINITE).less(grip));
-        let seen = Seen::new(tangent, height, is_new, moving, self.dt);
-        let along = seen.moving.forward();
+        let local = LocalNode::new(tangent, height, is_new, moving, self.dt);
+        let along = local.moving.forward();
 
         // A held node stays as long as the ground pushes it; others are held if they would end in the ground.
-        let reaction = seen.axes.into_rotated(Vector::new([jx, jy]));
+        let reaction = local.axes.into_rotated(Vector::new([jx, jy]));
         let stays = was_held & zero.less(reaction.up());
         let held = stays | is_new;
-        let rests = is_new & seen.rests(v, grip);
-        let impact = R::select(is_new, seen.impact, impact);
+        let rests = is_new & local.rests(v, grip);
+        let impact = R::select(is_new, local.impact, impact);
         let lands = (is_new | was_new) & !stuck & !rests;
         let slip = R::select(lands, impact / dt * along, slip);
         let speed = (along - slip).abs();
@@ -242,7 +245,7 @@ impl Kernel<19, 8> for NextPass {
         let (pushes, brakes) = (grip * reaction.up().max(zero), reaction.forward().abs());
         let slips = stays & stuck & !infinite & pushes.less(brakes);
         let slides = stays & !stuck;
-        let own = grip * seen.moving.up().abs() / inverse_mass * (one - seen.impact / dt);
+        let own = grip * local.moving.up().abs() / inverse_mass * (one - local.impact / dt);
         let slowest = R::select(speed.less(least), least, speed);
         let drag = R::select(is_new, own, pushes) / slowest;
         let drag = R::select(slides | is_new, drag, zero);
@@ -253,7 +256,7 @@ impl Kernel<19, 8> for NextPass {
         let most = (R::lit(STICKIEST) * (bars.trace() + mass + mass)).detach();
         let drag = R::select(drag.less(most), drag, most);
         let sticks = (infinite & held) | (stays & stuck & !slips) | rests;
-        let [ex, ey] = seen.correction(held, sticks, slip, self.dt).array();
+        let [ex, ey] = local.correction(held, sticks, slip, self.dt).array();
         [
             truth(held),
             truth(sticks),
@@ -350,7 +353,7 @@ impl Kernel<7, 2> for Reaction {
     }
 }
 
-/// The kernel that ends a step. The inputs are the position, the velocity in the step, and of the [`Hold`] the segment,
+/// The kernel that ends a step. The inputs are the position, the velocity in the step, and of the [`NodeContacts`] the segment,
 /// `is_held`, `sticks`, `slip` and `slid`. The results are the new position and velocity. The uniform inputs are the
 /// settings of the contact law.
 ///
@@ -365,8 +368,9 @@ pub(super) struct Landing<C, G> {
 }
 
 #[kernel]
-impl<C: Contact, G: Underfoot> Kernel<9, 4> for Landing<C, G> {
+impl<C: Contact, G: Surface> Kernel<9, 4> for Landing<C, G> {
     const UNIFORMS: usize = C::COUNT;
+    const COMPILED: bool = C::COMPILED && G::COMPILED;
 
     fn eval<R: Real>(
         &self,

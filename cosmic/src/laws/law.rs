@@ -11,6 +11,9 @@ pub trait Law:
 {
     /// The name by which a scene chooses the law: lower case letters, digits and underscores.
     const NAME: &'static str;
+    /// Whether steps of floats run compiled code of the law, or replay a recording: see
+    /// [`Kernel::COMPILED`](autodiff::Kernel::COMPILED).
+    const COMPILED: bool = true;
 }
 
 /// An input of a step that is the same for all nodes and bars: a setting of a law, or gravity.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use autodiff::{Array, Dual, Kernel, Program, Real};
 
-use super::force::{AnyForce, Force, Given, Pose, Pull, Step};
+use super::force::{AnyForce, Force, ForceParameters, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};
 use super::motion::Particle;
 use super::stiffness::Stiffness;
@@ -92,6 +92,7 @@ impl<L: NodeForce, const D: usize> NodeKernel<L, D> {
 #[kernel]
 impl<L: NodeForce> Kernel<7, 2> for NodeKernel<L> {
     const UNIFORMS: usize = L::COUNT;
+    const COMPILED: bool = L::COMPILED;
 
     fn eval<R: Real>(
         &self,
@@ -190,7 +191,12 @@ impl<L: NodeForce> Force for OnNodes<L> {
         L::NEEDS_TIME
     }
 
-    fn record(&self, p: &mut Program, step: &Step, given: &Given<Array>) -> Vector<Array> {
+    fn record(
+        &self,
+        p: &mut Program,
+        step: &Step,
+        given: &ForceParameters<Array>,
+    ) -> Vector<Array> {
         let kernel = NodeKernel {
             law: self.law.clone(),
             dt: step.dt,

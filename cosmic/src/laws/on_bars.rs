@@ -6,7 +6,7 @@ use std::sync::Arc;
 use autodiff::{Array, Dual, Program};
 
 use super::bar::{Bar, BarForce, MovingTension, Tension};
-use super::force::{AnyForce, Force, Given, Pose, Pull, RestingBar, Step, Sum};
+use super::force::{AnyForce, Force, ForceParameters, Pose, Pull, RestingBar, Step, Sum};
 use super::law::{StepInput, step_inputs};
 use super::slopes::{BESIDE, Slopes, Tensions};
 use super::stiffness::Stiffness;
@@ -107,7 +107,12 @@ impl<L: BarForce> Force for OnBars<L> {
         step_inputs(&self.0)
     }
 
-    fn record(&self, p: &mut Program, step: &Step, given: &Given<Array>) -> Vector<Array> {
+    fn record(
+        &self,
+        p: &mut Program,
+        step: &Step,
+        given: &ForceParameters<Array>,
+    ) -> Vector<Array> {
         let tension = Tension {
             law: self.0.clone(),
             dt: step.dt,
@@ -129,7 +134,7 @@ impl<L: BarForce> Force for OnBars<L> {
         &self,
         p: &mut Program,
         step: &Step,
-        given: &Given<Array>,
+        given: &ForceParameters<Array>,
         before: Option<Tensions>,
     ) -> Option<Tensions> {
         let slopes = Slopes {

@@ -19,6 +19,7 @@ crate::settings! {
 
 impl Law for Rope {
     const NAME: &'static str = "rope";
+    const COMPILED: bool = false; // No built-in scene has ropes.
 }
 
 impl<R: Real> Rope<R> {

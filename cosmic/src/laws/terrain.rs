@@ -117,7 +117,7 @@ impl Terrain {
     /// The position along the ground at which a node leaves segment number `k`, forward. A node that moves along a wall,
     /// or touches the wall with segment number `but`, stays in front of it.
     #[inline(always)]
-    fn end_of<R: Real, const D: usize>(&self, k: usize, way: &Way<R, D>, but: R) -> R {
+    fn end_of<R: Real, const D: usize>(&self, k: usize, way: &RemainingDrift<R, D>, but: R) -> R {
         let Segment {
             end, wall_at_end, ..
         } = self.segments[k];
@@ -143,13 +143,17 @@ impl Terrain {
     /// Finds the first segment of the terrain that a node meets on its way. Ignores segment number `but`. The result
     /// has no derivative.
     #[inline(always)]
-    pub(super) fn meet<R: Real, const D: usize>(&self, way: &Way<R, D>, but: R) -> Meeting<R> {
+    pub(super) fn meet<R: Real, const D: usize>(
+        &self,
+        way: &RemainingDrift<R, D>,
+        but: R,
+    ) -> Hit<R> {
         let (zero, least) = (R::zero(), R::lit(LEAST_SPEED));
         let Particle { x, v } = way.node;
         // A node that moves straight up or down stays over its segment.
         let speed = R::select(v.forward().abs().less(least), least, v.forward());
         let per_way = speed.recip();
-        let mut met = Meeting::none(way.left);
+        let mut met = Hit::none(way.left);
         let mut enters = R::lit(f64::NEG_INFINITY) * per_way;
         let (mut earliest, mut last_met) = (way.left, way.left);
         for k in 0..self.segments.len() {
@@ -163,7 +167,7 @@ impl Terrain {
             enters = leaves;
             let (height, out) = (plane.height(x), plane.axes.out(v));
             let is_other = number.less(but) | but.less(number);
-            let Encounter {
+            let SegmentHit {
                 is_met,
                 first,
                 last,
@@ -171,7 +175,7 @@ impl Terrain {
                 None => {
                     let sinks = last.fma(out, height).less(zero) & out.less(zero);
                     let is_met = sinks & first.less(last) & first.less(earliest);
-                    Encounter {
+                    SegmentHit {
                         is_met,
                         first,
                         last,
@@ -194,7 +198,7 @@ impl Terrain {
 }
 
 /// How a node passes a segment: whether it meets the segment, and the earliest and the latest time of impact, s.
-struct Encounter<R: Real> {
+struct SegmentHit<R: Real> {
     is_met: R::Mask,
     first: R,
     last: R,
@@ -238,10 +242,10 @@ impl Segment {
     fn pass<R: Real, const D: usize>(
         &self,
         wall: &Wall,
-        way: &Way<R, D>,
+        way: &RemainingDrift<R, D>,
         per_way: R,
         earliest: R,
-    ) -> Encounter<R> {
+    ) -> SegmentHit<R> {
         let (node, plane, zero) = (way.node, self.plane.lit(), R::zero());
         let is_in_front = !plane.height(node.x).less(zero);
         // Computes the end of the drift exactly as the drift does, so that no node slips through by rounding.
@@ -251,7 +255,7 @@ impl Segment {
         let first = first.min(way.left).max(zero);
         let edge = R::lit(wall.heights.high);
         let is_below = node.after(first).x.up().less(edge);
-        Encounter {
+        SegmentHit {
             is_met: is_in_front & ends_behind & moves_in & is_below & !earliest.less(first),
             first,
             // The bounds serve other segments. Here, the time of impact is within the drift anyway.
@@ -262,7 +266,7 @@ impl Segment {
 
 /// The rest of a node's drift: the node, and the time for which it still moves.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Way<R, const D: usize = 2> {
+pub(super) struct RemainingDrift<R, const D: usize = 2> {
     pub(super) node: Particle<R, D>,
     /// The remaining time, s.
     pub(super) left: R,
@@ -271,7 +275,7 @@ pub(super) struct Way<R, const D: usize = 2> {
 /// The result of a search for the segment that a node meets: the segment, if there is one, and bounds on the time of
 /// impact.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Meeting<R: Real> {
+pub(super) struct Hit<R: Real> {
     /// False if the node meets no segment.
     pub(super) touches: R::Mask,
     /// The number of the segment; -1 if there is none.
@@ -282,7 +286,7 @@ pub(super) struct Meeting<R: Real> {
     latest: R,
 }
 
-impl<R: Real> Meeting<R> {
+impl<R: Real> Hit<R> {
     #[inline(always)]
     fn none(left: R) -> Self {
         Self {
@@ -311,13 +315,16 @@ impl<R: Real> Meeting<R> {
     /// and out of it. If the node meets no segment, returns the node at the end of its way. The derivative of the time
     /// of impact is 0 at the bounds of that time (D9).
     #[inline(always)]
-    pub(super) fn reached<const D: usize>(&self, way: &Way<R, D>) -> Way<R, D> {
+    pub(super) fn reached<const D: usize>(
+        &self,
+        way: &RemainingDrift<R, D>,
+    ) -> RemainingDrift<R, D> {
         let Particle { x, v } = way.node;
         let local = self.plane.axes.into_rotated(v);
         let approach = R::select(self.touches, local.up(), -R::one());
         let time = (-self.plane.height(x) / approach).clamp(self.earliest, self.latest);
         let moving = R::select(self.touches, time, way.left);
-        Way {
+        RemainingDrift {
             node: Particle {
                 x: way.node.after(moving).x,
                 v: local,

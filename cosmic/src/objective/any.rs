@@ -10,7 +10,7 @@ use autodiff::{DoubleDouble, Dual, Real, Var};
 
 use super::{Errand, Loss, Objective};
 use crate::registry::Registry;
-use crate::scene::{Chosen, GoalKind, Scene, TaskKind};
+use crate::scene::{GoalKind, ItemName, Scene, TaskKind};
 use crate::simulator::Trajectory;
 
 /// A loss for trajectories whose numbers have the type `R`. Unlike [`Loss`], it can be a trait object.
@@ -47,7 +47,7 @@ impl Registry {
     #[must_use]
     pub fn with_loss(self, name: &'static str, loss: impl Loss + 'static) -> Self {
         let loss: Arc<dyn AnyLoss> = Arc::new(loss);
-        self.with(Chosen::LOSS, &[], name, loss)
+        self.with(ItemName::LOSS, &[], name, loss)
     }
 }
 

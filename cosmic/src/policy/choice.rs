@@ -11,7 +11,7 @@ use super::tempo::TEMPO;
 use crate::lattice::Lattice;
 use crate::random::{self, Purpose};
 use crate::registry::Registry;
-use crate::scene::{Chosen, ClockKind, ControllerSettings};
+use crate::scene::{ClockKind, ControllerSettings, ItemName};
 
 impl Registry {
     /// Adds a policy. Scenes choose it by `controller.policy = "its_name"`.
@@ -21,7 +21,7 @@ impl Registry {
     #[must_use]
     pub fn with_policy(self, name: &'static str, policy: impl Policy + 'static) -> Self {
         let policy: Arc<dyn Policy> = Arc::new(policy);
-        self.with(Chosen::POLICY, &Chosen::POLICIES, name, policy)
+        self.with(ItemName::POLICY, &ItemName::POLICIES, name, policy)
     }
 }
 

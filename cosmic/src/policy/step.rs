@@ -270,11 +270,12 @@ impl<'a> PolicyStep<'a> {
         let matrix = self.program.matrix(rows, columns);
         let bias = self.program.parameter(rows);
         self.given.extend(given);
-        let mut places = vec![false; self.outputs.graph.slots()];
-        for &slot in self.outputs.actuated {
-            places[slot] = true;
+        let mut row_of_slot = vec![None; self.outputs.graph.slots()];
+        for (row, &slot) in self.outputs.actuated.iter().enumerate() {
+            row_of_slot[slot] = Some(row);
         }
-        (self.program).dense_tanh_spread(matrix, x, bias, &places)
+        let activations = self.program.dense_tanh(matrix, x, bias);
+        self.program.gather(activations, &row_of_slot)
     }
 
     /// Declares a block of the controller as a parameter of the step and returns its array.

@@ -3,7 +3,7 @@
 use super::files::copy_files;
 use super::history::{DESIGNS, LINES};
 use super::multistart;
-use super::run::{Observer, Run, SCENE, begin, keep_scene, read_summary, take_up};
+use super::run::{Observer, Run, SCENE, begin, keep_scene, read_scene, read_summary, take_up};
 use super::snapshot::{RunPlan, SNAPSHOT, Snapshot};
 use super::summary::Summary;
 use crate::codesign::{CoDesign, Progress};
@@ -110,7 +110,12 @@ fn resume_if(
     observer: &mut dyn Observer,
 ) -> Result<Summary> {
     let Some((lock, snapshot)) = take_up(folder, registry)? else {
-        return read_summary(folder, registry);
+        let summary = read_summary(folder)?;
+        // A summary can be read without a scene, but not beside a wrong one.
+        if folder.join(SCENE).exists() {
+            read_scene(folder, registry)?;
+        }
+        return Ok(summary);
     };
     accept(&snapshot.plan)?;
     if snapshot.progress.is_some() {

@@ -23,17 +23,7 @@ pub fn write_atomic(
     path: &Path,
     mut fill: impl FnMut(&mut dyn Write) -> io::Result<()>,
 ) -> Result<()> {
-    replace(path, &mut fill).map_err(|error| Error::writing(path)(without_place(error)))
-}
-
-/// An error without the name of a temporary file, which the crate `tempfile` puts at the end of its text. The user knows
-/// only the file that was to be written.
-fn without_place(error: io::Error) -> io::Error {
-    let text = error.to_string();
-    match text.split_once(" at path \"") {
-        Some((says, _)) => io::Error::new(error.kind(), says),
-        None => error,
-    }
+    replace(path, &mut fill).map_err(Error::writing(path))
 }
 
 type Fill<'a> = &'a mut dyn FnMut(&mut dyn Write) -> io::Result<()>;
@@ -55,9 +45,11 @@ fn replace(path: &Path, fill: Fill) -> io::Result<()> {
         .parent()
         .filter(|parent| !parent.as_os_str().is_empty());
     let folder = parent.unwrap_or(Path::new("."));
-    let mut file = BufWriter::new(temporary(folder)?);
-    fill(&mut file)?;
-    let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
+    let file = temporary(folder)?;
+    // Errors of `file` itself would name the temporary file, but the user knows only `path`.
+    let mut out = BufWriter::new(file.as_file());
+    fill(&mut out)?;
+    out.into_inner().map_err(io::IntoInnerError::into_error)?;
     // The new file keeps the permissions of the old one.
     #[cfg(unix)]
     if let Ok(replaced) = fs::metadata(path) {
@@ -158,12 +150,10 @@ pub(super) fn no_run(folder: &Path, lacks: &str) -> Error {
 /// Creates a temporary file in a folder. The file is removed when the value is dropped, unless the file was renamed
 /// before.
 fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
-    let mut builder = Builder::new();
-    builder.prefix(TEMPORARY);
-    // Temporary files are private by default, but a result should be an ordinary file.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder).map_err(without_place)
+    // In contrast to `tempfile_in`, this makes an ordinary file, which is not private.
+    Builder::new()
+        .prefix(TEMPORARY)
+        .make_in(folder, |path| File::create_new(path))
 }
 
 /// Copies files of one folder to another.

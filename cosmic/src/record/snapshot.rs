@@ -163,7 +163,7 @@ impl SavedScene {
     pub fn read(&self, place: &str, registry: &Registry) -> Result<Scene> {
         let truss = self.truss.clone();
         let truss = truss.map(|truss| TrussFile::new(TrussFile::COPY, Arc::new(truss)));
-        let scene = Scene::parse_of_snapshot(&self.text, truss, registry);
+        let scene = registry.parse_with("scene", &self.text, truss);
         scene.map_err(|error| {
             // The report of a malformed file has several lines; one line is enough here.
             let says = match error {

@@ -45,27 +45,27 @@ crate::keys! {
         displacement_robust_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_robust_p50"];
         /// 10 % quantile of the displacements of `displacement_robust_p50`.
         displacement_robust_p10: Option<f64>, "number or `null`", unit "m", columns ["displacement_robust_p10"];
-        /// Median displacement from the starts of `displacement_p50` with half the time step.
+        /// Like `displacement_p50`, with half the time step.
         displacement_half_step_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_half_step_p50"];
-        /// Median displacement from the starts of `displacement_p50` with another integrator: leapfrog for symplectic
-        /// Euler, otherwise symplectic Euler. `null` also if that needs more than 64 substeps.
+        /// Like `displacement_p50`, with another integrator: leapfrog for symplectic Euler, otherwise symplectic Euler.
+        /// `null` also if that needs more than 64 substeps.
         displacement_integrator_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_integrator_p50"];
-        /// Median displacement with the controller of the last iteration, from the starts of `displacement_p50`.
+        /// Like `displacement_p50`, with the controller of the last iteration.
         displacement_last_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_last_p50"];
-        /// Median displacement without feedback, from the starts of `displacement_p50`: the controller observes the
-        /// clock, and the robot as it is at the start.
+        /// Like `displacement_p50`, without feedback: the controller observes the clock, and the robot as it is at the
+        /// start.
         displacement_clock_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_clock_p50"];
         /// Displacement along the ground in one unperturbed rollout of the delivered robot.
         displacement_along: f64, "number", unit "m", columns ["displacement_along"];
-        /// Displacement in the rollout of `displacement_along`, along the x and y axes of the world.
+        /// Like `displacement_along`, along the x and y axes of the world.
         displacement: Vector<f64>, "two numbers", unit "m", columns ["displacement_x", "displacement_y"];
         /// Median displacement in the rollouts by which the controller was chosen; for tasks other than `far`, minus
         /// the median loss.
         displacement_selection_p50: Option<f64>, "number or `null`", unit "m";
         /// The score by which the best of several runs is chosen.
         displacement_selection_score: Option<f64>, "number or `null`", unit "m";
-        /// Whether the median over varied robots describes the robot well. `verdict` is `reliable` or `unreliable`; an
-        /// unreliable robot has a `reason`.
+        /// Whether the median over varied robots describes the robot well: `verdict` is `reliable`, or `unreliable`
+        /// with a `reason`.
         reliability: Reliability, "object";
         /// Only if the robot stopped before the last quarter of the unperturbed rollout: when and where.
         #[serde(skip_serializing_if = "Option::is_none")]

@@ -28,7 +28,7 @@ pub struct AnyDesign<'a> {
     materials: &'a MaterialSettings,
     physics: &'a PhysicsSettings,
     forces: Vec<Arc<dyn Force>>,
-    on_nodes: OnNodes,
+    on_nodes: NodeBounds,
 }
 
 impl<'a> AnyDesign<'a> {
@@ -40,7 +40,7 @@ impl<'a> AnyDesign<'a> {
     ) -> Self {
         let forces = physics.forces_on(lattice);
         Self {
-            on_nodes: OnNodes::of(lattice, physics, &forces),
+            on_nodes: NodeBounds::of(lattice, physics, &forces),
             lattice,
             materials,
             physics,
@@ -129,7 +129,7 @@ fn per_mass_of_nodes(
         let bar = materials.of_edge(lattice, edge);
         let key = (length.to_bits(), bar.stiffness.map(f64::to_bits));
         let most = || most_of_any_mixture(materials, &bar, of_bar, length);
-        let Most { stiffness, ratio } = *of_length.entry(key).or_insert_with(most);
+        let EdgeBounds { stiffness, ratio } = *of_length.entry(key).or_insert_with(most);
         for &node in ends {
             let (largest, sum) = edges_of[node];
             edges_of[node] = (largest.max(2.0 * ratio / length), sum + stiffness);
@@ -141,14 +141,14 @@ fn per_mass_of_nodes(
 
 /// Bounds on what the forces on single nodes add. They are the same for all designs, because they do not depend on the
 /// bars.
-struct OnNodes {
+struct NodeBounds {
     /// The part of the square of a frequency at rest, 1/s^2.
     stiffness: f64,
     /// The part of the rate of damping, 1/s.
     damping: f64,
 }
 
-impl OnNodes {
+impl NodeBounds {
     fn of(lattice: &Lattice, physics: &PhysicsSettings, forces: &[Arc<dyn Force>]) -> Self {
         let edges = lattice.edges.len();
         let body = Body {
@@ -175,7 +175,7 @@ impl OnNodes {
 
 /// Bounds on the numbers of an edge that hold for every mixture of materials.
 #[derive(Clone, Copy, Default)]
-struct Most {
+struct EdgeBounds {
     /// Stiffness, N/m.
     stiffness: f64,
     /// Stiffness divided by density.
@@ -189,9 +189,9 @@ fn most_of_any_mixture(
     bar: &BarNumbers,
     of_bar: &OfBar,
     length: f64,
-) -> Most {
+) -> EdgeBounds {
     let stroke = materials.max_strain[ACTUATOR] * length;
-    let mut most = Most::default();
+    let mut most = EdgeBounds::default();
     for other in 0..bar.stiffness.len() {
         // If the share of actuator is between two values, the ratio of stiffness and density is between the ratios at
         // these values, and a spring is at most as stiff as at the larger value.

@@ -1,7 +1,7 @@
 //! Settings that go beyond the paper, all off by default: other tasks, robust designs, and given goals.
 
 use super::Scene;
-use super::chosen::Chosen;
+use super::item_name::ItemName;
 use crate::settings;
 use crate::settings::{DEVIATION, within};
 use serde::Serialize;
@@ -17,7 +17,7 @@ settings! {
         /// use, each from the payload's place at the start.
         body: MovedBody = MovedBody::Payload, source "paper: the payload";
         /// Name of a loss that the program adds. It replaces the loss of the task.
-        own_loss: Chosen = Chosen::loss(), source "the paper has none";
+        own_loss: ItemName = ItemName::loss(), source "the paper has none";
         /// Weight of the second term of a task. With 1, "reach" counts a speed of 1 m/s as 0.2 m from the goal, and "economy"
         /// 1 J per kilogram of the robot as 0.01 m.
         weight: f64 = 1.0, allowed within(0.0, 1e6),

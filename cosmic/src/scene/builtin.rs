@@ -2,13 +2,12 @@
 
 use super::Scene;
 use super::base::{Base, TOP_KEYS};
-use super::diagnostic::suggest;
-use super::diagnostic::{SceneText, not_text};
+use super::diagnostic::{SceneText, suggest};
 use super::keys::sections;
 use super::read::{options, pointed};
 use crate::error::{Error, Result};
 use crate::laws::{self, Choice};
-use crate::reading::{self, read_at_most, too_long};
+use crate::reading::{read_at_most, text_of};
 use crate::registry::Registry;
 use std::io::{self, ErrorKind};
 use std::path::Path;
@@ -193,16 +192,7 @@ impl Registry {
     /// [`Error::Read`] for a file that cannot be read, [`Error::Usage`] for a file that is too long,
     /// [`Error::Malformed`] for a file that is not UTF-8, and the errors of [`parse`](Self::parse).
     pub fn read(&self, path: &Path) -> Result<Scene> {
-        self.parse(&path.display().to_string(), &Scene::text(path)?)
-    }
-
-    /// Reads a scene from the bytes of the file `path`. Errors name `path`.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] for too many bytes, [`Error::Malformed`] for bytes that are not UTF-8, and the errors of
-    /// [`parse`](Self::parse).
-    pub fn scene_of_bytes(&self, path: &Path, bytes: &[u8]) -> Result<Scene> {
-        self.parse(&path.display().to_string(), text_of(path, bytes)?)
+        self.parse(&path.display().to_string(), &text(path)?)
     }
 
     /// The error for a setting whose value turned out to be wrong after the scene was read. It has the message, the
@@ -220,7 +210,7 @@ impl Registry {
         let text = match self.scene(name) {
             Some(builtin) => Some(builtin.text.to_owned()),
             // A pipe cannot be read again: opening it might wait for a writer for ever.
-            None if path.is_file() => Scene::text(path).ok(),
+            None if path.is_file() => text(path).ok(),
             None => None,
         };
         let file = text.as_deref().map(|text| SceneText::file(name, text));
@@ -237,27 +227,10 @@ impl Scene {
     pub fn load(name: &str) -> Result<Scene> {
         Registry::default().load(name)
     }
-
-    /// Reads the scene in a TOML file, as [`Registry::read`] does.
-    ///
-    /// # Errors
-    /// The errors of [`Registry::read`].
-    pub fn read(path: &Path) -> Result<Scene> {
-        Registry::default().read(path)
-    }
-
-    /// Reads the text of a scene file.
-    ///
-    /// # Errors
-    /// The errors of [`read`](Scene::read), except for the errors of parsing.
-    pub fn text(path: &Path) -> Result<String> {
-        text_of(path, &read_at_most(path, LARGEST)?).map(str::to_owned)
-    }
 }
 
-fn text_of<'b>(path: &Path, bytes: &'b [u8]) -> Result<&'b str> {
-    if bytes.len() as u64 > LARGEST {
-        return Err(too_long(path, LARGEST));
-    }
-    reading::text_of(&path.display().to_string(), bytes).map_err(not_text)
+/// The text of a scene file.
+fn text(path: &Path) -> Result<String> {
+    let bytes = read_at_most(path, LARGEST)?;
+    text_of(&path.display().to_string(), &bytes).map(str::to_owned)
 }

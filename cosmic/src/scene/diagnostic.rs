@@ -116,15 +116,3 @@ fn show(source: &SceneText, fault: &Fault) -> String {
         .element(snippet.annotation(annotation))];
     Renderer::plain().render(&report)
 }
-
-/// Completes the error for a file that is not UTF-8: adds what is allowed.
-pub(super) fn not_text(mut error: Error) -> Error {
-    if let Error::Malformed {
-        allowed, report, ..
-    } = &mut error
-    {
-        *allowed = "a scene is UTF-8 text".to_owned();
-        report.push_str("\n  = allowed: a scene is UTF-8 text");
-    }
-    error
-}

@@ -268,12 +268,12 @@ const RULES: [Rule; 22] = [
 impl Scene {
     /// The settings that follow from the robot and its world, with their values and how they follow, in the order in
     /// which a scene is written.
-    pub fn following(&self) -> Vec<Following> {
+    pub fn following(&self) -> Vec<DerivedSetting> {
         let settings = self.settings().into_iter();
         let following = settings.filter(|setting| self.auto.contains(&setting.key));
         let of = |Setting {
                       key, value, auto, ..
-                  }| Following {
+                  }| DerivedSetting {
             key,
             value,
             rule: auto,
@@ -336,7 +336,7 @@ impl Scene {
 
 /// A setting that follows from the robot and its world.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Following {
+pub struct DerivedSetting {
     /// The key, such as `physics.dt`.
     pub key: String,
     /// The value as a scene file would state it.

@@ -11,7 +11,7 @@
 
 mod truss_file;
 mod terrain;
-mod chosen;
+mod item_name;
 mod materials;
 mod robot;
 mod generator;
@@ -30,7 +30,7 @@ mod unread;
 mod world;
 mod data_sheet;
 mod margins;
-mod doubts;
+mod warnings;
 mod check;
 mod fit;
 mod diagnostic;
@@ -44,9 +44,9 @@ pub use any_design::AnyDesign;
 pub use base::Base;
 pub use beyond::{GoalsSettings, MovedBody, ObjectiveSettings, RobustSettings, Scatter, TaskKind};
 pub use builtin::{BUILTIN, Builtin};
-pub use chosen::Chosen;
 pub use departures::Departure;
-pub use doubts::Finding;
+pub use item_name::ItemName;
+pub use warnings::Finding;
 
 pub use crate::settings::Named;
 pub use data_sheet::{DataSheet, DeviceLength, SLENDERNESS};
@@ -54,7 +54,7 @@ pub use design::{
     BinarisationMethod, BinarisationSettings, DesignSettings, Layout, ProjectionSettings,
     StartKind, StartSettings, VolumeSettings,
 };
-pub use follow::Following;
+pub use follow::DerivedSetting;
 pub use generator::edges;
 pub(crate) use generator::places;
 pub(crate) use keys::allowed_instead;
@@ -75,7 +75,7 @@ pub use robot::{
     PhysicsSettings, Senses, UnstableStep, VoidEdges,
 };
 
-pub use stable_step::{phase_limit, stable_step, stable_step_off_bars, step_limit};
+pub use stable_step::{phase_limit, stable_step, stable_step_off_bars};
 pub use terrain::{GroundSettings, ProfileKind};
 pub use toml_file::TomlFile;
 pub use truss_file::TrussFile;

@@ -1,40 +1,46 @@
 //! Reads a scene from TOML. Its base supplies missing keys. Every value is checked, and every error has its place.
 
-use super::Scene;
 use super::base::TOP_KEYS;
 use super::diagnostic::{Fault, SceneText, malformed, suggest};
 use super::keys::sections;
+use super::{Scene, TrussFile};
 use crate::error::{Error, Result};
 use crate::reading::with_decimal_point;
 use crate::registry::Registry;
-use crate::settings::{AUTO, Misfit, kind};
+use crate::settings::{AUTO, Misfit, SettingValue, kind};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// The kind of content that a source has.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    /// Settings that change another scene.
-    Changes,
-    /// A whole scene. Its base supplies missing keys, unless the file states a version: then no key may be missing.
-    Scene,
-    /// The scene of a run, in which no key may be missing.
-    Run,
-}
-
 impl Registry {
     /// Reads a scene from TOML. The scene that the key `base` names supplies missing keys; without this key it is
-    /// `earth`. If the scene names a truss file, the truss file is read too.
+    /// `earth`. In the scene of a run, which states its format and its version, no key may be missing. If the scene
+    /// names a truss file, the truss file is read too.
     ///
     /// # Errors
     /// [`Error::Malformed`], naming `file`, for text that is not TOML, an unknown key, a value of the wrong type or out
     /// of its range, and settings that contradict one another; the errors of
     /// [`Truss::read`](crate::lattice::Truss::read).
     pub fn parse(&self, file: &str, text: &str) -> Result<Scene> {
-        Reader::over(self.blank(), Kind::Scene, &[SceneText::file(file, text)]).resolved()
+        self.parse_with(file, text, None)
+    }
+
+    /// Like [`parse`](Self::parse). If a truss is given, it takes the place of the truss file that the scene names.
+    pub(crate) fn parse_with(
+        &self,
+        file: &str,
+        text: &str,
+        truss: Option<TrussFile>,
+    ) -> Result<Scene> {
+        let source = [SceneText::file(file, text)];
+        let mut reader = Reader::over(self.blank(), false, &source);
+        if let Some(mut truss) = truss {
+            truss.know(self);
+            reader.scene.lattice.file = truss;
+        }
+        reader.resolved()
     }
 
     /// The paper's scene, with this registry. Its settings may name the items of the registry.
@@ -52,42 +58,12 @@ impl Scene {
         Registry::default().parse(file, text)
     }
 
-    /// Reads the scene of a run, which must hold every key.
-    ///
-    /// # Errors
-    /// The errors of [`Registry::parse`], and [`Error::Malformed`] if keys are missing.
-    pub fn parse_of_run(file: &str, text: &str, registry: &Registry) -> Result<Scene> {
-        let source = [SceneText::file(file, text)];
-        Reader::over(registry.blank(), Kind::Run, &source).resolved()
-    }
-
-    /// Like [`parse_of_run`](Scene::parse_of_run), for the scene in a snapshot. If the scene has a truss, the snapshot
-    /// stores it next to the scene.
-    ///
-    /// # Errors
-    /// The errors of [`Scene::parse_of_run`].
-    #[cfg(feature = "files")]
-    pub(crate) fn parse_of_snapshot(
-        text: &str,
-        truss: Option<super::TrussFile>,
-        registry: &Registry,
-    ) -> Result<Scene> {
-        let source = [SceneText::file("scene", text)];
-        let mut reader = Reader::over(registry.blank(), Kind::Run, &source);
-        let Some(mut truss) = truss else {
-            return reader.resolved();
-        };
-        crate::settings::SettingValue::know(&mut truss, registry);
-        reader.scene.lattice.file = truss;
-        reader.finished()
-    }
-
     /// Changes this scene by the settings in a TOML text. The text must not name a base.
     ///
     /// # Errors
     /// The errors of [`Registry::parse`].
     pub fn with(&self, file: &str, text: &str) -> Result<Scene> {
-        Reader::over(self.clone(), Kind::Changes, &[SceneText::file(file, text)]).resolved()
+        Reader::over(self.clone(), true, &[SceneText::file(file, text)]).resolved()
     }
 
     /// Replaces some settings of this scene. Each setting is a key with a TOML value, such as `physics.gravity=9.81`.
@@ -100,7 +76,7 @@ impl Scene {
         if settings.is_empty() {
             return Ok(self.clone());
         }
-        Reader::over(self.clone(), Kind::Changes, &options(settings)).resolved()
+        Reader::over(self.clone(), true, &options(settings)).resolved()
     }
 }
 
@@ -119,7 +95,7 @@ pub(super) fn pointed(
     message: &str,
     remedy: &str,
 ) -> Option<Error> {
-    let mut reader = Reader::over(registry.blank(), Kind::Scene, sources);
+    let mut reader = Reader::over(registry.blank(), false, sources);
     let KeyPlace { source, span } = reader.places.remove(key)?;
     let fault = Fault {
         source,
@@ -136,7 +112,8 @@ pub(super) struct Reader<'s, 't> {
     /// The index of the source that is being read.
     pub(super) source: usize,
     pub(super) scene: Scene,
-    pub(super) kind: Kind,
+    /// True if the sources only change a scene, so that none of them is a whole scene.
+    pub(super) is_change: bool,
     pub(super) faults: Vec<Fault>,
     /// For each `section.key`, the place where it was set last.
     pub(super) places: HashMap<String, KeyPlace>,
@@ -154,8 +131,8 @@ pub(super) struct KeyPlace {
 impl<'s, 't> Reader<'s, 't> {
     /// Reads all sources into `scene`, one after the other. If a source is the file of a whole scene, `scene` is first
     /// replaced by the base of this file.
-    fn over(scene: Scene, kind: Kind, sources: &'s [SceneText<'t>]) -> Self {
-        let mut reader = Self::new(scene, kind, sources);
+    fn over(scene: Scene, is_change: bool, sources: &'s [SceneText<'t>]) -> Self {
+        let mut reader = Self::new(scene, is_change, sources);
         for source in 0..sources.len() {
             reader.source = source;
             reader.document();
@@ -165,18 +142,18 @@ impl<'s, 't> Reader<'s, 't> {
 
     /// Changes `scene` by the settings in `table`, a table in the text of `source`.
     pub(super) fn changed(scene: Scene, source: &SceneText, table: &DeTable) -> Result<Scene> {
-        let mut reader = Reader::new(scene, Kind::Changes, std::slice::from_ref(source));
+        let mut reader = Reader::new(scene, true, std::slice::from_ref(source));
         reader.table(table);
         reader.resolved()
     }
 
     /// A reader at the beginning of its sources. [`over`](Self::over) makes it and then reads all sources.
-    fn new(scene: Scene, kind: Kind, sources: &'s [SceneText<'t>]) -> Self {
+    fn new(scene: Scene, is_change: bool, sources: &'s [SceneText<'t>]) -> Self {
         Reader {
             sources,
             source: 0,
             scene,
-            kind,
+            is_change,
             faults: Vec::new(),
             places: HashMap::new(),
             untaken: Vec::new(),

@@ -3,7 +3,7 @@
 use super::Scene;
 use std::sync::Arc;
 
-use super::chosen::Chosen;
+use super::item_name::ItemName;
 use super::terrain::GroundSettings;
 use super::truss_file::TrussFile;
 use crate::geometry::Ground;
@@ -233,7 +233,7 @@ settings! {
     struct ControllerSettings {
         /// The policy: a network that observes the robot, the same network in open loop (driven by the clock alone), or a
         /// network with hidden units for each direction of a given goal.
-        policy: Chosen = Chosen::policy(), source "paper: mlp";
+        policy: ItemName = ItemName::policy(), source "paper: mlp";
         /// Width of the hidden layer.
         hidden: usize = 32, allowed within(1.0, 4096.0), source "paper: 32";
         /// Number of clock signals.

@@ -24,7 +24,7 @@ const IMPLICIT: f64 = 3e6;
 /// the oscillation. `physics.dt` is ignored.
 pub fn stable_step(physics: &PhysicsSettings, frequency: f64, eta: f64) -> f64 {
     let substep = match physics.integrator {
-        Integrator::SymplecticEuler => step_limit(frequency, physics.damping, eta),
+        Integrator::SymplecticEuler => euler_limit(frequency, physics.damping, eta),
         Integrator::Leapfrog => leapfrog_limit(frequency, physics.damping, eta),
         Integrator::Implicit => IMPLICIT / frequency,
     };
@@ -49,7 +49,7 @@ fn step_of(phase: f64, frequency: f64, eta: f64) -> f64 {
     square / (eta + eta.hypot(phase * frequency))
 }
 
-/// Like [`step_limit`], for leapfrog: the smallest root of `(dt omega)^2 + 2 dt eta = 4 cosh(damping dt / 2)`. The
+/// Like [`euler_limit`], for leapfrog: the smallest root of `(dt omega)^2 + 2 dt eta = 4 cosh(damping dt / 2)`. The
 /// matrix of a leapfrog step has the determinant `d = exp(-damping dt) - dt eta exp(-damping dt / 2)` and the trace
 /// `1 + d - exp(-damping dt / 2) (dt omega)^2`.
 fn leapfrog_limit(frequency: f64, damping: f64, eta: f64) -> f64 {
@@ -77,7 +77,7 @@ pub fn phase_limit(damping: f64, dt: f64) -> f64 {
 
 /// The smallest time step, s, with which an oscillation of this angular frequency (1/s) grows with symplectic Euler.
 /// `eta` is the rate (1/s) at which forces dampen it. The result is infinite if nothing oscillates.
-pub fn step_limit(frequency: f64, damping: f64, eta: f64) -> f64 {
+fn euler_limit(frequency: f64, damping: f64, eta: f64) -> f64 {
     if frequency == 0.0 && eta == 0.0 {
         return f64::INFINITY;
     }

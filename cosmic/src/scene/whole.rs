@@ -3,7 +3,7 @@
 
 use super::base::{Base, TOP_KEYS};
 use super::diagnostic::{Fault, suggest};
-use super::read::{KeyPlace, Kind, Reader, abridged};
+use super::read::{KeyPlace, Reader, abridged};
 use super::toml_file::key_of_sweep;
 use super::version::{FORMAT, VERSION};
 use super::{Scene, check};
@@ -16,14 +16,14 @@ use toml::de::{DeTable, DeValue};
 const BASE: &str = "base";
 
 /// The advice about a scene that states its format or its version, or must hold every key.
-const OF_RUNS: &str = "remove `format` and `version` from a scene of your own; the scene of a run or a design holds every \
-    key, as `cosmic scene show SCENE` prints it";
+const OF_RUNS: &str = "remove `format` and `version` from a scene of your own; the scene of a run holds every key, as \
+    `cosmic scene show SCENE` prints it";
 
 impl Reader<'_, '_> {
     /// Begins to read a source. If the source is a whole scene, the reader starts again: from the base of that scene,
     /// or from the declared defaults if the file must be complete. Returns whether it must.
     pub(super) fn begin(&mut self, document: &DeTable) -> Result<bool, Fault> {
-        if self.kind == Kind::Changes || self.sources[self.source].file.is_none() {
+        if self.is_change || self.sources[self.source].file.is_none() {
             let mut stated = TOP_KEYS
                 .iter()
                 .filter_map(|key| document.get_key_value(*key));
@@ -79,8 +79,7 @@ impl Reader<'_, '_> {
         Err(self.wrong(BASE, value, says, known))
     }
 
-    /// True if no key may be missing: in the scene of a run, which states its format and its version, and in a scene
-    /// beside a design.
+    /// True if no key may be missing: in the scene of a run, which states its format and its version.
     fn is_complete(&self, document: &DeTable) -> Result<bool, Fault> {
         let fault = |span, message, allowed| Fault {
             source: self.source,
@@ -90,7 +89,7 @@ impl Reader<'_, '_> {
         };
         let [format, version] = ["format", "version"].map(|key| document.get(key));
         let (format, version) = match (format, version) {
-            (None, None) => return Ok(self.kind == Kind::Run),
+            (None, None) => return Ok(false),
             (Some(format), Some(version)) => (format, version),
             (Some(lone), None) | (None, Some(lone)) => {
                 let message = "`format` and `version` cannot be used alone".to_owned();

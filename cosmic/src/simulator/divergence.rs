@@ -11,7 +11,7 @@ use super::blame::Cause;
 use super::effort::Effort;
 use super::plan::Robots;
 use super::prepare::{Simulator, Span};
-use super::trajectory::{ABSURD, Still, Trajectory, WATCHED};
+use super::trajectory::{ABSURD, AbsentNodes, Trajectory, WATCHED};
 use crate::error::Error;
 use crate::geometry::Vector;
 use crate::lattice::{Body, State};
@@ -41,7 +41,7 @@ pub struct Divergence {
 
 /// The result of a guarded rollout: the observed states, and the first state that is absurd or too fast.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Guarded {
+pub struct GuardedRollout {
     /// The observed states, with the same bits as those of [`Simulator::rollout`].
     pub trajectory: Trajectory<f64>,
     /// The first state that is absurd or too fast, whether or not it is observed. The start is not checked.
@@ -72,20 +72,20 @@ impl Simulator {
         controller: &Controller<f64>,
         start: &State<f64>,
         span: &Span,
-    ) -> Guarded {
+    ) -> GuardedRollout {
         let watched = Span {
             watched: true,
             ..span.clone()
         };
         let seen = self.rollout(body, controller, start, &watched);
         if seen.states.last().is_none_or(|last| self.is_cleared(last)) {
-            return Guarded {
+            return GuardedRollout {
                 trajectory: seen,
                 divergence: None,
             };
         }
         let steps = span.first..span.first + span.steps();
-        Guarded {
+        GuardedRollout {
             trajectory: self.rollout(body, controller, start, span),
             divergence: self.divergence(body, controller, start, steps),
         }
@@ -162,7 +162,7 @@ impl Simulator {
         let robot = Robots::one(&surroundings, body, controller);
         let planned = self.planned(&robot, &[start], metered);
         let size = of_nodes + planned.model.meters();
-        let still = Still::of(body, start);
+        let still = AbsentNodes::of(body, start);
         // States are kept as flat arrays in the ground's frame, so that the next block continues from identical bits.
         let mut flat = self.flatten(start);
         for first in steps.clone().step_by(BLOCK) {

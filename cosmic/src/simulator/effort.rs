@@ -142,10 +142,10 @@ impl Kernel<6, 2> for Work {
 
 /// The kernel of the mean of a node's velocities before and after an explicit push (m/s), from the velocity before, the
 /// impulse (N s) and 1 / mass (1/kg). The uniform inputs are the velocity that gravity adds (m/s).
-pub(super) struct Midway(pub(super) Flight);
+pub(super) struct MeanVelocity(pub(super) Flight);
 
 #[kernel]
-impl Kernel<5, 2> for Midway {
+impl Kernel<5, 2> for MeanVelocity {
     const UNIFORMS: usize = 2;
 
     fn eval<R: Real>(&self, [vx, vy, jx, jy, inverse_mass]: [R; 5], gravity: &[R]) -> [R; 2] {
@@ -157,7 +157,7 @@ impl Kernel<5, 2> for Midway {
 }
 
 /// The kernel of the impulse of a bar on its first node (N s), from the vector along the bar (m) and its tension (N).
-pub(super) struct Pulling {
+pub(super) struct BarImpulse {
     /// The duration of the push, s.
     pub(super) dt: f64,
     /// The softening of lengths, m^2.
@@ -165,7 +165,7 @@ pub(super) struct Pulling {
 }
 
 #[kernel]
-impl Kernel<3, 2> for Pulling {
+impl Kernel<3, 2> for BarImpulse {
     fn eval<R: Real>(&self, [dx, dy, tension]: [R; 3], _: &[R]) -> [R; 2] {
         let d = Vector::new([dx, dy]);
         let per_length = tension * R::lit(self.dt) / d.softened_norm(self.softening);
@@ -174,7 +174,7 @@ impl Kernel<3, 2> for Pulling {
 }
 
 /// The kernel of the tension of a bar (N), from the vector along it (m) and the impulse on its first node (N s).
-pub(super) struct Pulled {
+pub(super) struct BarTension {
     /// The duration of the push, s.
     pub(super) dt: f64,
     /// The softening of lengths, m^2.
@@ -182,7 +182,7 @@ pub(super) struct Pulled {
 }
 
 #[kernel]
-impl Kernel<4, 1> for Pulled {
+impl Kernel<4, 1> for BarTension {
     fn eval<R: Real>(&self, [dx, dy, jx, jy]: [R; 4], _: &[R]) -> [R; 1] {
         let (d, impulse) = (Vector::new([dx, dy]), Vector::new([jx, jy]));
         [d.dot(impulse) / (d.softened_norm(self.softening) * R::lit(self.dt))]

@@ -8,14 +8,14 @@ use crate::laws::{Force, Pose};
 use crate::scene::PhysicsSettings;
 
 /// Computes the energy of a robot with idle actuators in given states.
-pub struct Store<'a> {
+pub struct IdleEnergy<'a> {
     lattice: &'a Lattice,
     body: &'a Body<f64>,
     forces: Vec<Arc<dyn Force>>,
     ground: Ground,
 }
 
-impl<'a> Store<'a> {
+impl<'a> IdleEnergy<'a> {
     /// Prepares to compute the energy of a body on a lattice, with the forces of `physics`.
     pub fn new(lattice: &'a Lattice, physics: &PhysicsSettings, body: &'a Body<f64>) -> Self {
         Self {

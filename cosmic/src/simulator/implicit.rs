@@ -8,13 +8,13 @@ use std::sync::Arc;
 
 use autodiff::{Array, Kernel, Program, Real};
 
-use super::effort::{Meter, Pulled};
+use super::effort::{BarTension, Meter};
 use super::parameters::Parameters;
 use crate::geometry::Vector;
 use crate::kernel;
 use crate::laws::{
-    AnyContact, Equation, FirstPass, Flat, Force, FreeEquation, Hold, Impulse, Linear, Meet,
-    NextPass, Particle, Reaction, Step, Sum, Terrain, Under, add,
+    AnyContact, Equation, FindGround, FirstPass, Flat, Force, FreeEquation, GroundBelow, Impulse,
+    Linear, NextPass, NodeContacts, Particle, Reaction, Step, Sum, Terrain, add,
 };
 
 /// An implicit step of all nodes, as it is recorded.
@@ -47,7 +47,7 @@ struct Pass {
     /// The velocity with which nodes move in the step, m/s.
     moving: Vector<Array>,
     /// The contacts; `None` in a world without ground.
-    hold: Option<Hold<Array>>,
+    contacts: Option<NodeContacts<Array>>,
     /// The impulse of the ground on each node, N s. Off the ground it is the error of the solution.
     reaction: Vector<Array>,
     /// The sum of the blocks of each node's bars, kg.
@@ -73,7 +73,7 @@ struct Bars {
 impl Implicit<'_> {
     /// Records the step, and returns the nodes after it. If a meter is given, it is advanced.
     pub(super) fn record(&self, p: &mut Program, meter: Option<&mut Meter>) -> Particle<Array> {
-        let (nodes, falling) = (self.step.nodes, Falling(self.decay));
+        let (nodes, falling) = (self.step.nodes, FreeVelocity(self.decay));
         let free = Vector::new(p.map(falling, nodes.v.array(), &self.given.contact[..2]));
         // The kernel of the grip does not read its input; a rest length has no derivative.
         let any = p.gather(self.step.rest_length, &[Some(0)]);
@@ -84,7 +84,7 @@ impl Implicit<'_> {
         let first = Particle { v: free, ..nodes };
         let mut pass = self.pass(p, first, &start, None);
         for _ in 1..self.passes {
-            let moved = p.map(Moved(self.step.dt), both(nodes.x, pass.moving), &[]);
+            let moved = p.map(NewPosition(self.step.dt), both(nodes.x, pass.moving), &[]);
             let base = Particle {
                 x: Vector::new(moved),
                 v: pass.moving,
@@ -104,10 +104,12 @@ impl Implicit<'_> {
         let nodes = self.step.graph.nodes();
         let ([rx, ry], [wx, wy]) = (pass.reaction.array(), pass.moving.array());
         let [mass, ax, ay] = p.map(PerMass, [rx, ry, self.step.inverse_mass], &[]);
-        let is_held = pass.hold.map_or(start.none, |hold| hold.is_held);
+        let is_held = pass
+            .contacts
+            .map_or(start.none, |contacts| contacts.is_held);
         let [_, means] = p.weighted(mass, &[ax, ay, is_held], &[], &[]);
         let [ax, ay, is_held] = [0, 1, 2].map(|k| p.gather(means, &vec![Some(k); nodes]));
-        Vector::new(p.map(Balanced, [wx, wy, ax, ay, is_held], &[]))
+        Vector::new(p.map(SubtractMean, [wx, wy, ax, ay, is_held], &[]))
     }
 
     /// Records a pass about the positions and velocities of `base`. `before` is the pass before.
@@ -122,13 +124,18 @@ impl Implicit<'_> {
         let bars = self.bars(p, base, before.is_none());
         let held = start
             .grip
-            .map(|grip| self.hold(p, [grip, start.none], base.v, before));
-        let (hold, change) = match held {
-            Some((hold, change)) => (Some(hold), change),
+            .map(|grip| self.contacts(p, [grip, start.none], base.v, before));
+        let (contacts, change) = match held {
+            Some((contacts, change)) => (Some(contacts), change),
             None => (None, base.v.map(|_| start.none)),
         };
         let impulses = self.impulses(p, base, &bars, change);
-        let solved = self.solve(p, [base.v, free, impulses, change], hold.as_ref(), &bars);
+        let solved = self.solve(
+            p,
+            [base.v, free, impulses, change],
+            contacts.as_ref(),
+            &bars,
+        );
         let change = change.zip_with(solved, |change, solved| {
             p.map(Sum, [change, solved], &[])[0]
         });
@@ -139,7 +146,7 @@ impl Implicit<'_> {
         let reaction = Vector::new(p.map(Reaction, self.balance(moving, free, impulses), &[]));
         Pass {
             moving,
-            hold,
+            contacts,
             reaction,
             of_bars: match before {
                 Some(before) => before.of_bars,
@@ -158,7 +165,7 @@ impl Implicit<'_> {
         let (graph, per_edge) = (self.step.graph, [jx, jy, xx, xy, yy]);
         let impulse: [Array; 2] =
             p.map_each_edge(graph, Impulse, pass.change.array(), &per_edge, &[]);
-        let pulled = Pulled {
+        let pulled = BarTension {
             dt: self.step.dt,
             softening: self.step.softening,
         };
@@ -231,32 +238,34 @@ impl Implicit<'_> {
 
     /// Decides which nodes are held in a pass that begins with the velocity `moving`. Returns the contacts, and the change
     /// of velocity that brings held nodes to the ground. `none` is a zero for every node.
-    fn hold(
+    fn contacts(
         &self,
         p: &mut Program,
         [grip, none]: [Array; 2],
         moving: Vector<Array>,
         before: Option<&Pass>,
-    ) -> (Hold<Array>, Vector<Array>) {
+    ) -> (NodeContacts<Array>, Vector<Array>) {
         let (v, dt) = (self.step.nodes.v, self.step.dt);
-        let before = before.and_then(|pass| Some((pass, pass.hold?)));
-        let last = before.map_or([none; 2], |(_, hold)| [hold.under.segment, hold.is_held]);
-        let under = self.under(p, moving, last);
-        let ([vx, vy, wx, wy], [tx, ty]) = (both(v, moving), under.tangent.array());
-        let node = [vx, vy, wx, wy, under.is_new, tx, ty, under.height];
-        let Some((pass, hold)) = before else {
+        let before = before.and_then(|pass| Some((pass, pass.contacts?)));
+        let last = before.map_or([none; 2], |(_, contacts)| {
+            [contacts.ground.segment, contacts.is_held]
+        });
+        let ground = self.ground(p, moving, last);
+        let ([vx, vy, wx, wy], [tx, ty]) = (both(v, moving), ground.tangent.array());
+        let node = [vx, vy, wx, wy, ground.is_new, tx, ty, ground.height];
+        let Some((pass, contacts)) = before else {
             let first = p.map(FirstPass { dt }, node, &[grip]);
             let [sticks, impact, slip, ex, ey] = first;
-            let hold = Hold {
-                under,
-                is_held: under.is_new,
+            let contacts = NodeContacts {
+                ground,
+                is_held: ground.is_new,
                 sticks,
                 impact,
                 slip,
                 drag: none,
                 slid: none,
             };
-            return (hold, Vector::new([ex, ey]));
+            return (contacts, Vector::new([ex, ey]));
         };
         let [vx, vy, wx, wy, is_new, tx, ty, height] = node;
         let ([jx, jy], [xx, xy, yy]) = (pass.reaction.array(), pass.of_bars);
@@ -270,11 +279,11 @@ impl Implicit<'_> {
             ty,
             height,
             self.step.inverse_mass,
-            hold.is_held,
-            hold.sticks,
-            hold.under.is_new,
-            hold.impact,
-            hold.slip,
+            contacts.is_held,
+            contacts.sticks,
+            contacts.ground.is_new,
+            contacts.impact,
+            contacts.slip,
             jx,
             jy,
             xx,
@@ -283,8 +292,8 @@ impl Implicit<'_> {
         ];
         let next = p.map(NextPass { dt }, node, &[grip]);
         let [is_held, sticks, impact, slip, drag, slid, ex, ey] = next;
-        let hold = Hold {
-            under,
+        let contacts = NodeContacts {
+            ground,
             is_held,
             sticks,
             impact,
@@ -292,18 +301,23 @@ impl Implicit<'_> {
             drag,
             slid,
         };
-        (hold, Vector::new([ex, ey]))
+        (contacts, Vector::new([ex, ey]))
     }
 
-    /// Finds the ground under every node. `last` has the segment and `is_held` of the pass before.
-    fn under(&self, p: &mut Program, moving: Vector<Array>, last: [Array; 2]) -> Under<Array> {
+    /// Finds the ground below every node. `last` has the segment and `is_held` of the pass before.
+    fn ground(
+        &self,
+        p: &mut Program,
+        moving: Vector<Array>,
+        last: [Array; 2],
+    ) -> GroundBelow<Array> {
         let ([x, y, wx, wy], [segment, is_held]) = (both(self.step.nodes.x, moving), last);
         let (node, dt) = ([x, y, wx, wy, segment, is_held], self.step.dt);
         let [segment, is_new, tx, ty, height] = match self.terrain.cloned() {
-            None => p.map(Meet { ground: Flat, dt }, node, &[]),
-            Some(ground) => p.map(Meet { ground, dt }, node, &[]),
+            None => p.map(FindGround { ground: Flat, dt }, node, &[]),
+            Some(ground) => p.map(FindGround { ground, dt }, node, &[]),
         };
-        Under {
+        GroundBelow {
             segment,
             is_new,
             tangent: Vector::new([tx, ty]),
@@ -317,17 +331,17 @@ impl Implicit<'_> {
         &self,
         p: &mut Program,
         [base, free, impulses, change]: [Vector<Array>; 4],
-        hold: Option<&Hold<Array>>,
+        contacts: Option<&NodeContacts<Array>>,
         bars: &Bars,
     ) -> Vector<Array> {
         let graph = self.step.graph;
-        let Some(hold) = hold else {
+        let Some(contacts) = contacts else {
             let balance = self.balance(base, free, impulses);
             let [bx, by, block @ ..] = p.map(FreeEquation, balance, &[]);
             return Vector::new(p.solve(graph, &block, &bars.slopes, &[], [bx, by]));
         };
         let [vx, vy, fx, fy, jx, jy, inverse_mass] = self.balance(base, free, impulses);
-        let ([ex, ey], [tx, ty]) = (change.array(), hold.under.tangent.array());
+        let ([ex, ey], [tx, ty]) = (change.array(), contacts.ground.tangent.array());
         let node = [
             ex,
             ey,
@@ -340,10 +354,10 @@ impl Implicit<'_> {
             inverse_mass,
             tx,
             ty,
-            hold.is_held,
-            hold.sticks,
-            hold.slip,
-            hold.drag,
+            contacts.is_held,
+            contacts.sticks,
+            contacts.slip,
+            contacts.drag,
         ];
         let [bx, by, xx, xy, yy, held @ ..] = p.map(Equation, node, &[]);
         Vector::new(p.solve(graph, &[xx, xy, yy], &bars.slopes, &held, [bx, by]))
@@ -352,9 +366,9 @@ impl Implicit<'_> {
     /// Records the end of the step: nodes move with the velocity of the last pass.
     fn land(&self, p: &mut Program, last: &Pass) -> Particle<Array> {
         let (x, moving, dt) = (self.step.nodes.x, last.moving, self.step.dt);
-        let Some(hold) = last.hold else {
+        let Some(contacts) = last.contacts else {
             return Particle {
-                x: Vector::new(p.map(Moved(dt), both(x, moving), &[])),
+                x: Vector::new(p.map(NewPosition(dt), both(x, moving), &[])),
                 v: moving,
             };
         };
@@ -364,11 +378,11 @@ impl Implicit<'_> {
             y,
             wx,
             wy,
-            hold.under.segment,
-            hold.is_held,
-            hold.sticks,
-            hold.slip,
-            hold.slid,
+            contacts.ground.segment,
+            contacts.is_held,
+            contacts.sticks,
+            contacts.slip,
+            contacts.slid,
         ];
         let (contact, terrain) = (self.contact, self.terrain);
         contact.land(p, dt, terrain, node, &self.given.contact[2..])
@@ -382,10 +396,10 @@ fn both(a: Vector<Array>, b: Vector<Array>) -> [Array; 4] {
 
 /// The kernel of the velocity without bars: damping by this factor, then the velocity that gravity adds (m/s), which is
 /// given by uniform inputs.
-struct Falling(f64);
+struct FreeVelocity(f64);
 
 #[kernel]
-impl Kernel<2, 2> for Falling {
+impl Kernel<2, 2> for FreeVelocity {
     const UNIFORMS: usize = 2;
 
     fn eval<R: Real>(&self, v: [R; 2], gravity: &[R]) -> [R; 2] {
@@ -395,10 +409,10 @@ impl Kernel<2, 2> for Falling {
 }
 
 /// The kernel of a position after a step of this duration (s), from the position and the velocity in the step.
-struct Moved(f64);
+struct NewPosition(f64);
 
 #[kernel]
-impl Kernel<4, 2> for Moved {
+impl Kernel<4, 2> for NewPosition {
     fn eval<R: Real>(&self, node: [R; 4], _: &[R]) -> [R; 2] {
         Particle::new(node).after(R::lit(self.0)).x.array()
     }
@@ -428,10 +442,10 @@ impl Kernel<3, 3> for PerMass {
 
 /// The kernel that subtracts a mean velocity from the velocity of a node, unless some node is held: then the mean of
 /// `is_held`, the last input, is above 0.
-struct Balanced;
+struct SubtractMean;
 
 #[kernel]
-impl Kernel<5, 2> for Balanced {
+impl Kernel<5, 2> for SubtractMean {
     fn eval<R: Real>(&self, [wx, wy, ax, ay, is_held]: [R; 5], _: &[R]) -> [R; 2] {
         let (moving, mean) = (Vector::new([wx, wy]), Vector::new([ax, ay]));
         let holds = R::zero().less(is_held);

@@ -4,14 +4,15 @@ use std::sync::Arc;
 
 use autodiff::{Array, Graph, Program, Real};
 
-use super::effort::{self, Meter, Midway, Pulling};
+use super::effort::{self, BarImpulse, MeanVelocity, Meter};
 use super::implicit::Implicit;
-use super::parameters::{Parameters, Road};
+use super::parameters::{ParameterSink, Parameters};
 use super::surroundings::Surroundings;
 use crate::geometry::{Ground, Vector};
 use crate::lattice::Lattice;
 use crate::laws::{
-    AnyContact, Drift, Flight, Force, Given, Particle, Pushed, Step, StepInput, Terrain, add,
+    AnyContact, Drift, Flight, FlightInputs, Force, ForceParameters, Particle, Step, StepInput,
+    Terrain, add,
 };
 use crate::scene::{Integrator, PhysicsSettings};
 
@@ -118,7 +119,10 @@ impl Mechanics {
     }
 
     /// Declares the parameters of the contact law and of the forces, in the order of [`inputs`](Mechanics::inputs).
-    pub(super) fn parameters<P: Road>(&self, p: &mut P) -> (Vec<P::Array>, Vec<Given<P::Array>>) {
+    pub(super) fn parameters<P: ParameterSink>(
+        &self,
+        p: &mut P,
+    ) -> (Vec<P::Array>, Vec<ForceParameters<P::Array>>) {
         let velocity = |s: &Surroundings<P::Number>| self.gravity(s.numbers[0]);
         let axes = [0, 1].map(|axis| p.of_surroundings(|s| [velocity(s)[axis]]));
         let mut place = 0;
@@ -128,7 +132,7 @@ impl Mechanics {
         };
         let of_contact = self.contact.inputs().into_iter().map(|_| next(p));
         let contact = axes.into_iter().chain(of_contact).collect();
-        let force = |force: &Arc<dyn Force>| Given {
+        let force = |force: &Arc<dyn Force>| ForceParameters {
             constants: force.constants().iter().map(|a| p.shared(a)).collect(),
             inputs: force.inputs().iter().map(|_| next(p)).collect(),
         };
@@ -187,7 +191,7 @@ impl Mechanics {
             if let Some(meter) = meter.as_deref_mut() {
                 *meter = self.metered(p, &step, given, impulses, *meter);
             }
-            let pushed = Pushed {
+            let pushed = FlightInputs {
                 nodes,
                 impulses,
                 inverse_mass: given.inverse_mass,
@@ -208,7 +212,7 @@ impl Mechanics {
         before: Meter,
     ) -> Meter {
         let tension = effort::tension(p, step, &self.forces, given);
-        let pulling = Pulling {
+        let pulling = BarImpulse {
             dt: step.dt,
             softening: step.softening,
         };
@@ -216,7 +220,7 @@ impl Mechanics {
         let pulls = p.map_each_edge(step.graph, pulling, positions, &[tension], &[]);
         let ([vx, vy], [jx, jy]) = (step.nodes.v.array(), impulses.array());
         let node = [vx, vy, jx, jy, given.inverse_mass];
-        let moving = p.map(Midway(self.flight), node, &given.contact[..2]);
+        let moving = p.map(MeanVelocity(self.flight), node, &given.contact[..2]);
         before.after(p, step.graph, Vector::new(moving), pulls, tension)
     }
 }

@@ -25,10 +25,10 @@ mod loads;
 mod economy;
 
 pub use blame::Cause;
-pub use divergence::{Divergence, Guarded};
+pub use divergence::{Divergence, GuardedRollout};
 pub use economy::Energy;
 pub use effort::{Effort, Efforts};
-pub use energy::Store;
+pub use energy::IdleEnergy;
 pub use loads::{BarLoad, EdgeMoments, Largest, Loads, Magnitude};
 pub use plan::Robots;
 pub use prepare::{Simulator, Span};

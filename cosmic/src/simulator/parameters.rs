@@ -4,7 +4,7 @@ use autodiff::{Array, Program, Real};
 
 use super::surroundings::Surroundings;
 use crate::lattice::Body;
-use crate::laws::{Given, Particle};
+use crate::laws::{ForceParameters, Particle};
 
 /// The parameters of a robot's steps, except the parameters of its policy. `A` is the type of an array.
 pub(super) struct Parameters<A> {
@@ -31,13 +31,13 @@ pub(super) struct Parameters<A> {
     /// The velocity that gravity adds (m/s), then the settings of the contact law, in arrays of one number.
     pub(super) contact: Vec<A>,
     /// The arrays that each force declares.
-    pub(super) forces: Vec<Given<A>>,
+    pub(super) forces: Vec<ForceParameters<A>>,
 }
 
 /// Receives the list of a robot's parameters. A robot calls a method of this trait once for each parameter, always in
 /// the same order. There are two implementations: a [`Program`] declares an array for each parameter, and [`Filled`]
 /// collects its numbers.
-pub(super) trait Road {
+pub(super) trait ParameterSink {
     type Number: Real;
     type Array;
 
@@ -62,7 +62,7 @@ pub(super) trait Road {
 }
 
 /// Declares an array of the program for each parameter. It needs no numbers, so their type does not matter.
-impl Road for Program {
+impl ParameterSink for Program {
     type Number = f64;
     type Array = Array;
 
@@ -93,7 +93,7 @@ pub(super) struct Filled<'a, R> {
     pub(super) numbers: Vec<Vec<Vec<R>>>,
 }
 
-impl<R: Real> Road for Filled<'_, R> {
+impl<R: Real> ParameterSink for Filled<'_, R> {
     type Number = R;
     type Array = ();
 

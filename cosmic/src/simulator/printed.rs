@@ -5,7 +5,7 @@ use std::sync::Arc;
 use autodiff::Real;
 use autodiff::wgsl::{self, Options, Printed, Refused};
 
-use super::parameters::Road;
+use super::parameters::ParameterSink;
 use super::plan::Robots;
 use super::prepare::{Simulator, Span};
 use super::robot::Robot;
@@ -25,8 +25,6 @@ pub struct PrintedRobots {
     pub program: Printed,
     /// The inputs of all steps of the span, one step after the other.
     pub inputs: Arc<[f64]>,
-    /// The cotangents that the reverse sweep computes.
-    pub wanted: Wanted,
     /// For each parameter, whether all members share it.
     common: Vec<bool>,
     simulator: Simulator,
@@ -116,7 +114,6 @@ impl Simulator {
         Ok(PrintedRobots {
             program: wgsl::print(&robot, &options)?,
             inputs: plan.inputs,
-            wanted,
             common,
             simulator: self.clone(),
             robot,
@@ -194,7 +191,7 @@ enum Kind {
 /// Collects the kinds of a robot's parameters in the order of declaration.
 struct Kinds(Vec<Kind>);
 
-impl Road for Kinds {
+impl ParameterSink for Kinds {
     type Number = f64;
     type Array = ();
 

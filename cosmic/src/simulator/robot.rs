@@ -6,7 +6,7 @@ use autodiff::{Array, Graph, Model, Program, Real};
 
 use super::effort::{Effort, Meter};
 use super::mechanics::{Actuation, Mechanics};
-use super::parameters::{Parameters, Road};
+use super::parameters::{ParameterSink, Parameters};
 use crate::geometry::{Ground, Vector};
 use crate::lattice::{Body, Lattice, Mirror};
 use crate::laws::{Particle, StepInput};
@@ -257,7 +257,7 @@ impl Robot {
 
     /// Lists the parameters of the robot in `p`, in the order of declaration. The parameters of the policy are not
     /// included; they come after these.
-    pub(super) fn parameters<P: Road>(&self, p: &mut P) -> Parameters<P::Array> {
+    pub(super) fn parameters<P: ParameterSink>(&self, p: &mut P) -> Parameters<P::Array> {
         let (graph, slots, nodes) = (&self.graph, self.graph.slots(), self.graph.nodes());
         let inverse = |mass: &P::Number| mass.recip();
         let (contact, forces) = self.mechanics.parameters(p);

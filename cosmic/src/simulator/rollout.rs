@@ -9,7 +9,7 @@ use super::plan::{Planned, Robots, run_together, slices};
 use super::prepare::{Simulator, Span};
 use super::robot::Activations;
 use super::surroundings::Surroundings;
-use super::trajectory::{Still, Trajectory};
+use super::trajectory::{AbsentNodes, Trajectory};
 use crate::lattice::{Body, State};
 use crate::policy::{Controller, Goals};
 
@@ -159,7 +159,7 @@ impl Simulator {
         body: &Body<R>,
         start: &State<R>,
     ) -> Trajectory<R> {
-        let still = Still::of(body, start);
+        let still = AbsentNodes::of(body, start);
         let of_nodes = 4 * self.robot.graph.nodes().min(span.nodes);
         let meters = self.robot.meters_if(span.metered);
         let states = || seen.chunks_exact(of_nodes + meters);

@@ -6,10 +6,12 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::stability::{OffBars, Vibration};
+use super::stability::Vibration;
 use crate::error::{Error, Result};
 use crate::numbers::rounded;
-use crate::scene::{MOST_SUBSTEPS, PhysicsSettings, UnstableStep, stable_step};
+use crate::scene::{
+    MOST_SUBSTEPS, PhysicsSettings, UnstableStep, stable_step, stable_step_off_bars,
+};
 
 crate::keys! {
     /// A vibration, and the time step at which it begins to grow.
@@ -25,28 +27,47 @@ crate::keys! {
 }
 
 impl StepLimit {
+    /// The limit by the largest frequency.
+    pub fn exact(vibration: &Vibration, physics: &PhysicsSettings) -> Self {
+        Self::new(vibration, vibration.fastest(), 1.0, physics)
+    }
+
+    /// A cheap limit that is never above [`exact`](Self::exact): by the bound from single edges. It holds for all robots
+    /// that vibrate at most `faster` times as fast.
+    pub fn safe(vibration: &Vibration, faster: f64, physics: &PhysicsSettings) -> Self {
+        let (frequency, node) = vibration.edge_bound();
+        Self::new(vibration, (faster * frequency, node), faster, physics)
+    }
+
     /// The limit by a vibration of all forces, or by forces that an implicit step does not solve for if they limit the time
     /// step more.
     fn new(
+        vibration: &Vibration,
         (frequency, node): (f64, usize),
-        damping: f64,
-        others: OffBars,
+        faster: f64,
         physics: &PhysicsSettings,
     ) -> Self {
-        let (all, of_others) = (
-            stable_step(physics, frequency, damping),
-            others.stable_step(physics),
-        );
-        let (frequency, node) = match of_others < all {
-            true => (others.frequency, others.node),
-            false => (frequency, node),
-        };
-        let dt = all.min(of_others);
-        Self {
+        // A node that vibrates faster by a factor is lighter by the square of the factor, so its damping is larger by
+        // that square.
+        let damping = faster * faster * vibration.damping();
+        let limit = |frequency, dt: f64, node| Self {
             frequency,
-            dt: dt.is_finite().then_some(dt),
+            // A limit that is not a number stays, so that no time step is below it.
+            dt: (dt != f64::INFINITY).then_some(dt),
             node,
+        };
+        let all = stable_step(physics, frequency, damping);
+        let others = vibration.off_bars(faster);
+        let of_others = stable_step_off_bars(physics, others.frequency, others.damping);
+        match of_others < all {
+            true => limit(others.frequency, of_others, others.node),
+            false => limit(frequency, all, node),
         }
+    }
+
+    /// The smallest time step, s, with which the vibration grows; infinite if it never grows.
+    pub fn step(&self) -> f64 {
+        self.dt.unwrap_or(f64::INFINITY)
     }
 
     /// The quotient of the time step `dt` and this limit; with a quotient of 1 or more, the vibration grows.
@@ -96,19 +117,12 @@ impl StepCheck {
         faster: f64,
         physics: &PhysicsSettings,
     ) -> Self {
-        // A node that vibrates faster by a factor is lighter by the square of the factor, so its damping is larger by
-        // that square.
-        let damping = faster * faster * vibration.damping();
-        let edges = (faster * vibration.edge_bound(), vibration.bounding_node());
-        let bound = StepLimit::new(edges, damping, vibration.off_bars(faster), physics);
+        let bound = StepLimit::safe(vibration, faster, physics);
         let beyond = bound.share(physics.dt) >= 1.0 && physics.dt >= any_design;
         Self {
             dt: physics.dt,
             bound,
-            exact: beyond.then(|| {
-                let others = vibration.off_bars(1.0);
-                StepLimit::new(vibration.fastest(), vibration.damping(), others, physics)
-            }),
+            exact: beyond.then(|| StepLimit::exact(vibration, physics)),
             substeps: physics.substeps,
             any_design: any_design.is_finite().then_some(any_design),
         }
@@ -176,7 +190,7 @@ impl StepCheck {
         let limit = self.exact.unwrap_or(self.bound);
         Error::UnstableStep {
             dt: self.dt,
-            limit: limit.dt.unwrap_or(f64::INFINITY),
+            limit: limit.step(),
             frequency: limit.frequency,
             node: limit.node,
             remedy,

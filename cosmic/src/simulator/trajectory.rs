@@ -147,9 +147,9 @@ impl<R: Real> Trajectory<R> {
 
 /// The nodes that do not belong to a robot, each with the position at which it stays. No bar pulls on these nodes, and
 /// the controller does not see them. In the simulation they fall, so they are put back afterwards.
-pub(super) struct Still<R>(Vec<(usize, Vector<R>)>);
+pub(super) struct AbsentNodes<R>(Vec<(usize, Vector<R>)>);
 
-impl<R: Real> Still<R> {
+impl<R: Real> AbsentNodes<R> {
     pub(super) fn of(body: &Body<R>, start: &State<R>) -> Self {
         let nodes = body.presence.iter().zip(&start.x).enumerate();
         // The primal decides, so that forward and reverse mode see the same robot as plain numbers do.

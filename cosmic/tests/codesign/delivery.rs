@@ -1,4 +1,4 @@
-use crate::small::{LIVELY, after, begun, tiny};
+use crate::small::{MOBILE_ROBOT, after, begun, tiny};
 use cosmic::codesign::{Candidate, CoDesign, Evaluator, Progress, Quantiles, Schedule, settle};
 use cosmic::design::Material;
 use cosmic::objective::of_scene;
@@ -30,7 +30,7 @@ fn a_delivery_stops_between_its_parts() {
 /// The delivered strains and speeds are equal to those of a rollout that is observed at every step.
 #[test]
 fn delivered_loads_cover_every_step() {
-    let scene = Scene::parse("lively", &[LIVELY, "iterations = 9"].concat()).unwrap();
+    let scene = Scene::parse("lively", &[MOBILE_ROBOT, "iterations = 9"].concat()).unwrap();
     let (codesign, progress) = after(&scene, 9, 1);
     let delivery = codesign.evaluator().deliver(&progress);
     let design = codesign.evaluator().design(&progress);
@@ -166,7 +166,7 @@ fn median(scene: &Scene, progress: &Progress, change: impl Fn(&mut PhysicsSettin
 fn a_delivery_tells_whether_the_robot_depends_on_the_time_step() {
     let mut unsteady = 0;
     for seed in 1..=6 {
-        let mut scene = Scene::parse("lively", &[LIVELY, "iterations = 9"].concat()).unwrap();
+        let mut scene = Scene::parse("lively", &[MOBILE_ROBOT, "iterations = 9"].concat()).unwrap();
         scene.physics.steps = 768;
         let (codesign, progress) = after(&scene, 9, seed);
         let delivery = codesign.evaluator().deliver(&progress);

@@ -1,4 +1,4 @@
-use crate::small::{LIVELY, after, records};
+use crate::small::{MOBILE_ROBOT, after, records};
 use autodiff::Memory;
 use cosmic::codesign::CoDesign;
 use cosmic::design::{Design, flips};
@@ -6,7 +6,7 @@ use cosmic::scene::Scene;
 
 #[test]
 fn a_memory_budget_changes_no_bit() {
-    let text = [LIVELY, "iterations = 9"].concat();
+    let text = [MOBILE_ROBOT, "iterations = 9"].concat();
     let scene = Scene::parse("lively", &text).unwrap();
     let mut bounded = scene.clone();
     // This budget of 20 kB is too small for a horizon: each of its 64 steps takes more than 1 kB.
@@ -20,7 +20,7 @@ fn a_memory_budget_changes_no_bit() {
 
 /// The merit of the robot of a seed after a snap that compares `trials` alternative layouts.
 fn after_the_snap(trials: usize, seed: u64) -> f64 {
-    let mut scene = Scene::parse("snapped", &[LIVELY, "iterations = 8"].concat()).unwrap();
+    let mut scene = Scene::parse("snapped", &[MOBILE_ROBOT, "iterations = 8"].concat()).unwrap();
     scene.schedule.snap_trials = trials;
     let (mut codesign, mut progress) = after(&scene, scene.schedule.snap_at - 1, seed);
     let soft = codesign.evaluator().design(&progress);

@@ -1,4 +1,4 @@
-use crate::small::{LIVELY, after};
+use crate::small::{MOBILE_ROBOT, after};
 use cosmic::codesign::{Candidate, Progress};
 use cosmic::design::{Material, VolumeBounds, filled, volumes};
 use cosmic::geometry::Range;
@@ -10,7 +10,7 @@ fn scene(more: &str) -> Scene {
         snap_trials = 0
         settle = 0.25
     ";
-    let mut scene = Scene::parse("polished", &[LIVELY, polished, more].concat()).unwrap();
+    let mut scene = Scene::parse("polished", &[MOBILE_ROBOT, polished, more].concat()).unwrap();
     // The controller does not change.
     scene.adam.fine_rate = 0.0;
     scene

@@ -1,4 +1,4 @@
-use crate::small::{LIVELY, begun, tiny};
+use crate::small::{MOBILE_ROBOT, begun, tiny};
 use cosmic::codesign::{CoDesign, Quantiles, Schedule, VARIED, first_best};
 use cosmic::domain::{Domain, draw};
 use cosmic::lattice::State;
@@ -32,7 +32,7 @@ fn a_nearly_absurd_state_has_not_diverged() {
 /// nothing.
 #[test]
 fn a_robot_with_a_node_beyond_the_bound_has_diverged() {
-    let mut scene = Scene::parse("fast", &[LIVELY, "iterations = 8"].concat()).unwrap();
+    let mut scene = Scene::parse("fast", &[MOBILE_ROBOT, "iterations = 8"].concat()).unwrap();
     scene.physics.speed_bound = None;
     let free = CoDesign::new(&scene).unwrap();
     let progress = free.begin(1).unwrap();
@@ -131,7 +131,7 @@ fn the_first_of_equals_is_the_best_and_diverged_rollouts_are_last() {
 /// single rollouts.
 #[test]
 fn a_robust_rank_is_a_quantile_over_varied_robots() {
-    let mut scene = Scene::parse("lively", &format!("{LIVELY}iterations = 9\n")).unwrap();
+    let mut scene = Scene::parse("lively", &format!("{MOBILE_ROBOT}iterations = 9\n")).unwrap();
     (scene.physics.contact, scene.physics.friction) = (ContactLaw::coulomb(), 0.6);
     scene.selection.kind = SelectionKind::Robust;
     let (evaluator, progress) = begun(&scene);

@@ -6,7 +6,7 @@ fn built_in_scenes_have_neither_refusals_nor_warnings() {
     for builtin in BUILTIN {
         let scene = Scene::load(builtin.name).unwrap();
         assert_eq!(Review::new(&scene, 0).unwrap().refusals, []);
-        assert_eq!(scene.doubts(), []);
+        assert_eq!(scene.warnings(), []);
     }
 }
 
@@ -44,10 +44,10 @@ fn probable_mistakes_give_warnings_with_their_values() {
         ("controller.omega=0", "the clock does not advance"),
         ("controller.omega=2000", "half a period"),
     ] {
-        let doubts = Scene::paper().set(&[setting]).unwrap().doubts();
+        let warnings = Scene::paper().set(&[setting]).unwrap().warnings();
         assert!(
-            doubts[0].to_string().contains(warning),
-            "{setting}: {doubts:?}"
+            warnings[0].to_string().contains(warning),
+            "{setting}: {warnings:?}"
         );
     }
     // The robot is a row of six nodes and 0.5 m long. The rough ground starts at 0.6 m, and its length grows with
@@ -58,10 +58,13 @@ fn probable_mistakes_give_warnings_with_their_values() {
             format!("ground.count={count}"),
         ];
         assert_eq!(
-            !Scene::paper().set(&rough).unwrap().doubts().is_empty(),
+            !Scene::paper().set(&rough).unwrap().warnings().is_empty(),
             warns
         );
     }
     let ice = Scene::paper().set(&["physics.contact=coulomb", "physics.friction=0"]);
-    assert_eq!(ice.unwrap().doubts()[0].settings[0].key, "physics.friction");
+    assert_eq!(
+        ice.unwrap().warnings()[0].settings[0].key,
+        "physics.friction"
+    );
 }

@@ -1,6 +1,6 @@
 use crate::small::{begun, tiny};
 use autodiff::Real;
-use cosmic::codesign::{At, CoDesign, Evaluator, Progress, Schedule, Slope, Variables};
+use cosmic::codesign::{CoDesign, Evaluator, GradientPoint, Progress, Schedule, Slope, Variables};
 use cosmic::inputs::{CONTROLLER, DESIGN, Inputs};
 use cosmic::objective::{AnyLoss, LossOf};
 use cosmic::projection::Projection;
@@ -108,7 +108,7 @@ fn gradients_in_f32_agree_with_gradients_in_f64() {
     let single = CoDesign::new(&scene).unwrap();
     let progress = double.begin(1).unwrap();
     let design = double.evaluator().design(&progress);
-    let at = At {
+    let at = GradientPoint {
         sticks: false,
         domains: Vec::new(),
         inputs: double.evaluator().inputs(&progress),
@@ -140,7 +140,7 @@ fn gradients_in_f32_agree_with_gradients_in_f64() {
 fn gradients_computed_together_are_bit_identical_to_single_ones() {
     let check = |scene: &Scene| {
         let (evaluator, progress) = begun(scene);
-        let at = At {
+        let at = GradientPoint {
             sticks: false,
             horizon: Horizon::of_steps(20),
             ..evaluator.point(&progress, &Schedule::at(scene, 1))
@@ -166,7 +166,9 @@ fn gradients_computed_together_are_bit_identical_to_single_ones() {
 fn frequency(codesign: &CoDesign, progress: &Progress, task: &Task) -> f64 {
     let body = task.body(&codesign.evaluator().design(progress));
     let rest = &task.lattice.positions;
-    Vibration::new(&task.lattice, &body, &task.physics, rest).largest_frequency()
+    Vibration::new(&task.lattice, &body, &task.physics, rest)
+        .fastest()
+        .0
 }
 
 #[test]

@@ -117,7 +117,7 @@ fn utf_16_is_named() {
             Truss::read(&path).unwrap_err(),
             cosmic::record::DesignFile::read(&path).unwrap_err(),
             Case::read(&path).unwrap_err(),
-            Scene::read(&path).unwrap_err(),
+            Registry::default().read(&path).unwrap_err(),
         ];
         for error in errors {
             let says = error.to_string();

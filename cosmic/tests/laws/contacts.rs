@@ -9,12 +9,12 @@ use cosmic::geometry::{Profile, Vector};
 use cosmic::kernel;
 use cosmic::laws::{
     Contact, Coulomb, Drift, Drifting, Flat, Flight, Flying, Impact, Law, NoGround, Sticking,
-    Terrain, Underfoot,
+    Surface, Terrain,
 };
 
 use super::kernels::{DT, adjoint, is_right, values, verdict};
 
-fn flying<C: Contact, G: Underfoot>(contact: C, ground: G) -> Fixed<Flying<C, G>> {
+fn flying<C: Contact, G: Surface>(contact: C, ground: G) -> Fixed<Flying<C, G>> {
     let drift = Drift { dt: DT };
     let decay = (-20.0 * DT).exp();
     Fixed {
@@ -27,7 +27,7 @@ fn flying<C: Contact, G: Underfoot>(contact: C, ground: G) -> Fixed<Flying<C, G>
     }
 }
 
-fn drifting<C: Contact, G: Underfoot>(contact: C, ground: G) -> Fixed<Drifting<C, G>> {
+fn drifting<C: Contact, G: Surface>(contact: C, ground: G) -> Fixed<Drifting<C, G>> {
     Fixed {
         uniforms: values(&contact),
         kernel: Drifting {

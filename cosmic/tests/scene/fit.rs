@@ -26,7 +26,10 @@ fn the_scene_s_own_number_of_iterations_changes_nothing() {
 #[test]
 fn every_phase_keeps_its_share_of_the_run() {
     let derived = Scene::load("earth").unwrap();
-    let stated = Scene::parse_of_run("run", &derived.to_run_toml(), derived.registry()).unwrap();
+    let stated = derived
+        .registry()
+        .parse("run", &derived.to_run_toml())
+        .unwrap();
     assert!(stated.following().is_empty() && !derived.following().is_empty());
     for scene in [&stated, &derived] {
         let short = fitted(scene, 60);
@@ -122,7 +125,7 @@ fn a_run_that_begins_after_the_snap_is_fitted_behind_it() {
         );
         assert_eq!(schedule.horizon_over, [80, 150]);
         // What is read again is what was planned.
-        let again = Scene::parse_of_run("run", &tuned.to_run_toml(), tuned.registry()).unwrap();
+        let again = tuned.registry().parse("run", &tuned.to_run_toml()).unwrap();
         assert_eq!(again, tuned);
         assert_eq!(Scene::parse("template", &tuned.to_toml()).unwrap(), tuned);
     }
@@ -139,7 +142,7 @@ fn fitting_adds_no_warnings() {
     for scene in built_in() {
         let said = |scene: &Scene| {
             scene
-                .doubts()
+                .warnings()
                 .iter()
                 .map(|d| d.to_string())
                 .collect::<Vec<_>>()

@@ -2,7 +2,7 @@
 
 use cosmic::lattice::Lattice;
 use cosmic::laws::{Damper, Stops};
-use cosmic::scene::{AnyDesign, Following, Scene};
+use cosmic::scene::{AnyDesign, DerivedSetting, Scene};
 
 /// Every key that can follow, with a value that no rule gives here, and with the power of the scale of lengths by which
 /// the value grows. Times grow by its square root.
@@ -47,7 +47,7 @@ fn following(scene: &Scene) -> Scene {
 
 fn values(scene: &Scene) -> Vec<(String, String)> {
     let all = scene.following().into_iter();
-    all.map(|Following { key, value, .. }| (key, value))
+    all.map(|DerivedSetting { key, value, .. }| (key, value))
         .collect()
 }
 
@@ -270,7 +270,7 @@ fn a_run_keeps_the_numbers_and_a_template_keeps_the_word() {
     assert_eq!(template, scene);
     assert_eq!(values(&template), values(&scene));
     assert!(scene.to_toml().contains("\nomega = \"auto\"\n"));
-    let run = Scene::parse_of_run("run", &scene.to_run_toml(), scene.registry()).unwrap();
+    let run = scene.registry().parse("run", &scene.to_run_toml()).unwrap();
     assert_eq!(run, scene);
     assert!(run.following().is_empty());
     assert!(

@@ -191,8 +191,8 @@ fn robots_with_real_actuators_move() {
     for (name, force) in [("pneumatic", 47.0), ("electric", 50.0)] {
         let text = fs::read_to_string(folder.join(format!("{name}.toml"))).unwrap();
         let scene = Scene::parse(name, &text).unwrap();
-        let doubts: Vec<_> = scene.doubts().iter().map(ToString::to_string).collect();
-        assert_eq!(doubts, [""; 0], "{name}");
+        let warnings: Vec<_> = scene.warnings().iter().map(ToString::to_string).collect();
+        assert_eq!(warnings, [""; 0], "{name}");
         assert!(
             scene
                 .world()
@@ -223,30 +223,33 @@ fn the_stroke_of_a_device_is_stated_once() {
 /// Edges that are too short for the parts of a scene are doubted.
 #[test]
 fn parts_that_do_not_fit_the_edges_are_doubted() {
-    let doubts = |settings: &[&str]| -> Vec<String> {
+    let warnings = |settings: &[&str]| -> Vec<String> {
         let scene = Scene::load("workshop").unwrap().set(settings).unwrap();
-        let doubts = scene.doubts().into_iter().map(|doubt| doubt.says);
-        doubts.filter(|says| says.contains("too short")).collect()
+        let warnings = scene.warnings().into_iter().map(|warning| warning.says);
+        warnings.filter(|says| says.contains("too short")).collect()
     };
-    assert_eq!(doubts(&[]), [""; 0]);
+    assert_eq!(warnings(&[]), [""; 0]);
     // A stroke as long as the bar, in the 17 edges of 0.2 m and the 12 diagonals of 0.283 m.
-    let long = doubts(&["parts.stroke=0.2", "parts.length=off"]);
+    let long = warnings(&["parts.stroke=0.2", "parts.length=off"]);
     assert_eq!(
         long,
         [
             "17 of 29 edges are too short for an actuator: the shortest shrinks to 0.1840 m, but the device has a stroke, so it must be at least 0.2 m long"
         ]
     );
-    let long = doubts(&["parts.length=0.25"]);
+    let long = warnings(&["parts.length=0.25"]);
     assert!(
         long[0].contains("but the device is 0.25 m long"),
         "{long:?}"
     );
-    assert_eq!(doubts(&["parts.stroke=0.18", "parts.length=off"]), [""; 0]);
-    let thick = doubts(&["parts.outer=0.5", "parts.inner=0.49"]);
+    assert_eq!(
+        warnings(&["parts.stroke=0.18", "parts.length=off"]),
+        [""; 0]
+    );
+    let thick = warnings(&["parts.outer=0.5", "parts.inner=0.49"]);
     assert!(thick[0].contains("29 of 29 edges"), "{thick:?}");
     assert!(thick[0].contains("0.5 m thick"), "{thick:?}");
-    assert_eq!(doubts(&["parts.outer=0.06"]), [""; 0]);
+    assert_eq!(warnings(&["parts.outer=0.06"]), [""; 0]);
 }
 
 /// A cylinder takes a chamber of air at every movement: travel times area times absolute pressure.

@@ -70,39 +70,39 @@ fn slippery_slopes_and_heavy_payloads_are_named() {
             displacement: Some(0.0),
             ..Measured::unmeasured(&scene, &lattice)
         };
-        let doubts: Vec<_> = scene.doubts().iter().map(ToString::to_string).collect();
-        (stays.verdict().hints.join("; "), doubts.join("; "))
+        let warnings: Vec<_> = scene.warnings().iter().map(ToString::to_string).collect();
+        (stays.verdict().hints.join("; "), warnings.join("; "))
     };
-    let (hints, doubts) = of("");
+    let (hints, warnings) = of("");
     assert_eq!(
-        (&hints[..], &doubts[..]),
+        (&hints[..], &warnings[..]),
         ("try other seeds: `--starts 4`", "")
     );
     // tan 25 degrees is 0.466, tan 40 degrees 0.839.
-    let (hints, doubts) = of("physics.incline_deg = 25.0\nphysics.friction = 0.7");
+    let (hints, warnings) = of("physics.incline_deg = 25.0\nphysics.friction = 0.7");
     assert!(
         hints.contains("it is 1.5 times what holds a robot at rest"),
         "{hints}"
     );
-    assert_eq!(doubts, "");
-    let (hints, doubts) = of("physics.incline_deg = 40.0\nphysics.friction = 0.7");
+    assert_eq!(warnings, "");
+    let (hints, warnings) = of("physics.incline_deg = 40.0\nphysics.friction = 0.7");
     assert!(
         hints.contains("only 0.83 times what holds a robot"),
         "{hints}"
     );
     assert!(
-        doubts.starts_with("the robot slides down the slope"),
-        "{doubts}"
+        warnings.starts_with("the robot slides down the slope"),
+        "{warnings}"
     );
     assert!(
-        doubts.ends_with("a friction of 0.84 holds it at rest; walking needs more"),
-        "{doubts}"
+        warnings.ends_with("a friction of 0.84 holds it at rest; walking needs more"),
+        "{warnings}"
     );
-    let (hints, doubts) = of("physics.payload_mass = 20.0");
+    let (hints, warnings) = of("physics.payload_mass = 20.0");
     assert!(hints.starts_with("the payload is heavy"), "{hints}");
     assert!(
-        doubts.starts_with("the payload weighs 196.200 N"),
-        "{doubts}"
+        warnings.starts_with("the payload weighs 196.200 N"),
+        "{warnings}"
     );
 }
 
@@ -111,6 +111,6 @@ fn slippery_slopes_and_heavy_payloads_are_named() {
 fn built_in_scenes_are_not_doubted() {
     for builtin in BUILTIN {
         let scene = Scene::load(builtin.name).unwrap();
-        assert!(scene.doubts().is_empty(), "{}", builtin.name);
+        assert!(scene.warnings().is_empty(), "{}", builtin.name);
     }
 }

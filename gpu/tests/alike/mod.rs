@@ -9,10 +9,10 @@ use cosmic::scene::Scene;
 use cosmic::simulator::{
     PrintedRobots, Robots, Simulator, Span, Surroundings, Trajectory, Wanted, Workgroup,
 };
-use cosmic_gpu::{Gpu, GpuError, RobotsOnGpu, WORKGROUP};
+use cosmic_gpu::{Gpu, GpuError, Losses, Member, RobotsOnGpu, WORKGROUP};
 
 /// The mean of the positions of all nodes in all observed states: forward, and a little upward.
-pub(crate) fn loss<R: Real>(trajectory: &Trajectory<R>) -> R {
+fn loss<R: Real>(trajectory: &Trajectory<R>) -> R {
     let mean = |state: &State<R>| {
         let sum = (state.x.iter()).fold(R::zero(), |sum, x| sum + x[0] + R::lit(0.3) * x[1]);
         sum * R::lit(1.0 / state.x.len() as f64)
@@ -76,32 +76,22 @@ impl Begun {
     pub(crate) fn compare(&self, gpu: &Gpu, printed: PrintedRobots) -> Result<Compared, GpuError> {
         let device = RobotsOnGpu::new(gpu, printed)?;
         let walked = device.rollouts(&self.robots(), &self.starts)?;
-        let gradients = device.gradients(&self.robots(), &self.starts, loss)?;
+        let differentiated = device.differentiated(&self.robots(), &self.starts, self)?;
         let mut compared = Compared {
             position: 0.0,
             cosine: 1.0,
         };
-        for (k, walked) in walked.iter().enumerate() {
+        for (k, (walked, found)) in walked.iter().zip(&differentiated).enumerate() {
             let (expected, slopes) = self.on_processor(k, device.printed().span());
             for (a, b) in positions(walked).into_iter().zip(expected) {
                 compared.position =
                     f64::max(compared.position, (a - b).abs() / (10.0 * self.spacing));
             }
-            let body = &gradients.bodies[k];
-            let start = &gradients.starts[k];
-            let lists = [
-                &body.stiffness,
-                &body.strain,
-                &body.mass,
-                &body.presence,
-                &gradients.controllers[k],
-                &self.flat_above(k, &start.x),
-                &self.flat_above(k, &start.v),
-            ];
-            for (list, expected) in lists.into_iter().zip(&slopes) {
+            let lists = self.lists(k, &found.gradient).into_iter();
+            for (list, expected) in lists.zip(self.lists(k, &slopes)) {
                 // A number that is zero stands for a part that the robot does not have, and has no slope here.
-                let pairs = list.iter().zip(expected);
-                let there = pairs.filter(|(_, expected)| **expected != 0.0);
+                let pairs = list.into_iter().zip(expected);
+                let there = pairs.filter(|(_, expected)| *expected != 0.0);
                 let (list, expected): (Vec<f64>, Vec<f64>) = there.unzip();
                 compared.cosine = compared.cosine.min(cosine(&list, &expected));
             }
@@ -109,81 +99,86 @@ impl Begun {
         Ok(compared)
     }
 
+    /// The robot with these numbers of its body, its controller and its start.
+    fn member<R: Real>(&self, k: usize, numbers: &[R]) -> Member<R> {
+        let body = &self.bodies[k];
+        let (of_body, rest) = numbers.split_at(body.numbers().len());
+        let mut controller = self.controllers[k].map(R::lit);
+        let (of_controller, rest) = rest.split_at(controller.numbers().len());
+        controller.numbers_mut().copy_from_slice(of_controller);
+        let (x, v) = rest.split_at(rest.len() / 2);
+        Member {
+            surroundings: self.surroundings[0].map(R::lit),
+            body: body.with_numbers(of_body),
+            controller,
+            start: State {
+                x: from_flat(x),
+                v: from_flat(v),
+            },
+        }
+    }
+
+    /// The slopes by stiffnesses, strains, masses, presence, controller, and the positions and velocities at the start.
+    fn lists(&self, k: usize, slopes: &[f64]) -> [Vec<f64>; 7] {
+        let slopes = self.member(k, slopes);
+        let (body, start) = (slopes.body, slopes.start);
+        [
+            body.stiffness,
+            body.strain,
+            body.mass,
+            body.presence,
+            slopes.controller.numbers().to_vec(),
+            self.flat_above(k, &start.x),
+            self.flat_above(k, &start.v),
+        ]
+    }
+
     /// The coordinates of the nodes that are above the ground at the start. A node exactly on the ground is at the kink of
     /// the contact, where rounding decides the slope.
-    pub(crate) fn flat_above(&self, k: usize, points: &[Vector<f64>]) -> Vec<f64> {
+    fn flat_above(&self, k: usize, points: &[Vector<f64>]) -> Vec<f64> {
         let columns = self.simulator.flatten(&self.starts[k]);
         let heights = &columns[points.len()..];
         let above = points.iter().zip(heights).filter(|(_, up)| **up > 1e-6);
         above.flat_map(|(point, _)| [point[0], point[1]]).collect()
     }
 
-    /// The positions of a member, and the slopes of its loss by stiffnesses, strains, masses, presence, controller, and the
-    /// positions and velocities at the start.
-    pub(crate) fn on_processor(&self, k: usize, span: &Span) -> (Vec<f64>, Vec<Vec<f64>>) {
-        let single = |x: f64| x as f32;
-        let (body, start) = (self.bodies[k].map(single), self.starts[k].map(single));
-        let controller = self.controllers[k].map(single);
-        let lists = [
-            &body.stiffness[..],
-            &body.strain,
-            &body.mass,
-            &body.presence,
-            controller.numbers(),
-            &flat(&start.x),
-            &flat(&start.v),
-        ];
-        let (mut tape, mut states) = (Tape::new(), Vec::new());
-        let result = tape.record(&lists.concat(), |x| {
-            let mut rest = x;
-            let [stiffness, strain, mass, presence, of_policy, x, v] = lists.map(|list| {
-                let (part, others) = rest.split_at(list.len());
-                rest = others;
-                part
-            });
+    /// The positions of a member, and the slopes of its loss by its [numbers](Losses::numbers).
+    fn on_processor(&self, k: usize, span: &Span) -> (Vec<f64>, Vec<f64>) {
+        let numbers: Vec<f32> = self.numbers(k).iter().map(|&x| x as f32).collect();
+        let of_body = self.bodies[k].numbers().len();
+        let (mut tape, mut places) = (Tape::new(), Vec::new());
+        let result = tape.record(&numbers, |x: &[Var<f32>]| {
             // Parts that a robot does not have are left out only if their number is a constant zero.
-            let or_zero = |list: &[Var<f32>]| -> Vec<Var<f32>> {
-                let one = |x: &Var<f32>| {
-                    if x.value() == 0.0 {
-                        Var::constant(0.0)
-                    } else {
-                        *x
-                    }
-                };
-                list.iter().map(one).collect()
+            let or_zero = |(at, x): (usize, &Var<f32>)| match at < of_body && x.value() == 0.0 {
+                true => Var::constant(0.0),
+                false => *x,
             };
-            let body = Body {
-                stiffness: or_zero(stiffness),
-                strain: or_zero(strain),
-                largest_strain: body.largest_strain,
-                mass: mass.to_vec(),
-                presence: or_zero(presence),
-                marker: body.marker.map(Var::constant),
-            };
-            let mut controller = controller.map(Var::constant);
-            controller.numbers_mut().copy_from_slice(of_policy);
-            let start = State {
-                x: from_flat(x),
-                v: from_flat(v),
-            };
-            let walked = (self.simulator).rollout(&body, &controller, &start, span);
-            states = positions(&walked)
-                .iter()
-                .map(|x| f64::from(x.value()))
-                .collect();
-            loss(&walked)
+            let x: Vec<Var<f32>> = x.iter().enumerate().map(or_zero).collect();
+            let robot = self.member(k, &x);
+            let (body, controller) = (&robot.body, &robot.controller);
+            let walk = (self.simulator).rollout(body, controller, &robot.start, span);
+            let values = positions(&walk).into_iter().map(|x| f64::from(x.value()));
+            places = values.collect();
+            loss(&walk)
         });
-        let mut slopes = tape.pullback(&[result], &[1.0]);
-        let parts = lists.map(|list| {
-            let (part, others) = slopes.split_at(list.len());
-            slopes = others;
-            part.iter().map(|&x| f64::from(x)).collect::<Vec<f64>>()
-        });
-        let mut parts = parts.to_vec();
-        for of_start in &mut parts[5..] {
-            *of_start = self.flat_above(k, &from_flat(of_start));
-        }
-        (states, parts)
+        let slopes = tape.pullback(&[result], &[1.0]).iter();
+        (places, slopes.map(|&x| f64::from(x)).collect())
+    }
+}
+
+impl Losses for Begun {
+    fn numbers(&self, robot: usize) -> Vec<f64> {
+        let (body, start) = (self.bodies[robot].numbers(), &self.starts[robot]);
+        let (x, v) = (flat(&start.x), flat(&start.v));
+        [&body[..], self.controllers[robot].numbers(), &x, &v].concat()
+    }
+
+    fn robot(&self, robot: usize, numbers: &[Var<f64>]) -> Member<Var<f64>> {
+        self.member(robot, numbers)
+    }
+
+    fn loss(&self, _: usize, walk: &Trajectory<Var<f64>>) -> Var<f64> {
+        loss(walk)
     }
 }
 
@@ -203,7 +198,7 @@ pub(crate) fn positions<R: Real>(trajectory: &Trajectory<R>) -> Vec<R> {
 }
 
 /// The cosine of the angle between two gradients.
-pub(crate) fn cosine(a: &[f64], b: &[f64]) -> f64 {
+fn cosine(a: &[f64], b: &[f64]) -> f64 {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
     match dot(a, a) * dot(b, b) {
         0.0 => 1.0,

@@ -1,6 +1,6 @@
 //! A program with every operation that can be printed. Tests check its text and run it on a device.
 
-use autodiff::{Array, Graph, Kernel, Model, Program, Real, lit};
+use autodiff::{Graph, Kernel, Model, Program, Real, lit};
 use cosmic::kernel;
 
 /// A spring with two results. Each has its own stiffness; all have the same damping.
@@ -61,9 +61,8 @@ impl Model for Every {
 
         let [seen, _] = p.weighted(weights, &[x], &[v], &[clock]);
         let hidden = p.dense_tanh(first, &[seen], bias);
-        let push: Array =
-            p.dense_tanh_spread(second, &[hidden], zeros, &[true, false, true, true, false]);
-        let push = p.gather(push, &[Some(0), None, Some(2), Some(2), Some(3)]);
+        let push = p.dense_tanh(second, &[hidden], zeros);
+        let push = p.gather(push, &[Some(0), None, Some(1), Some(1), Some(2)]);
         let [pull, _] = p.map_edges(&self.0, Spring, [x, v], &[stiffness], &[damping]);
         let [longer] = p.map_each_edge(&self.0, Elongation, [x], &[rest], &[]);
         let sum = p.sum_at_nodes(&self.0, longer);

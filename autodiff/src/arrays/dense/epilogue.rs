@@ -1,4 +1,4 @@
-//! The last steps of a matrix product: add the bias, apply the activation, and write each row to its position in `y`.
+//! The last steps of a matrix product: add the bias, apply the activation, and write the result to `y`.
 
 use crate::real::Real;
 use crate::simd::Lane;
@@ -7,9 +7,6 @@ use crate::simd::Lane;
 pub(super) struct Epilogue<'a, R> {
     pub(super) bias: Option<&'a [R]>,
     pub(super) y: &'a mut [R],
-    /// For each row of the product, the index of the register of `y` that receives its result. If the list is empty,
-    /// row `k` goes to register `k`. Only used if each lane of a register belongs to a different start (initial state).
-    pub(super) places: &'a [usize],
     pub(super) tanh: bool,
 }
 
@@ -19,7 +16,6 @@ impl<'a, R: Real> Epilogue<'a, R> {
         Self {
             bias: None,
             y,
-            places: &[],
             tanh: false,
         }
     }
@@ -40,59 +36,42 @@ impl<'a, R: Real> Epilogue<'a, R> {
                 _ => sums[h][0].zip(sums[h][K - 1]),
             };
         }
-        self.add(at, at, even);
+        self.add(at, even);
         if K > 1 {
             // The second register of a pair may lie entirely past the last row, so it is added separately.
             for h in 0..H {
                 at[h] += L::N;
             }
-            self.add(at, at, odd);
+            self.add(at, odd);
         }
     }
 
     /// Does the last steps for `N` rows, beginning with row `first`. Each register in `sums` holds the sums of one row,
-    /// with one lane per start (initial state). Rows with the index `rows` or more do not exist and are dropped.
+    /// with one lane per start (initial state). Rows that do not exist lie past the end of `y` and are dropped.
     #[inline(always)]
-    pub(super) fn add_starts<L: Lane<R>, const N: usize>(
-        &mut self,
-        first: usize,
-        rows: usize,
-        sums: [L; N],
-    ) {
-        let (mut from, mut to) = ([0; N], [self.y.len(); N]);
+    pub(super) fn add_starts<L: Lane<R>, const N: usize>(&mut self, first: usize, sums: [L; N]) {
+        let mut at = [0; N];
         for n in 0..N {
-            let row = first + n;
-            from[n] = row * L::N;
-            if row < rows {
-                to[n] = self.places.get(row).copied().unwrap_or(row) * L::N;
-            }
+            at[n] = (first + n) * L::N;
         }
-        self.add(from, to, sums);
+        self.add(at, sums);
     }
 
-    /// Adds `sums` to the bias at positions `from` (or to `y` at positions `to`, if there is no bias) and writes the
-    /// result to `y` at positions `to`. Numbers past the end of `bias` or `y` are dropped.
+    /// Adds `sums` to the bias (or to `y`, if there is no bias) at positions `at` and writes the result to `y`, at the
+    /// same positions. Numbers past the end of `bias` or `y` are dropped.
     #[inline(always)]
-    fn add<L: Lane<R>, const N: usize>(
-        &mut self,
-        from: [usize; N],
-        to: [usize; N],
-        mut sums: [L; N],
-    ) {
+    fn add<L: Lane<R>, const N: usize>(&mut self, at: [usize; N], mut sums: [L; N]) {
         // Bias and `tanh` are applied here because the complete sum is still in a register.
         for n in 0..N {
-            let before = match self.bias {
-                Some(bias) => L::load_up_to(&bias[from[n].min(bias.len())..]),
-                None => L::load_up_to(&self.y[to[n].min(self.y.len())..]),
-            };
-            sums[n] = before + sums[n];
+            let before = self.bias.unwrap_or(&*self.y);
+            sums[n] = L::load_up_to(&before[at[n].min(before.len())..]) + sums[n];
         }
         if self.tanh {
             sums = L::tanh_each(sums);
         }
         for n in 0..N {
-            let to = to[n].min(self.y.len());
-            sums[n].store_up_to(&mut self.y[to..]);
+            let at = at[n].min(self.y.len());
+            sums[n].store_up_to(&mut self.y[at..]);
         }
     }
 }

@@ -6,12 +6,11 @@
 use super::super::array::{Array, Matrix};
 use super::super::operation::Operation;
 use super::super::row::{Bars, StepValues, joined};
-use super::aligned::Aligned;
 use super::epilogue::Epilogue;
 use super::outer::Pending;
 use super::product::{MatrixProduct, PackedMatrix};
 use crate::real::Real;
-use crate::simd::{Lane, Vectorized, lanes};
+use crate::simd::{Lane, Vectorized};
 
 /// The declaration of a dense layer in a step.
 pub(crate) struct Layer {
@@ -19,8 +18,6 @@ pub(crate) struct Layer {
     pub(crate) x: Vec<Array>,
     pub(crate) bias: Array,
     pub(crate) output: Array,
-    /// For each element of the output, whether a row of the matrix computes it. The other elements are zero.
-    pub(crate) places: Vec<bool>,
     pub(crate) tanh: bool,
 }
 
@@ -28,8 +25,6 @@ pub(crate) struct DenseLayer<R> {
     layer: Layer,
     /// The inputs, with adjacent arrays joined. If one array remains, it is read in place.
     inputs: Vec<Array>,
-    /// The positions of the rows' results in the output; `None` if every element of the output is the result of a row.
-    spread: Option<Spread<R>>,
     /// `W`, stored for the product `W x`.
     weights: PackedMatrix<R>,
     /// `W^T`, stored for the product `W^T y_bar`.
@@ -43,55 +38,11 @@ pub(crate) struct DenseLayer<R> {
     active: Active,
 }
 
-/// Describes an output in which some elements are always zero, because no row of the matrix computes them.
-struct Spread<R> {
-    lanes: Vec<LaneOfRows>,
-    /// For each row, the index of its register in the output. Used if one register holds the results of a row for all
-    /// starts.
-    places: Vec<usize>,
-    /// A buffer for the results of the rows, without zeros between them. It has room for one register more. Used if
-    /// each register holds the results of several rows.
-    y: Aligned<R>,
-}
-
-/// One register of the output: the index of the first row whose result it holds, and a bit for each lane that holds a
-/// result.
-#[derive(Clone, Copy)]
-struct LaneOfRows {
-    first: usize,
-    bits: u16,
-}
-
 /// Which cotangents the reverse sweep of the layer must compute.
 struct Active {
     inputs: bool,
     weights: bool,
     bias: bool,
-}
-
-impl<R: Real> Spread<R> {
-    /// Returns `None` if every element of the output is the result of a row.
-    fn new(places: &[bool], starts: usize) -> Option<Self> {
-        let count = |places: &[bool]| places.iter().filter(|row| **row).count();
-        let (width, rows) = (lanes::<R>(), count(places));
-        let lane = |(k, part): (usize, &[bool])| LaneOfRows {
-            first: count(&places[..k * width]),
-            bits: part
-                .iter()
-                .rev()
-                .fold(0, |bits, &row| bits << 1 | u16::from(row)),
-        };
-        if rows == places.len() {
-            return None;
-        }
-        let lanes: Vec<_> = places.chunks(width).enumerate().map(lane).collect();
-        let is_row = |&k: &usize| starts > 1 && starts == width && lanes[k].bits != 0;
-        Some(Self {
-            places: (0..lanes.len()).filter(is_row).collect(),
-            lanes,
-            y: Aligned::zeros(rows + width),
-        })
-    }
 }
 
 impl Layer {
@@ -107,7 +58,6 @@ impl<R: Real> DenseLayer<R> {
         let columns = matrix.columns;
         Self {
             inputs: layer.inputs(),
-            spread: Spread::new(&layer.places, starts),
             layer,
             weights: PackedMatrix::zero(matrix.rows, columns, starts),
             transposed: PackedMatrix::zero(columns, matrix.rows, starts),
@@ -212,31 +162,16 @@ impl<R: Real> Operation<R> for DenseLayer<R> {
         } = self.layer;
         let (row, output) = row.split_at_mut(to.start);
         let values = StepValues { parameters, row };
-        let mut product = MatrixProduct {
+        let product = MatrixProduct {
             matrix: &self.weights,
             x: input(&self.inputs, &mut self.packed, values),
             output: Epilogue {
                 bias: Some(values.get(bias)),
+                y: &mut output[..to.len],
                 tanh: self.layer.tanh,
-                ..Epilogue::plain(&mut [])
             },
         };
-        match &mut self.spread {
-            None => {
-                product.output.y = &mut output[..to.len];
-                product.run();
-            }
-            Some(Spread { lanes, places, .. }) if !places.is_empty() => {
-                (product.output.y, product.output.places) = (&mut output[..to.len], places);
-                product.run();
-                R::vectorize(Gaps { lanes, output });
-            }
-            Some(Spread { lanes, y, .. }) => {
-                product.output.y = &mut y[..bias.len];
-                product.run();
-                R::vectorize(SetOut { lanes, y, output });
-            }
-        }
+        product.run();
     }
 
     fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>) {
@@ -245,8 +180,6 @@ impl<R: Real> Operation<R> for DenseLayer<R> {
         R::vectorize(BeforeTanh {
             y,
             bar,
-            rows: self.layer.output.len,
-            lanes: self.spread.as_ref().map(|spread| &spread.lanes[..]),
             tanh: self.layer.tanh,
             y_bar: self.batch.current_mut(),
         });
@@ -276,55 +209,12 @@ impl<R: Real> Operation<R> for DenseLayer<R> {
     }
 }
 
-/// Writes the results of the rows and the zeros to the output, one whole register at a time.
-struct SetOut<'a, R> {
-    lanes: &'a [LaneOfRows],
-    y: &'a [R],
-    output: &'a mut [R],
-}
-
-impl<R: Real> Vectorized<R> for SetOut<'_, R> {
-    const USE_THE_ATTRIBUTE_KERNEL: () = ();
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lane<R>>(self) {
-        for (lane, output) in self.lanes.iter().zip(self.output.chunks_exact_mut(L::N)) {
-            let rows = L::load(&self.y[lane.first..]).expand(lane.bits);
-            rows.store(output);
-        }
-    }
-}
-
-/// Writes zeros to the elements of the output that no row computes. For outputs in which one register holds the results
-/// of a row for all starts.
-struct Gaps<'a, R> {
-    lanes: &'a [LaneOfRows],
-    output: &'a mut [R],
-}
-
-impl<R: Real> Vectorized<R> for Gaps<'_, R> {
-    const USE_THE_ATTRIBUTE_KERNEL: () = ();
-    type Output = ();
-    #[inline(always)]
-    fn run<L: Lane<R>>(self) {
-        for (lane, output) in self.lanes.iter().zip(self.output.chunks_exact_mut(L::N)) {
-            if lane.bits == 0 {
-                L::zero().store(output);
-            }
-        }
-    }
-}
-
 /// Computes the cotangent of `W x + bias` from the cotangent of the output.
 struct BeforeTanh<'a, R> {
     y: &'a [R],
     bar: &'a [R],
-    /// The number of rows, which is the length of an output without zeros in between.
-    rows: usize,
-    /// The registers of an output in which zeros lie between the results of the rows; `None` for other outputs.
-    lanes: Option<&'a [LaneOfRows]>,
     tanh: bool,
-    /// A buffer for the computed cotangents, one for each row. It has room for one register more.
+    /// A buffer for the computed cotangents, one for each row.
     y_bar: &'a mut [R],
 }
 
@@ -334,20 +224,8 @@ impl<R: Real> Vectorized<R> for BeforeTanh<'_, R> {
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
         let both = self.y.chunks_exact(L::N).zip(self.bar.chunks_exact(L::N));
-        match self.lanes {
-            None => {
-                let to = self.y_bar[..self.rows].chunks_mut(L::N);
-                for (to, (y, bar)) in to.zip(both) {
-                    before_tanh::<R, L>(self.tanh, y, bar).store_up_to(to);
-                }
-            }
-            // Each turn of the loop writes a whole register. The next turn overwrites the lanes that hold no row.
-            Some(lanes) => {
-                for (lane, (y, bar)) in lanes.iter().zip(both) {
-                    let rows = before_tanh::<R, L>(self.tanh, y, bar).compress(lane.bits);
-                    rows.store(&mut self.y_bar[lane.first..]);
-                }
-            }
+        for (to, (y, bar)) in self.y_bar.chunks_mut(L::N).zip(both) {
+            before_tanh::<R, L>(self.tanh, y, bar).store_up_to(to);
         }
     }
 }

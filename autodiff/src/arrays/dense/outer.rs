@@ -36,9 +36,8 @@ impl<R: Real> Pending<R> {
         let stride = rows.next_multiple_of(lanes::<R>());
         Self {
             x: vec![R::zero(); BATCH * columns],
-            // Both arrays of cotangents have room for one register past their end.
-            y_bar: Aligned::zeros(BATCH * stride + lanes::<R>()),
-            interleaved: Aligned::zeros(numbers + lanes::<R>()),
+            y_bar: Aligned::zeros(BATCH * stride),
+            interleaved: Aligned::zeros(numbers),
             starts,
             rows,
             columns,
@@ -51,14 +50,14 @@ impl<R: Real> Pending<R> {
     pub(super) fn current(&self) -> &[R] {
         match self.starts {
             1 => &self.y_bar[self.len * self.stride..][..self.rows],
-            starts => &self.interleaved[..self.rows * starts],
+            _ => &self.interleaved,
         }
     }
 
-    /// A buffer for the output cotangents of the current step. It has room for one register more.
+    /// A buffer for the output cotangents of the current step.
     pub(super) fn current_mut(&mut self) -> &mut [R] {
         match self.starts {
-            1 => &mut self.y_bar[self.len * self.stride..],
+            1 => &mut self.y_bar[self.len * self.stride..][..self.rows],
             _ => &mut self.interleaved,
         }
     }

@@ -64,7 +64,7 @@ impl<R: Real> Tiles<R> {
             }
             let (groups, _) = sums.as_chunks::<ABREAST>();
             for (k, sums) in groups.iter().enumerate() {
-                output.add_starts(first + k * ABREAST, self.rows, *sums);
+                output.add_starts(first + k * ABREAST, *sums);
             }
         }
     }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::clock::median_time;
 use super::probe::{Probe, distance, largest_stable_step};
 use crate::report::sheet::{Chart, Line, Section, marked};
-use crate::table::{Cell, Standing, Table};
+use crate::table::{Cell, Emphasis, Table};
 use cosmic::case::Case;
 use cosmic::lattice::State;
 use cosmic::numbers::rounded;
@@ -336,8 +336,8 @@ impl<'a> Accuracy<'a> {
             false => Cell::if_finite(x),
         };
         Table::of("accuracy", "Error against run time", &self.runs)
-            .mark(Standing::Default, |run| run.is_default)
-            .mark(Standing::Failed, Run::is_failed)
+            .mark(Emphasis::Default, |run| run.is_default)
+            .mark(Emphasis::Failed, Run::is_failed)
             .column("method", "integrator and substeps", |run| run.method.name())
             .column("dt_s", "time step of the controller, s", |run| self.dt(run))
             .column("precision", "number type", Run::precision)

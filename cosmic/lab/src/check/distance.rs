@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::accuracy::Method;
 use super::probe::{Probe, largest_stable_step, moved_starts};
 use crate::report::sheet::{Chart, Line, Section};
-use crate::table::{Cell, Standing, Table};
+use crate::table::{Cell, Emphasis, Table};
 use cosmic::case::Case;
 use cosmic::codesign::{LEAST_WALK, Quantiles, STEADY};
 use cosmic::lattice::State;
@@ -227,6 +227,6 @@ fn table(trials: &[Trial]) -> Table {
         .column("median_m", "median distance", p50)
         .column("p90_m", "90 % quantile of the distance", p90)
         .column("status", "the outcome", status)
-        .mark(Standing::Default, first)
+        .mark(Emphasis::Default, first)
         .done()
 }

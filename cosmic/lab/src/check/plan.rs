@@ -2,7 +2,7 @@
 //!
 //! The plan follows from the scene and the robot before the first step, so that a step need not test flags.
 
-use super::probe::Vibrations;
+use super::probe::step_limits;
 use crate::report::sheet::Section;
 use crate::table::Table;
 use cosmic::case::Case;
@@ -72,12 +72,10 @@ fn text(terms: &[Term]) -> String {
 
 /// Compares the time step of a case with the largest stable ones. True if it is stable.
 fn time_step(case: &Case) -> (bool, Item) {
-    let vibrations = Vibrations::of(case, &case.start.x);
+    let [exact, bound] = step_limits(case, &case.start.x).map(|limit| limit.step());
     let any =
         AnyDesign::new(&case.lattice, &case.scene.materials, &case.scene.physics).stable_step(1.0);
-    let exact = vibrations.step(case, vibrations.fastest);
-    let limits = [exact, vibrations.step(case, vibrations.bound), any];
-    let [limit, bound, any] = limits.map(|limit| rounded_down(limit, 3));
+    let [limit, bound, any] = [exact, bound, any].map(|limit| rounded_down(limit, 3));
     let dt = case.scene.physics.dt;
     // If the limit is NaN, the comparison is false, so no time step counts as stable.
     let is_stable = dt < exact;

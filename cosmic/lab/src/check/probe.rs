@@ -9,9 +9,8 @@ use cosmic::geometry::Vector;
 use cosmic::inputs::Inputs;
 use cosmic::lattice::State;
 use cosmic::random::{Purpose, stream};
-use cosmic::scene::stable_step;
-use cosmic::simulator::Span;
 use cosmic::simulator::stability::Vibration;
+use cosmic::simulator::{Span, StepLimit};
 use cosmic::task::Task;
 
 /// The distance, as a share of the lattice's scale, by which every coordinate of a start is moved to make a perturbed
@@ -72,43 +71,20 @@ pub(super) fn moved_starts(case: &Case, count: usize) -> Vec<State<f64>> {
     (0..count).map(|_| start()).collect()
 }
 
-/// The vibrations of a case's robot about a position of its nodes.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Vibrations {
-    /// The largest angular frequency, 1/s.
-    pub(super) fastest: f64,
-    /// An upper bound on this frequency that follows from single edges, 1/s.
-    pub(super) bound: f64,
-    /// The largest rate at which forces damp a vibration, 1/s.
-    pub(super) damping: f64,
-    /// The smallest time step, s, with which forces that an implicit step does not solve for make a vibration grow.
-    /// Infinite for explicit steps.
-    pub(super) off_bars: f64,
-}
-
-impl Vibrations {
-    /// Computes the vibrations of a case's robot with its nodes at `positions`.
-    pub(super) fn of(case: &Case, positions: &[Vector<f64>]) -> Self {
-        let body = case.body();
-        let vibration = Vibration::new(&case.lattice, &body, &case.scene.physics, positions);
-        Self {
-            fastest: vibration.largest_frequency(),
-            bound: vibration.edge_bound(),
-            damping: vibration.damping(),
-            off_bars: vibration.step_off_bars(&case.scene.physics),
-        }
-    }
-
-    /// The smallest time step, s, with which a vibration grows, by the largest `frequency` in 1/s.
-    pub(super) fn step(&self, case: &Case, frequency: f64) -> f64 {
-        stable_step(&case.scene.physics, frequency, self.damping).min(self.off_bars)
-    }
+/// The limits of the time step of a case's robot with its nodes at `positions`: by the largest frequency, and by the bound
+/// from single edges.
+pub(super) fn step_limits(case: &Case, positions: &[Vector<f64>]) -> [StepLimit; 2] {
+    let (body, physics) = (case.body(), &case.scene.physics);
+    let vibration = Vibration::new(&case.lattice, &body, physics, positions);
+    [
+        StepLimit::exact(&vibration, physics),
+        StepLimit::safe(&vibration, 1.0, physics),
+    ]
 }
 
 /// The smallest time step, s, with which a vibration of a case's robot about its start grows.
 pub(super) fn largest_stable_step(case: &Case) -> f64 {
-    let vibrations = Vibrations::of(case, &case.start.x);
-    vibrations.step(case, vibrations.fastest)
+    step_limits(case, &case.start.x)[0].step()
 }
 
 /// The largest distance of any node between its positions in two states, in metres; NaN if any distance is NaN.

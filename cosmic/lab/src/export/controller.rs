@@ -20,7 +20,7 @@ pub(super) struct Folded<'c> {
 
 /// The part of `controller.json` that only robots with given goals have.
 #[derive(Serialize)]
-pub(super) struct Seen {
+pub(super) struct GoalFields {
     goal: [f64; 2],
     goal_scale: f64,
     mean: Vec<f64>,
@@ -100,11 +100,11 @@ impl<'c> Folded<'c> {
     }
 
     /// What a robot with given goals needs besides the network. `nodes` are the nodes of the model.
-    pub(super) fn seen(&self, ground: &Ground, nodes: &[usize]) -> Option<Seen> {
+    pub(super) fn seen(&self, ground: &Ground, nodes: &[usize]) -> Option<GoalFields> {
         let mean = self.mean.as_ref()?;
         let settings = &self.case.scene.controller;
         let payload = self.case.lattice.payload_point(&self.case.start, ground);
-        Some(Seen {
+        Some(GoalFields {
             goal: settings.goal,
             goal_scale: settings.goal_scale,
             mean: nodes.iter().map(|&node| mean[node]).collect(),

@@ -4,7 +4,7 @@
 //! above the ground. Bars are tendons. Both programs take semi-implicit Euler steps. In contact they differ: MuJoCo's
 //! contact is soft and frictional, while this program finds the time of each impact.
 
-use super::controller::{Folded, Seen};
+use super::controller::{Folded, GoalFields};
 use crate::files::write_text;
 use cosmic::case::Case;
 use cosmic::error::{Error, Result};
@@ -421,7 +421,7 @@ struct ControllerFile {
     #[serde(flatten)]
     network: Weights,
     #[serde(flatten)]
-    seen: Option<Seen>,
+    seen: Option<GoalFields>,
     strain: Vec<f64>,
     #[serde(flatten)]
     device: Option<Device>,

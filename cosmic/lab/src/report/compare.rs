@@ -57,7 +57,7 @@ impl ComparedRun {
 fn read(folder: &Path, name: String, registry: &Registry) -> Result<ComparedRun> {
     let mut run = ComparedRun {
         name,
-        summary: read_summary(folder, registry)?,
+        summary: read_summary(folder)?,
         verdict: None,
         seconds: None,
         folder: folder.to_owned(),

@@ -7,7 +7,7 @@ use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::{Error, Result, fits};
 use cosmic::lattice::Lattice;
 use cosmic::policy::frequency;
-use cosmic::projection::{Holds, Projection, projected};
+use cosmic::projection::{MixtureLimits, Projection, projected};
 use cosmic::reading::read_whole;
 use cosmic::record::files::read_json;
 use cosmic::record::history::{self, DesignRow};
@@ -94,7 +94,7 @@ impl RobotFiles {
     /// are allowed too.
     pub(super) fn mixtures(&self, z: &[[f64; 3]]) -> Vec<Mixture<f64>> {
         let settings = &self.scene.projection;
-        let holds = Holds::new(settings, &self.lattice);
+        let holds = MixtureLimits::new(settings, &self.lattice);
         let design = Design::of_vectors(z.to_vec());
         let design = projected(Projection::Performance, &design, settings, &holds);
         design.mixtures().into_owned()
@@ -124,7 +124,7 @@ impl RunFiles {
     /// The errors of [`run::read_summary`] and [`RobotFiles::read`], and similar errors for the other files.
     pub fn read(folder: &Path, registry: &Registry) -> Result<Self> {
         // The summary is written last: without it the run is not finished.
-        let summary = run::read_summary(folder, registry)?;
+        let summary = run::read_summary(folder)?;
         let robot = RobotFiles::read(&folder.join(run::DESIGN), registry)?;
         let trajectory = read_trajectory(folder, &robot)?;
         Ok(Self {

@@ -2,7 +2,7 @@
 
 use super::page;
 use crate::files::write_texts;
-use crate::table::{Standing, Table, aligned, escape, prose};
+use crate::table::{Emphasis, Table, aligned, escape, prose};
 use cosmic::error::{Error, Result};
 use cosmic::record::files::make_folder;
 use cosmic::verdict::{Item as Answer, Level};
@@ -114,12 +114,12 @@ impl Section {
 
 /// Returns a table as text for a terminal. A row with the scene's own settings begins with `*`, a failed row with `!`.
 pub(crate) fn marked(table: &Table) -> String {
-    let mark = |standing| match standing {
-        Standing::Plain => ' ',
-        Standing::Default => '*',
-        Standing::Failed => '!',
+    let mark = |emphasis| match emphasis {
+        Emphasis::Plain => ' ',
+        Emphasis::Default => '*',
+        Emphasis::Failed => '!',
     };
-    let rows = table.rows.iter().map(|row| mark(row.standing));
+    let rows = table.rows.iter().map(|row| mark(row.emphasis));
     let mut lines = table.shown();
     for (line, mark) in lines.iter_mut().zip([' '].into_iter().chain(rows)) {
         line[0] = format!("{mark} {}", line[0]);

@@ -4,7 +4,6 @@ use super::{Plan, Trial};
 use crate::files::write_text;
 use crate::statistics::Statistics;
 use crate::table::{Cell, Column, Table};
-use cosmic::Registry;
 use cosmic::codesign::Quantiles;
 use cosmic::error::{Error, Result};
 use cosmic::record::Summary;
@@ -43,13 +42,13 @@ const AT_ONCE: usize = 256;
 /// # Errors
 /// The errors of [`Plan::read`] and [`read_summary`]; [`Error::Usage`] for the summary of another run;
 /// [`Error::Write`].
-pub fn merge(sweep: &Path, registry: &Registry) -> Result<Merged> {
+pub fn merge(sweep: &Path) -> Result<Merged> {
     let plan = Plan::read(sweep)?;
     let mut csv = String::new();
     let mut rows: Vec<Row> = plan.trials.iter().map(Row::new).collect();
     for first in (0..plan.runs()).step_by(AT_ONCE) {
         let block = first..plan.runs().min(first + AT_ONCE);
-        let read = |index| MergedRun::read(sweep, &plan, index, registry);
+        let read = |index| MergedRun::read(sweep, &plan, index);
         let block: Vec<MergedRun> = block.into_par_iter().map(read).collect::<Result<_>>()?;
         for run in &block {
             rows[run.index / plan.seeds.get()].add(run);
@@ -69,12 +68,11 @@ pub fn merge(sweep: &Path, registry: &Registry) -> Result<Merged> {
 }
 
 impl<'p> MergedRun<'p> {
-    fn read(sweep: &Path, plan: &'p Plan, index: usize, registry: &Registry) -> Result<Self> {
+    fn read(sweep: &Path, plan: &'p Plan, index: usize) -> Result<Self> {
         let folder = plan.folder(sweep, index);
         let (trial, seed) = plan.parts(index);
         let is_done = folder.join(SUMMARY).exists();
-        let read = || read_summary(&folder, registry);
-        let summary = is_done.then(read).transpose()?;
+        let summary = is_done.then(|| read_summary(&folder)).transpose()?;
         let is_other = |s: &&Summary| (&s.scene, s.seed) != (&trial.name, seed);
         if let Some(other) = summary.as_ref().filter(is_other) {
             return Err(Error::Usage(format!(

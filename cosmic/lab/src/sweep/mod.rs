@@ -15,4 +15,4 @@ pub use grid::{Axis, Combination, combinations};
 pub use merge::{Merged, merge};
 pub use plan::{Plan, SWEEP, Trial};
 pub use spec::{Overrides, read};
-pub use work::{Ended, Overseer, RunOutcome, Sweep};
+pub use work::{Ended, RunOutcome, Sweep, SweepObserver};

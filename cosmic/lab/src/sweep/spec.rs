@@ -3,6 +3,7 @@
 use super::{Axis, Plan, Trial, combinations};
 use cosmic::Registry;
 use cosmic::error::{Error, Result};
+use cosmic::reading::{read_whole, text_of};
 use cosmic::record::snapshot::SavedScene;
 use cosmic::scene::{Scene, TomlFile};
 use serde::{Deserialize, de::IgnoredAny};
@@ -110,10 +111,11 @@ fn text_of_sweep(source: &str, registry: &Registry) -> Result<Option<String>> {
     if registry.scene(source).is_some() || !Path::new(source).is_file() {
         return Ok(None);
     }
-    let text = Scene::text(source.as_ref())?;
+    let bytes = read_whole(source.as_ref())?;
+    let text = text_of(source, &bytes)?;
     // A malformed file counts as a scene, whose reader shows the mistake.
-    let is_of_sweep = TomlFile::parse(source, &text).is_ok_and(|file| file.is_of_sweep());
-    Ok(is_of_sweep.then_some(text))
+    let is_of_sweep = TomlFile::parse(source, text).is_ok_and(|file| file.is_of_sweep());
+    Ok(is_of_sweep.then(|| text.to_owned()))
 }
 
 /// A trial before it is multiplied by the grid.

@@ -4,7 +4,7 @@ use super::{Plan, SWEEP};
 use cosmic::Registry;
 use cosmic::codesign::Record;
 use cosmic::error::{Error, Result};
-use cosmic::parallel::{Crew, in_parallel};
+use cosmic::parallel::{ThreadPlan, in_parallel};
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::{self, Observer, Run, Summary};
 use std::collections::BTreeMap;
@@ -38,7 +38,7 @@ pub struct Ended {
 }
 
 /// Receives the events of a sweep, from any thread, and may stop the sweep early.
-pub trait Overseer: Sync {
+pub trait SweepObserver: Sync {
     /// Returns true if the sweep must stop. The runs in progress are saved before they stop.
     fn is_stopped(&self) -> bool;
 
@@ -102,14 +102,18 @@ impl Sweep<'_> {
     ///
     /// # Errors
     /// The first error of [`run_one`](Self::run_one). An error that concerns only one run is returned after all other
-    /// runs are done. [`Error::Stopped`] if the overseer stops the sweep.
-    pub fn run_all(&self, threads: Option<NonZeroUsize>, overseer: &dyn Overseer) -> Result<()> {
+    /// runs are done. [`Error::Stopped`] if the observer stops the sweep.
+    pub fn run_all(
+        &self,
+        threads: Option<NonZeroUsize>,
+        observer: &dyn SweepObserver,
+    ) -> Result<()> {
         let mut failed = BTreeMap::new();
         loop {
             let left = self.plan.left(self.folder);
             let left: Vec<usize> = left.filter(|index| !failed.contains_key(index)).collect();
             let mut any_done = false;
-            for (index, tried) in left.iter().zip(self.try_each(&left, threads, overseer)?) {
+            for (index, tried) in left.iter().zip(self.try_each(&left, threads, observer)?) {
                 match tried {
                     Ok(outcome) => any_done |= matches!(outcome, RunOutcome::Done(_)),
                     Err(error) => _ = failed.insert(*index, error),
@@ -127,23 +131,23 @@ impl Sweep<'_> {
         &self,
         runs: &[usize],
         threads: Option<NonZeroUsize>,
-        overseer: &dyn Overseer,
+        observer: &dyn SweepObserver,
     ) -> Result<Vec<Result<RunOutcome>>> {
         let telling = Mutex::new(());
-        let done = in_parallel(runs.len(), Crew::of_one(threads), |k, _| {
-            if overseer.is_stopped() {
+        let done = in_parallel(runs.len(), ThreadPlan::of_one(threads), |k, _| {
+            if observer.is_stopped() {
                 return Err(self.stopped());
             }
             let index = runs[k];
             let name = &self.plan.name(index);
-            let outcome = match self.run_one(index, &mut Quiet { overseer, name }) {
+            let outcome = match self.run_one(index, &mut RunObserver { observer, name }) {
                 Err(error) => return self.of_one_run(index, error).map(Err),
                 Ok(outcome) => outcome,
             };
             if matches!(outcome, RunOutcome::Done(_) | RunOutcome::Diverged(_)) {
                 let _told = telling.lock();
                 let outcome = outcome.clone();
-                overseer.ended(&Ended { index, outcome });
+                observer.ended(&Ended { index, outcome });
             }
             Ok(Ok(outcome))
         });
@@ -190,15 +194,15 @@ fn first_of(failed: BTreeMap<usize, Error>) -> Result<()> {
     Err(first)
 }
 
-/// The observer of one of several parallel runs. It passes warnings on to the overseer and ignores iterations.
-struct Quiet<'o> {
-    overseer: &'o dyn Overseer,
+/// The observer of one of several parallel runs. It passes warnings on to the observer of the sweep and ignores iterations.
+struct RunObserver<'o> {
+    observer: &'o dyn SweepObserver,
     name: &'o str,
 }
 
-impl Observer for Quiet<'_> {
+impl Observer for RunObserver<'_> {
     fn iteration(&mut self, _: &Run, _: &Record) -> ControlFlow<()> {
-        if self.overseer.is_stopped() {
+        if self.observer.is_stopped() {
             ControlFlow::Break(())
         } else {
             ControlFlow::Continue(())
@@ -206,14 +210,14 @@ impl Observer for Quiet<'_> {
     }
 
     fn warning(&mut self, _: &Run, text: &str) {
-        self.overseer.warning(self.name, text);
+        self.observer.warning(self.name, text);
     }
 
     fn stop(&self) -> Option<Arc<AtomicBool>> {
-        self.overseer.stop()
+        self.observer.stop()
     }
 
     fn is_stopped(&self) -> bool {
-        self.overseer.is_stopped()
+        self.observer.is_stopped()
     }
 }

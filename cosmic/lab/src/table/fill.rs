@@ -1,6 +1,6 @@
 //! Builds tables column by column.
 
-use super::{Cell, Column, Row, Standing, Table};
+use super::{Cell, Column, Emphasis, Row, Table};
 use cosmic::keys::{Keyed, columns};
 
 /// A table under construction, which has one row for each subject. A subject is any value from which the cells of its
@@ -93,10 +93,10 @@ impl<'a, S> TableOf<'a, S> {
 
     /// Emphasises the rows of all subjects for which `is` returns true. If a row is emphasised twice, the last call
     /// counts.
-    pub fn mark(mut self, standing: Standing, is: impl Fn(&S) -> bool) -> Self {
+    pub fn mark(mut self, emphasis: Emphasis, is: impl Fn(&S) -> bool) -> Self {
         for (row, subject) in self.table.rows.iter_mut().zip(self.subjects) {
             if is(subject) {
-                row.standing = standing;
+                row.emphasis = emphasis;
             }
         }
         self

@@ -7,7 +7,7 @@ use std::fmt::Write;
 
 /// The emphasis of a row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Standing {
+pub enum Emphasis {
     /// An ordinary row, without emphasis.
     #[default]
     Plain,
@@ -17,13 +17,13 @@ pub enum Standing {
     Failed,
 }
 
-impl Standing {
+impl Emphasis {
     /// The name of the emphasis in files and style sheets.
     fn name(self) -> &'static str {
         match self {
-            Standing::Plain => "plain",
-            Standing::Default => "default",
-            Standing::Failed => "failed",
+            Emphasis::Plain => "plain",
+            Emphasis::Default => "default",
+            Emphasis::Failed => "failed",
         }
     }
 }
@@ -34,7 +34,7 @@ pub struct Row {
     /// A cell for each column.
     pub cells: Vec<Cell>,
     /// The emphasis of the row.
-    pub standing: Standing,
+    pub emphasis: Emphasis,
 }
 
 /// A table: rows of cells under named columns.
@@ -56,9 +56,9 @@ impl Table {
     pub fn without_empty(self) -> Self {
         let is_used = |k: &usize| self.rows.iter().any(|row| row.cells[*k] != Cell::Missing);
         let used: Vec<usize> = (0..self.columns.len()).filter(is_used).collect();
-        let row = |Row { cells, standing }: Row| Row {
+        let row = |Row { cells, emphasis }: Row| Row {
             cells: used.iter().map(|&k| cells[k].clone()).collect(),
-            standing,
+            emphasis,
         };
         Self {
             columns: used.iter().map(|&k| self.columns[k].clone()).collect(),
@@ -106,9 +106,9 @@ impl Table {
         }
         html += "<tbody>\n";
         for row in &self.rows {
-            html += &match row.standing {
-                Standing::Plain => "<tr>".to_owned(),
-                standing => format!("<tr class=\"{}\">", standing.name()),
+            html += &match row.emphasis {
+                Emphasis::Plain => "<tr>".to_owned(),
+                emphasis => format!("<tr class=\"{}\">", emphasis.name()),
             };
             for (column, cell) in self.columns.iter().zip(&row.cells) {
                 let class = match cell {

@@ -10,5 +10,5 @@ mod words;
 
 pub use column::{Cell, Column};
 pub use fill::TableOf;
-pub use grid::{Row, Standing, Table, aligned};
+pub use grid::{Emphasis, Row, Table, aligned};
 pub use words::{escape, prose};

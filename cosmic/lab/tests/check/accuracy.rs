@@ -3,7 +3,7 @@ use cosmic::case::Case;
 use cosmic::lattice::State;
 use cosmic::scene::Integrator;
 use cosmic_lab::check::accuracy::{Accuracy, FINER, Method, Reference, Run, errors};
-use cosmic_lab::table::Standing;
+use cosmic_lab::table::Emphasis;
 
 /// A robot of 2x2 nodes that falls from `height` (m), and whose controller does nothing.
 fn falling(height: f64) -> Case {
@@ -52,7 +52,7 @@ fn diverged_runs_are_failures_unless_they_were_expected() {
         for (run, row) in accuracy.runs.iter().zip(&section.tables[0].rows) {
             assert!(run.finite || !run.stable);
             let fails = run.is_default && !run.finite;
-            assert_eq!(row.standing == Standing::Failed, fails, "{run:?}");
+            assert_eq!(row.emphasis == Emphasis::Failed, fails, "{run:?}");
         }
         // Explicit steps take as many substeps as they need, so other runs than the own one are stable.
         let stable = accuracy.runs.iter().filter(|run| run.stable).count();

@@ -6,7 +6,7 @@ use cosmic::case::Case;
 use cosmic::kernel;
 use cosmic::laws::{Bar, BarForce, ContactLaw, ForceLaws, Law, on_bars};
 use cosmic::scene::{Integrator, Scene};
-use cosmic_lab::check::gradient::{Moved, is_rounding};
+use cosmic_lab::check::gradient::{Perturbation, is_rounding};
 use cosmic_lab::check::{GradientCheck, check_gradients};
 
 cosmic::settings! {
@@ -67,12 +67,12 @@ fn a_robot_without_a_gradient_is_thrown() {
         (scene.controller.hidden, scene.controller.gain) = (4, [0.1, 0.1]);
     });
     let check = passed(sticks, 64);
-    assert_eq!(check.moved, Moved::Thrown, "{check}");
+    assert_eq!(check.perturbation, Perturbation::Thrown, "{check}");
     assert!(check.still.iter().any(|name| name == "w1"), "{check}");
     // Without a second layer, the first layer has no effect. Then the controller is drawn too.
     let mut mute = sticks.clone();
     mute.controller.block_mut("w2").fill(0.0);
-    assert_eq!(passed(&mute, 64).moved, Moved::Driven);
+    assert_eq!(passed(&mute, 64).perturbation, Perturbation::Driven);
 }
 
 /// Slopes that are smaller than the rounding error of the displacement are not called wrong. A controller hardly moves a

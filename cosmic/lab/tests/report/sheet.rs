@@ -1,13 +1,13 @@
 use cosmic::verdict::{Item, Level};
 use cosmic_lab::report::sheet::{Chart, Line, Section, Sheet};
-use cosmic_lab::table::{Standing, Table};
+use cosmic_lab::table::{Emphasis, Table};
 
 #[test]
 fn a_failed_row_is_marked_on_the_page_and_charts_are_drawn() {
     let table = Table::of("errors", "Errors", &["one, <two>", "none"])
         .column("method", "what was done", |name| *name)
-        .mark(Standing::Default, |name| name.starts_with("one"))
-        .mark(Standing::Failed, |name| *name == "none")
+        .mark(Emphasis::Default, |name| name.starts_with("one"))
+        .mark(Emphasis::Failed, |name| *name == "none")
         .done();
     let sheet = Sheet {
         title: "T".to_owned(),

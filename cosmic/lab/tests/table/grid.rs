@@ -1,4 +1,4 @@
-use cosmic_lab::table::{Cell, Column, Standing, Table};
+use cosmic_lab::table::{Cell, Column, Emphasis, Table};
 
 fn table() -> Table {
     let rows = [
@@ -9,8 +9,8 @@ fn table() -> Table {
         .column("method", "what was done", |row| row.0)
         .column("steps", "how many", |row| row.1.clone())
         .column("error", "of `x`, m", |row| row.2)
-        .mark(Standing::Default, |row| row.0 != "none")
-        .mark(Standing::Failed, |row| row.0 == "none")
+        .mark(Emphasis::Default, |row| row.0 != "none")
+        .mark(Emphasis::Failed, |row| row.0 == "none")
         .done()
 }
 

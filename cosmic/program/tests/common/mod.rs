@@ -3,8 +3,8 @@
 pub(crate) mod python;
 
 use crate::program::{Told, cosmic_in};
+use cosmic::Registry;
 use cosmic::record::{RunPlan, optimise};
-use cosmic::scene::Scene;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
@@ -88,7 +88,11 @@ impl Bench {
 
     /// The plan of the run that `cosmic optimize` makes from the scene.
     pub(crate) fn plan(&self) -> RunPlan {
-        RunPlan::new("tiny", Scene::read(&self.path("tiny.toml")).unwrap(), 0)
+        RunPlan::new(
+            "tiny",
+            Registry::default().read(&self.path("tiny.toml")).unwrap(),
+            0,
+        )
     }
 
     /// Delivers the robot of the scene after so many iterations into the folder `out`, as if the run were interrupted

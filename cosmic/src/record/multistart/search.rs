@@ -103,7 +103,7 @@ fn finish(
 ) -> Result<Vec<Result<Summary>>> {
     side_by_side(folder, plan, observer, |seed, observer| {
         let ended = match run_of(folder, seed, plan)? {
-            None => read_summary(&folder_of(folder, seed), plan.scene.registry()),
+            None => read_summary(&folder_of(folder, seed)),
             Some(run) => run.finish(observer),
         };
         match ended {

@@ -2,7 +2,7 @@
 
 use crate::codesign::Record;
 use crate::error::{Error, Result};
-use crate::parallel::{Crew, in_parallel};
+use crate::parallel::{ThreadPlan, in_parallel};
 use crate::record::run::{Observer, Run, take_up};
 use crate::record::snapshot::{RunPlan, SNAPSHOT};
 use std::ops::ControlFlow;
@@ -26,11 +26,11 @@ pub(super) fn side_by_side<T: Send>(
     work: impl Fn(u64, &mut dyn Observer) -> Result<T> + Sync,
 ) -> Result<Vec<T>> {
     let seeds: Vec<u64> = seeds(plan).collect();
-    let crew = Crew::shared_out(rayon::current_num_threads(), seeds.len());
+    let plan = ThreadPlan::shared_out(rayon::current_num_threads(), seeds.len());
     let observer = Mutex::new(observer);
-    in_parallel(seeds.len(), crew, |k, failed| {
+    in_parallel(seeds.len(), plan, |k, failed| {
         let observer = &observer;
-        let result = work(seeds[k], &mut OfOne { observer, failed });
+        let result = work(seeds[k], &mut StartObserver { observer, failed });
         result.map_err(|mut error| {
             if let Error::Interrupted { run, .. } | Error::UnstableRun { run, .. } = &mut error {
                 *run = folder.into();
@@ -41,19 +41,19 @@ pub(super) fn side_by_side<T: Send>(
 }
 
 /// The observer of one start. It passes all events to the common observer.
-struct OfOne<'a, 'o> {
+struct StartObserver<'a, 'o> {
     observer: &'a Mutex<&'o mut dyn Observer>,
     /// True after one of the starts has failed.
     failed: &'a AtomicBool,
 }
 
-impl<'o> OfOne<'_, 'o> {
+impl<'o> StartObserver<'_, 'o> {
     fn observer(&self) -> MutexGuard<'_, &'o mut dyn Observer> {
         self.observer.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Observer for OfOne<'_, '_> {
+impl Observer for StartObserver<'_, '_> {
     fn begin(&mut self, run: &Run) {
         self.observer().begin(run);
     }

@@ -135,26 +135,19 @@ pub(in crate::record) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> 
     write_atomic(&path, |file| file.write_all(kept.to_run_toml().as_bytes()))
 }
 
-/// Reads the summary of a finished run, and checks its `scene.toml` as [`read_scene`] does.
+/// Reads the summary of a finished run.
 ///
 /// # Errors
-/// [`Error::Read`] for a run that is not finished; [`Error::Malformed`] for a damaged summary; the errors of
-/// [`read_scene`].
-pub fn read_summary(folder: &Path, registry: &Registry) -> Result<Summary> {
-    let summary = read_json(&result_of(folder, SUMMARY)?, summary::FORMAT)?;
-    // A summary can be read without a scene, but not beside a wrong one.
-    if folder.join(SCENE).exists() {
-        read_scene(folder, registry)?;
-    }
-    Ok(summary)
+/// [`Error::Read`] for a run that is not finished; [`Error::Malformed`] for a damaged summary.
+pub fn read_summary(folder: &Path) -> Result<Summary> {
+    read_json(&result_of(folder, SUMMARY)?, summary::FORMAT)
 }
 
-/// Reads `scene.toml`, the scene of the run or of the single design in a folder. The file must contain every key and
-/// must agree with the snapshot of the run, if there is one. If the file is missing, the scene is read from the
-/// snapshot.
+/// Reads `scene.toml`, the scene of the run or of the single design in a folder. The file must agree with the snapshot of
+/// the run, if there is one. If the file is missing, the scene is read from the snapshot.
 ///
 /// # Errors
-/// [`Error::Usage`] if the file differs from the scene of the snapshot; the errors of [`Scene::parse_of_run`];
+/// [`Error::Usage`] if the file differs from the scene of the snapshot; the errors of [`Registry::read`];
 /// [`Error::Read`].
 pub fn read_scene(folder: &Path, registry: &Registry) -> Result<Scene> {
     let path = folder.join(SCENE);
@@ -174,8 +167,7 @@ pub fn read_scene(folder: &Path, registry: &Registry) -> Result<Scene> {
 
 /// Reads a scene file. If `begun_with` is given, the file must contain that scene, with which the run began.
 fn read_kept(path: &Path, begun_with: Option<&Scene>, registry: &Registry) -> Result<Scene> {
-    let file = path.display().to_string();
-    let scene = Scene::parse_of_run(&file, &Scene::text(path)?, registry)?;
+    let scene = registry.read(path)?;
     if begun_with.is_some_and(|begun_with| *begun_with != scene) {
         return Err(Error::Usage(format!(
             "{}: this is not the scene with which the run began; remove the file to use the scene in \

@@ -12,7 +12,7 @@ use super::lanczos::largest_eigenpair;
 use crate::geometry::{Ground, Matrix, Vector};
 use crate::lattice::{Body, EdgeVector, Lattice, State};
 use crate::laws::{Pose, Stiffness};
-use crate::scene::{PhysicsSettings, stable_step_off_bars};
+use crate::scene::PhysicsSettings;
 
 /// A robot whose forces are linearised about a state.
 #[derive(Clone, Debug)]
@@ -64,21 +64,17 @@ impl<'a> Vibration<'a> {
         }
     }
 
-    /// A bound on the largest angular frequency `omega`, 1/s. `omega^2` is at most the largest `mu_i + mu_j` of an edge,
-    /// where `i` and `j` are its nodes. `mu_i` is the square of the largest frequency at which node `i` vibrates if all
-    /// other nodes are fixed; the destabilising push of compressed edges is left out.
-    pub fn edge_bound(&self) -> f64 {
-        self.over_edges(&self.node_frequencies())
-    }
-
-    /// The node that determines the [bound](Vibration::edge_bound). If edges determine it, this is the node with the
-    /// larger `mu_i` of the edge with the largest sum.
-    pub fn bounding_node(&self) -> usize {
+    /// A bound on the largest angular frequency `omega`, 1/s, and the node that determines it. `omega^2` is at most the
+    /// largest `mu_i + mu_j` of an edge, where `i` and `j` are its nodes. `mu_i` is the square of the largest frequency at
+    /// which node `i` vibrates if all other nodes are fixed; the destabilising push of compressed edges is left out. If an
+    /// edge determines the bound, the node is the one with the larger `mu_i`.
+    pub fn edge_bound(&self) -> (f64, usize) {
         let mu = self.node_frequencies();
         let sum = |&[i, j]: &[usize; 2]| mu[i] + mu[j];
         let ends = self.joined().max_by(|a, b| sum(a).total_cmp(&sum(b)));
+        // A node without bars may still vibrate because of forces on single nodes.
         let alone = (0..mu.len()).max_by(|&i, &j| mu[i].total_cmp(&mu[j]).then(j.cmp(&i)));
-        match (ends, alone) {
+        let node = match (ends, alone) {
             (Some(ends @ &[i, j]), Some(alone)) if mu[alone] <= sum(ends) => {
                 if mu[j] > mu[i] {
                     j
@@ -87,20 +83,10 @@ impl<'a> Vibration<'a> {
                 }
             }
             (_, alone) => alone.unwrap_or(0),
-        }
-    }
-
-    /// A coarser bound on the largest angular frequency, 1/s, from single nodes: `omega^2` is at most twice the largest
-    /// `mu_i`.
-    pub fn node_bound(&self) -> f64 {
-        let mu = self.node_frequencies();
-        (2.0 * mu.into_iter().fold(0.0, f64::max)).sqrt()
-    }
-
-    /// The smallest time step, s, with which forces off the bars make a vibration about the state grow in an implicit step;
-    /// infinite for the other integrators of `physics`.
-    pub fn step_off_bars(&self, physics: &PhysicsSettings) -> f64 {
-        self.off_bars(1.0).stable_step(physics)
+        };
+        let sums = self.joined().map(sum);
+        let square = mu.iter().copied().chain(sums).fold(0.0, f64::max);
+        (square.sqrt(), node)
     }
 
     /// A bound on the vibrations that only those forces cause that do not act along bars, of robots that vibrate `faster`
@@ -119,12 +105,7 @@ impl<'a> Vibration<'a> {
         }
     }
 
-    /// The largest angular frequency, 1/s.
-    pub fn largest_frequency(&self) -> f64 {
-        self.fastest().0
-    }
-
-    /// The [largest angular frequency](Vibration::largest_frequency), 1/s, and the node that moves most in that
+    /// The largest angular frequency, 1/s, and the node that moves most in that
     /// vibration. The frequency is infinite if stiffness divided by mass overflows.
     pub fn fastest(&self) -> (f64, usize) {
         let root: Vec<f64> = self.body.mass.iter().map(|m| m.sqrt().recip()).collect();
@@ -204,13 +185,6 @@ impl<'a> Vibration<'a> {
         rates.fold(0.0, f64::max)
     }
 
-    /// The square root of the largest `mu_i + mu_j` over all edges whose stiffness is not 0, 1/s.
-    fn over_edges(&self, mu: &[f64]) -> f64 {
-        let sums = self.joined().map(|&[i, j]| mu[i] + mu[j]);
-        // A node without bars may still vibrate because of forces on single nodes.
-        mu.iter().copied().chain(sums).fold(0.0, f64::max).sqrt()
-    }
-
     /// The two nodes of each edge whose stiffness is not 0.
     fn joined(&self) -> impl Iterator<Item = &'a [usize; 2]> {
         let edges = self.lattice.edges.iter().zip(&self.body.stiffness);
@@ -218,7 +192,8 @@ impl<'a> Vibration<'a> {
     }
 }
 
-/// Vibrations that are caused by forces off the bars: on single nodes, and between nodes and bars. An implicit step does not solve for these forces.
+/// Vibrations that are caused by forces off the bars: on single nodes, and between nodes and bars. An implicit step does
+/// not solve for these forces.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::simulator) struct OffBars {
     /// A bound on the angular frequencies, 1/s.
@@ -227,13 +202,6 @@ pub(in crate::simulator) struct OffBars {
     pub(in crate::simulator) damping: f64,
     /// The node that determines the bound.
     pub(in crate::simulator) node: usize,
-}
-
-impl OffBars {
-    /// The smallest time step, s, with which such a vibration grows in an implicit step.
-    pub(in crate::simulator) fn stable_step(&self, physics: &PhysicsSettings) -> f64 {
-        stable_step_off_bars(physics, self.frequency, self.damping)
-    }
 }
 
 /// The two entries that belong to `node`, in a vector with two entries per node.

@@ -1,6 +1,5 @@
 use crate::small::{StopAfter, tiny};
 use cosmic::Registry;
-use cosmic::record::run::read_summary;
 use cosmic::record::{RunPlan, allow_unstable, deliver_so_far, optimise, resume};
 use std::fs;
 
@@ -32,7 +31,6 @@ fn a_changed_scene_is_refused() {
     }
     let refusals = [
         resume(&finished, &registry, &mut ()).err(),
-        read_summary(&finished, &registry).err(),
         resume(&begun, &registry, &mut ()).err(),
         deliver_so_far(&begun, &folder.path().join("so_far"), None, &registry).err(),
         allow_unstable(&begun, &registry).err(),

@@ -30,7 +30,7 @@ fn the_largest_frequency_is_found_among_close_ones() {
         let body = Body::new(&design, &lattice, &MaterialSettings::default(), &physics);
         let vibration = Vibration::new(&lattice, &body, &physics, &lattice.positions);
         let expected = of_dense_matrix(&vibration, &body);
-        let off = vibration.largest_frequency() / expected - 1.0;
+        let off = vibration.fastest().0 / expected - 1.0;
         worst = if off.abs() > worst.abs() { off } else { worst };
     }
     assert!(worst.abs() < 1e-9, "relative error {worst:e}");
@@ -54,7 +54,7 @@ fn the_largest_of_two_nearly_equal_frequencies_is_found() {
         };
         let physics = PhysicsSettings::default();
         let vibration = Vibration::new(&lattice, &body, &physics, &lattice.positions);
-        let off = vibration.largest_frequency() / (1e4 * (1.0 + excess)).sqrt() - 1.0;
+        let off = vibration.fastest().0 / (1e4 * (1.0 + excess)).sqrt() - 1.0;
         // The softening of 10 micrometres changes a length of 1 m by a fraction of 5e-11.
         assert!(
             off.abs() < 1e-10,

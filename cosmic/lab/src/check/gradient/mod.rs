@@ -6,7 +6,7 @@ mod table;
 use autodiff::check::{Claim, Options, Report, Verdict, check_directions};
 use autodiff::{DoubleDouble, Dual, Real};
 
-pub use robot::Moved;
+pub use robot::Perturbation;
 use robot::{LIFT, lifted, stands_and_touches};
 
 use super::probe::Probe;
@@ -78,8 +78,8 @@ pub struct GradientCheck {
     /// The number of steps of the rollout.
     pub steps: usize,
     /// How the robot of the check differs from that of the case. [`check_gradients_of`] explains why.
-    pub moved: Moved,
-    /// The groups for which the robot of the case has no gradient. Empty unless the robot was [moved](Self::moved).
+    pub perturbation: Perturbation,
+    /// The groups for which the robot of the case has no gradient. Empty unless the robot was [perturbed](Self::perturbation).
     pub still: Vec<String>,
     /// One check for each block of the inputs. A layout has no design vectors, so it has no group `z`.
     pub groups: Vec<Group>,
@@ -192,36 +192,41 @@ pub fn check_gradients_of(
     let mut case = case.clone();
     case.scene.physics.steps = steps.min(case.scene.physics.steps);
     let still = CaseLoss::new(&case, loss).without_gradient();
-    let (moved, case) = comparable(case, loss, still.len());
+    let (perturbation, case) = comparable(case, loss, still.len());
     GradientCheck {
-        still: if moved == Moved::No {
+        still: if perturbation == Perturbation::No {
             Vec::new()
         } else {
             still
         },
-        ..checked_at(loss, &case, options, moved)
+        ..checked_at(loss, &case, options, perturbation)
     }
 }
 
 /// Moves the robot of a case as little as possible so that every group has a gradient, or as many groups as possible.
 /// `still` is the number of groups without a gradient for the robot as it is.
-fn comparable(case: Case, loss: &dyn AnyLoss, still: usize) -> (Moved, Case) {
-    let (mut fewest, mut best) = (still, (Moved::No, case.clone()));
-    for moved in Moved::WAYS {
+fn comparable(case: Case, loss: &dyn AnyLoss, still: usize) -> (Perturbation, Case) {
+    let (mut fewest, mut best) = (still, (Perturbation::No, case.clone()));
+    for perturbation in Perturbation::WAYS {
         if fewest == 0 {
             break;
         }
-        let robot = moved.of(&case);
+        let robot = perturbation.of(&case);
         let without = CaseLoss::new(&robot, loss).without_gradient().len();
         if without < fewest {
-            (fewest, best) = (without, (moved, robot));
+            (fewest, best) = (without, (perturbation, robot));
         }
     }
     best
 }
 
 /// Checks the gradient at the robot of a case.
-fn checked_at(loss: &dyn AnyLoss, case: &Case, options: &Options, moved: Moved) -> GradientCheck {
+fn checked_at(
+    loss: &dyn AnyLoss,
+    case: &Case,
+    options: &Options,
+    perturbation: Perturbation,
+) -> GradientCheck {
     let here = CaseLoss::new(case, loss);
     let [stands, touches] = stands_and_touches(case);
     let lifted = touches.then(|| lifted(case));
@@ -250,7 +255,7 @@ fn checked_at(loss: &dyn AnyLoss, case: &Case, options: &Options, moved: Moved) 
     let groups: Vec<Group> = here.parts().iter().map(group).collect();
     GradientCheck {
         steps: case.scene.physics.steps,
-        moved,
+        perturbation,
         still: Vec::new(),
         control: groups.iter().find_map(|group| group.control(rounding)),
         groups,

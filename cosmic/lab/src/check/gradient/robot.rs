@@ -26,7 +26,7 @@ const SPREAD: f64 = 0.1;
 
 /// How the robot of a check differs from the robot of the case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Moved {
+pub enum Perturbation {
     /// The robot is that of the case.
     No,
     /// The robot starts in the air and flies up and forward. Its design and its controller are those of the case.
@@ -35,11 +35,11 @@ pub enum Moved {
     Driven,
 }
 
-impl Moved {
+impl Perturbation {
     /// The ways to move a robot, beginning with the smallest change.
     pub(super) const WAYS: [Self; 2] = [Self::Thrown, Self::Driven];
 
-    /// The robot of a case, moved in this way.
+    /// The robot of a case, perturbed in this way.
     pub(super) fn of(self, case: &Case) -> Case {
         let mut case = case.clone();
         match self {
@@ -55,7 +55,7 @@ impl Moved {
 }
 
 /// A noun phrase, for sentences about the robot of the check.
-impl fmt::Display for Moved {
+impl fmt::Display for Perturbation {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(match self {
             Self::No => "the robot as it is",

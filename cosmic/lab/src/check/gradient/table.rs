@@ -4,8 +4,8 @@ use std::fmt;
 
 use autodiff::check::{Direction, Verdict, WRONG_BY};
 
-use super::{GradientCheck, Group, Moved, NegativeControl, WORN};
-use crate::table::{Standing, Table};
+use super::{GradientCheck, Group, NegativeControl, Perturbation, WORN};
+use crate::table::{Emphasis, Table};
 
 impl Group {
     /// The direction with the worst verdict. If several directions have that verdict, the one with the largest error.
@@ -44,7 +44,7 @@ impl GradientCheck {
             })
             .column("error", error, |g| format!("{:.1e}", g.worst().error))
             .column("verdict", "the verdict on the group", verdict)
-            .mark(Standing::Failed, |g| {
+            .mark(Emphasis::Failed, |g| {
                 g.verdict == Verdict::Wrong || g.is_empty(self.rounding)
             })
             .done()
@@ -53,11 +53,11 @@ impl GradientCheck {
     /// Sentences about the groups that need an explanation, and about the negative control.
     pub(super) fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
-        if self.moved != Moved::No {
+        if self.perturbation != Perturbation::No {
             notes.push(format!(
                 "{}: at the robot's own start the loss does not depend on them; all slopes are those of {}",
                 self.still.join(", "),
-                self.moved
+                self.perturbation
             ));
         }
         if self.groups.iter().all(|group| group.name != "z") {

@@ -8,9 +8,9 @@ mod extremes;
 mod trial;
 
 use super::accuracy::Method;
-use super::probe::Vibrations;
+use super::probe::step_limits;
 use crate::report::sheet::{Section, marked};
-use crate::table::{Cell, Standing, Table};
+use crate::table::{Cell, Emphasis, Table};
 use cosmic::case::Case;
 use cosmic::scene::Integrator;
 pub use extremes::{case_trials, extreme_trials};
@@ -64,11 +64,11 @@ fn stable_steps(case: &Case) -> Table {
     }
     let limits = |method: Method| {
         let case = method.applied(case, 1.0, 1);
-        let vibrations = Vibrations::of(&case, &case.start.x);
+        let [exact, bound] = step_limits(&case, &case.start.x).map(|limit| limit.step());
         Limits {
-            bound: vibrations.step(&case, vibrations.bound),
-            exact: vibrations.step(&case, vibrations.fastest),
             method,
+            bound,
+            exact,
         }
     };
     let limits: Vec<Limits> = methods.into_iter().map(limits).collect();
@@ -86,7 +86,7 @@ fn stable_steps(case: &Case) -> Table {
         .column("at_dt", "with the scene's time step", |limits| {
             word(case.scene.physics.dt < limits.exact)
         })
-        .mark(Standing::Default, |limits| limits.method == own)
+        .mark(Emphasis::Default, |limits| limits.method == own)
         .done()
 }
 
@@ -123,7 +123,7 @@ fn groups(found: &[Found]) -> Table {
             "trials that did not go as expected",
             count(|f| !f.is_ok()),
         )
-        .mark(Standing::Failed, |group| !group.iter().all(Found::is_ok))
+        .mark(Emphasis::Failed, |group| !group.iter().all(Found::is_ok))
         .done()
 }
 
@@ -157,6 +157,6 @@ fn extremes(found: &[Found]) -> Table {
         .column("outcome", "what happened", outcome)
         .column("growth", "1 or more is growth", growth)
         .column("verdict", "whether the trial went as expected", verdict)
-        .mark(Standing::Failed, |f| !f.is_ok())
+        .mark(Emphasis::Failed, |f| !f.is_ok())
         .done()
 }

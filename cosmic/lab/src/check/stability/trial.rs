@@ -1,13 +1,13 @@
 //! A trial runs a robot with a time step and watches whether its energy or its speed grows.
 
-use crate::check::probe::{Vibrations, most};
+use crate::check::probe::{most, step_limits};
 use cosmic::case::Case;
 use cosmic::geometry::Vector;
 use cosmic::lattice::{EdgeVector, State};
 use cosmic::laws::ContactLaw;
 use cosmic::random::{Purpose, stream, symmetric};
-use cosmic::scene::{Integrator, stable_step};
-use cosmic::simulator::{Divergence, Grade, Span, Store};
+use cosmic::scene::Integrator;
+use cosmic::simulator::{Divergence, Grade, IdleEnergy, Span};
 
 /// At the start, the nodes of a free robot are moved by this fraction of its shortest edge. The move is so small that
 /// springs respond linearly, but large compared with rounding errors and with the softening of lengths (D4).
@@ -40,7 +40,7 @@ pub struct Trial {
     /// The robot.
     pub case: Case,
     world: World,
-    /// The robot's largest angular frequency at rest, in 1/s.
+    /// The angular frequency at rest that limits the time step, in 1/s.
     frequency: f64,
     /// The limit of stability: the smallest unstable time step, in seconds; infinite if nothing vibrates.
     pub limit: f64,
@@ -97,14 +97,14 @@ impl Trial {
             case.scene.materials.max_strain = [0.0; 3];
             case.controller = case.controller.map(|_| 0.0);
         }
-        let vibrations = Vibrations::of(&case, &case.lattice.positions);
+        let [limit, _] = step_limits(&case, &case.lattice.positions);
         Self {
             group,
             what: what.to_owned(),
-            limit: stable_step(&case.scene.physics, vibrations.fastest, vibrations.damping),
+            limit: limit.step(),
             case,
             world,
-            frequency: vibrations.fastest,
+            frequency: limit.frequency,
         }
     }
 
@@ -209,7 +209,7 @@ fn is_finite(state: &State<f64>) -> bool {
 /// force has no energy, such as the force of a damper.
 fn energy_growth(case: &Case, states: &[State<f64>]) -> Option<f64> {
     let body = case.body();
-    let store = Store::new(&case.lattice, &case.scene.physics, &body);
+    let store = IdleEnergy::new(&case.lattice, &case.scene.physics, &body);
     let at_start = store.energy(&case.start)?;
     let energies: Option<Vec<f64>> = states.iter().map(|state| store.energy(state)).collect();
     Some(most(energies?.into_iter()) / (ENERGY * at_start))

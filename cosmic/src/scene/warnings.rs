@@ -56,7 +56,7 @@ impl fmt::Display for Finding {
 }
 
 /// A possible warning: the condition under which it is given, the keys that it is about, and the problem.
-struct Doubt {
+struct WarningRule {
     holds: fn(&Scene) -> bool,
     keys: &'static [&'static str],
     says: &'static str,
@@ -64,13 +64,13 @@ struct Doubt {
 
 /// Makes a list of possible warnings. Each has its keys, a sentence about the problem, and the condition under which it
 /// is given.
-macro_rules! doubts {
+macro_rules! warnings {
     ($([$($key:literal),+]: $says:literal if $holds:expr;)+) => {
-        [$(Doubt { keys: &[$($key),+], says: $says, holds: $holds }),+]
+        [$(WarningRule { keys: &[$($key),+], says: $says, holds: $holds }),+]
     };
 }
 
-const DOUBTS: &[Doubt] = &doubts! {
+const WARNINGS: &[WarningRule] = &warnings! {
     ["materials.stiffness"]: "void is at least as stiff as skeleton"
         if |s| typical(s).stiffness[0] >= typical(s).stiffness[1];
     ["materials.stiffness"]: "void is at least as stiff as an actuator"
@@ -171,10 +171,10 @@ fn ends_soon(scene: &Scene) -> bool {
 impl Scene {
     /// Warnings about valid settings that are probably a mistake, such as void that is stiffer than skeleton. Changed
     /// settings that have no effect are included.
-    pub fn doubts(&self) -> Vec<Finding> {
-        let in_doubt = DOUBTS.iter().filter(|doubt| (doubt.holds)(self));
+    pub fn warnings(&self) -> Vec<Finding> {
+        let in_doubt = WARNINGS.iter().filter(|warning| (warning.holds)(self));
         in_doubt
-            .map(|doubt| Finding::new(self, doubt.keys, doubt.says.into(), String::new()))
+            .map(|warning| Finding::new(self, warning.keys, warning.says.into(), String::new()))
             .chain(of_truss_in_pieces(self))
             .chain(nonsense(self))
             .chain(many_substeps(self))

@@ -11,14 +11,14 @@ use crate::settings::{Filled, Limits, SettingValue, misfit, quoted, word};
 
 /// The policy or the loss that a scene chooses by its name.
 #[derive(Clone)]
-pub struct Chosen {
+pub struct ItemName {
     kind: &'static str,
     built_in: &'static [&'static str],
     name: &'static str,
     registry: Registry,
 }
 
-impl Chosen {
+impl ItemName {
     /// The noun for a policy in messages and in the registry.
     pub(crate) const POLICY: &'static str = "policy";
     /// The noun for a loss in messages and in the registry.
@@ -80,25 +80,25 @@ impl Chosen {
     }
 }
 
-impl fmt::Debug for Chosen {
+impl fmt::Debug for ItemName {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         write!(f, "{:?}", self.name)
     }
 }
 
-impl From<Chosen> for String {
-    fn from(chosen: Chosen) -> Self {
+impl From<ItemName> for String {
+    fn from(chosen: ItemName) -> Self {
         chosen.name.to_owned()
     }
 }
 
-impl PartialEq for Chosen {
+impl PartialEq for ItemName {
     fn eq(&self, other: &Self) -> bool {
         self.name == other.name
     }
 }
 
-impl SettingValue for Chosen {
+impl SettingValue for ItemName {
     fn allowed(&self, _: &Limits) -> String {
         let (kind, names) = (self.kind, quoted(self.known(), " or "));
         format!("{names}; any other {kind} needs a program that adds it")

@@ -9,12 +9,12 @@ use cosmic::scene::LossSettings;
 use cosmic::task::{Horizon, Task};
 
 /// The number of steps of a measured rollout, unless the case has fewer.
-pub const MEASURED_STEPS: usize = 4096;
+pub(crate) const MEASURED_STEPS: usize = 4096;
 
 /// A case prepared for benchmarks: a rollout and its gradients.
 #[derive(Clone, Debug)]
-pub struct Subject<'a> {
-    case: &'a Case,
+pub(crate) struct Subject<'a> {
+    pub(crate) case: &'a Case,
     task: Task,
     inputs: Inputs<f64>,
     loss: Displacement,
@@ -23,7 +23,7 @@ pub struct Subject<'a> {
 
 impl<'a> Subject<'a> {
     /// Prepares rollouts of a case. They have [`MEASURED_STEPS`] steps, or fewer if the case has fewer.
-    pub fn new(case: &'a Case, loss: &LossSettings) -> Self {
+    pub(crate) fn new(case: &'a Case, loss: &LossSettings) -> Self {
         let task = case.task();
         Self {
             loss: Displacement {
@@ -38,7 +38,7 @@ impl<'a> Subject<'a> {
     }
 
     /// Computes the loss without its gradient.
-    pub fn rollout<R: Real>(&self) -> R {
+    pub(crate) fn rollout<R: Real>(&self) -> R {
         let inputs = self.inputs.lift::<R>();
         let design = self.case.projected(self.case.projection, &inputs.z);
         self.task.loss(&design, &inputs, &self.loss, &self.horizon)
@@ -47,7 +47,7 @@ impl<'a> Subject<'a> {
     /// Computes the loss and its gradient with respect to some blocks of the inputs, such as
     /// [`DESIGN`](cosmic::inputs::DESIGN) or [`CONTROLLER`](cosmic::inputs::CONTROLLER). A layout has no design vectors;
     /// instead, the gradient is with respect to its mixtures.
-    pub fn gradient<R: Real>(&self, blocks: &[Block]) -> (R, Vec<R>) {
+    pub(crate) fn gradient<R: Real>(&self, blocks: &[Block]) -> (R, Vec<R>) {
         let inputs = self.inputs.lift::<R>();
         inputs.differentiate(blocks, |inputs| {
             let design = self.design(blocks, inputs);
@@ -72,7 +72,7 @@ impl<'a> Subject<'a> {
 /// The two products `W2 (W1 x)` with the shapes of a controller: from all positions and velocities to hidden units, and
 /// from there to edges.
 #[derive(Clone, Copy, Debug)]
-pub struct TwoMatvecs {
+pub(crate) struct TwoMatvecs {
     inputs: usize,
     hidden: usize,
     edges: usize,
@@ -80,7 +80,7 @@ pub struct TwoMatvecs {
 
 impl TwoMatvecs {
     /// Prepares the two matrix-vector products with the shapes of a case's controller.
-    pub fn new(case: &Case) -> Self {
+    pub(crate) fn new(case: &Case) -> Self {
         Self {
             inputs: 4 * case.lattice.nodes(),
             hidden: case.scene.controller.hidden,
@@ -89,7 +89,7 @@ impl TwoMatvecs {
     }
 
     /// Computes the two matrix-vector products `steps` times. Returns the input vector.
-    pub fn run(self, steps: usize) -> Vec<f64> {
+    pub(crate) fn run(self, steps: usize) -> Vec<f64> {
         let (inputs, hidden, edges) = (self.inputs, self.hidden, self.edges);
         let rollout = Rollout::new(self, steps);
         let numbers = |count: usize| vec![0.1; count];
