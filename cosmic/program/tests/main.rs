@@ -11,9 +11,7 @@ mod program;
 
 mod cli_at_work;
 mod cli_beyond;
-mod cli_broken;
 mod cli_browser;
-mod cli_clock;
 mod cli_evaluate;
 mod cli_files;
 mod cli_interrupted;
