@@ -54,6 +54,12 @@ pub fn states(case: &Case) -> Vec<State<f64>> {
     seen.states
 }
 
+/// The largest distance between the positions of a node in two states, m.
+pub fn farthest(a: &State<f64>, b: &State<f64>) -> f64 {
+    let pairs = a.x.iter().zip(&b.x);
+    pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
+}
+
 /// The smallest height of any node above the terrain in any of the states, m.
 pub fn least_height(physics: &PhysicsSettings, states: &[State<f64>]) -> f64 {
     let (profile, ground) = (physics.ground.resolved(), Ground::from(physics));

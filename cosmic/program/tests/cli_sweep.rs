@@ -37,14 +37,6 @@ fn has_undisturbed_results(bench: &Bench) {
     }
 }
 
-#[test]
-fn the_runs_of_a_sweep_equal_those_of_optimize() {
-    let bench = Bench::default();
-    bench.ok(&format!("{RUN} --index 1 --threads 2"));
-    bench.ok(&format!("{RUN} --threads 2"));
-    has_undisturbed_results(&bench);
-}
-
 /// If another process is doing one run, the sweep still does the other runs.
 #[test]
 fn a_locked_run_does_not_stop_the_other_runs() {
@@ -64,20 +56,6 @@ fn a_locked_run_does_not_stop_the_other_runs() {
         &["run 1, tiny seed 1: is being run by another process"],
     );
     drop(lock);
-}
-
-/// If the folder of a run disappears, this run ends with an error, and the sweep still does the other runs.
-#[test]
-fn a_vanished_run_folder_ends_only_its_run() {
-    let bench = slow();
-    let child = bench.start(&format!("{RUN} --threads 1"));
-    bench.await_lines("s/runs/tiny-0/history.jsonl", 1);
-    fs::rename(bench.path("s/runs/tiny-0"), bench.path("gone")).unwrap();
-    let said = Told::of(child.wait_with_output().unwrap());
-    said.fails(4, &["run 0, tiny-0: cannot write s/runs/tiny-0"]);
-    assert_eq!(states(&bench), ["unfinished", "done", "done"]);
-    bench.ok(RUN);
-    has_undisturbed_results(&bench);
 }
 
 /// If the folder of the sweep disappears, the process ends without making it again.

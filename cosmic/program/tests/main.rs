@@ -10,17 +10,12 @@ mod pages;
 mod program;
 
 mod cli_at_work;
-mod cli_beyond;
 mod cli_browser;
 mod cli_evaluate;
 mod cli_files;
 mod cli_interrupted;
-mod cli_lattice;
-mod cli_laws;
 mod cli_mujoco;
-mod cli_optimize;
 mod cli_own;
-mod cli_refused;
 mod cli_report;
 mod cli_sweep;
 mod cli_two;

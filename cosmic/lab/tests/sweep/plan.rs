@@ -123,6 +123,7 @@ fn wrong_sweeps_are_refused() {
             "physics.frictoin",
             "did you mean `friction`?",
         ),
+        (own, "", "missing key `scene`"),
         (own, "scene = \"nowhere.toml\"", "spec.toml:21:9"),
         (own, "scene = \"stabilty\"", "did you mean `stability`?"),
         ("[[trials]]", "[[trial]]", "did you mean `trials`?"),
