@@ -51,23 +51,6 @@ fn unusual_trusses_are_read() {
     assert_eq!(ends(4), [[5.0, 5.0], [5.0, 6.0]]);
 }
 
-#[test]
-fn the_payload_is_node_0_and_copies_are_equal() {
-    let kite = Truss::parse("kite", KITE).unwrap();
-    assert_eq!(
-        kite.payload.iter().map(|p| p.node).collect::<Vec<_>>(),
-        [0, 2]
-    );
-    assert_eq!(kite.edges[..3], [[2, 1], [2, 0], [1, 0]]);
-    assert_eq!(kite.rules.tie, [[2, 3, 4]]);
-    assert_eq!(
-        kite.rules.groups(6),
-        [vec![0], vec![1], vec![2, 3, 4], vec![5]]
-    );
-    assert_eq!(Truss::parse("copy", &kite.to_json()).unwrap(), kite);
-    assert_eq!(kite.lowest(), 0.0);
-}
-
 proptest! {
     /// Every truss is either refused or renumbered. Renumbering changes nothing else.
     #[test]
