@@ -1,6 +1,6 @@
 //! The built-in scenes are the files of the folder `scenes/`.
 
-use cosmic::scene::{BUILTIN, Named, Scene};
+use cosmic::scene::{BUILTIN, Scene};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;

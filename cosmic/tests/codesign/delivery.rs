@@ -1,5 +1,5 @@
 use crate::small::{MOBILE_ROBOT, after, begun, tiny};
-use cosmic::codesign::{Candidate, CoDesign, Evaluator, Progress, Quantiles, Schedule, settle};
+use cosmic::codesign::{Candidate, Evaluator, Progress, Quantiles, Schedule, settle};
 use cosmic::design::Material;
 use cosmic::objective::of_scene;
 use cosmic::scene::{Integrator, LossKind, PhysicsSettings, Scene, TaskKind};

@@ -1,4 +1,4 @@
-use crate::small::{after, records, tiny};
+use crate::small::{records, tiny};
 use autodiff::Real;
 use cosmic::codesign::{CoDesign, Record};
 use cosmic::objective::Loss;
