@@ -6,7 +6,7 @@ use cosmic::case::Case;
 use cosmic::kernel;
 use cosmic::laws::{Bar, BarForce, ForceLaws, Law, LawFile, on_bars};
 use cosmic::scene::Scene;
-use cosmic::settings::within;
+use cosmic::settings::{SettingValue, within};
 
 cosmic::settings! {
     /// Which way a bar is pulled.
