@@ -49,7 +49,6 @@ struct End {
 #[derive(Deserialize)]
 struct Iteration {
     f0: f64,
-    f: Vec<f64>,
     lam: Vec<f64>,
     x: Option<Vec<f64>>,
     low: Option<Vec<f64>>,

@@ -70,11 +70,6 @@ impl Bench {
         fs::read_to_string(self.path(name)).unwrap()
     }
 
-    /// Removes a file of the folder.
-    pub(crate) fn remove(&self, name: &str) {
-        fs::remove_file(self.path(name)).unwrap();
-    }
-
     /// Evaluates the final design of a run and returns the results. Asserts that the displacement is the same as in the
     /// summary.
     #[track_caller]
