@@ -3,9 +3,6 @@
 //!
 //! `cargo test -p cosmic-codesign --test all scene_reader::` runs one module.
 
-mod case {
-    mod results;
-}
 mod codesign {
     mod begin;
     mod delivery;
@@ -37,7 +34,6 @@ mod geometry {
     mod segment;
     mod vector;
 }
-mod inputs;
 mod lattice {
     mod check;
     mod known;
@@ -61,14 +57,12 @@ mod objective {
 }
 mod parallel;
 mod policy {
-    mod block;
     mod mlp;
     mod saved;
 }
 mod projection;
 mod property_design;
 mod property_files;
-mod random;
 mod reading;
 mod record {
     mod carry_out;
@@ -90,7 +84,6 @@ mod scene {
     mod follow;
     mod generator;
     mod materials;
-    mod toml_file;
 }
 mod scene_builtin;
 mod scene_reader;
@@ -102,7 +95,6 @@ mod simulator {
     mod stability {
         mod vibration;
     }
-    mod step_check;
 }
 mod small;
 mod verdict {

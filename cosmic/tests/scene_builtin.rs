@@ -1,6 +1,6 @@
 //! The built-in scenes are the files of the folder `scenes/`.
 
-use cosmic::scene::{BUILTIN, Named, Scene};
+use cosmic::scene::{BUILTIN, Scene};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -62,36 +62,4 @@ fn no_built_in_scene_has_changed() {
     }
     assert_eq!(checked, BUILTIN.len());
     assert_eq!(Scene::load("stability").unwrap(), Scene::paper());
-}
-
-/// The base of every base is the paper's scene `stability`, so there are no cycles of bases.
-#[test]
-fn every_built_in_scene_has_its_base() {
-    for builtin in BUILTIN {
-        let read = Scene::parse(builtin.name, builtin.text).unwrap();
-        let base = match builtin.name {
-            "errand" | "workshop" => "earth",
-            _ => "stability",
-        };
-        assert_eq!(read.base.name(), base);
-    }
-}
-
-#[test]
-fn terrains_and_large_lattices_raise_no_doubts() {
-    for name in ["steps", "rough"] {
-        let scene = Scene::load(name).unwrap();
-        let profile = scene.physics.ground.resolved();
-        assert_eq!(scene.physics.ground.profile.name(), name);
-        // The robot starts on level ground, and the terrain is some metres long.
-        let last = scene.lattice.columns as f64 * scene.lattice.spacing;
-        let [first, end] = [profile.points()[0], *profile.points().last().unwrap()];
-        assert!(last < first[0] && first[1] == 0.0 && end[0] > 3.0);
-        assert!(scene.warnings().is_empty());
-    }
-    let large = Scene::load("large").unwrap();
-    assert!(large.warnings().is_empty());
-    let mut default = Scene::paper();
-    (default.lattice.columns, default.lattice.rows) = (large.lattice.columns, large.lattice.rows);
-    assert!(default.warnings()[0].says.contains("\"large\""));
 }

@@ -6,7 +6,7 @@ pub mod readers;
 mod robot;
 
 pub use bare::Bare;
-pub use robot::{assert_smooth, least_height, robot, robot_of, states};
+pub use robot::{assert_smooth, farthest, few_directions, least_height, robot, robot_of, states};
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};

@@ -96,10 +96,6 @@ fn random(count: usize, seed: f64) -> Vec<f64> {
         .collect()
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 /// True if the numbers of two rollouts differ by rounding only. Forward mode, and lanes in implicit steps, add in another
 /// order; sixty steps turn 1e-16 into less than 1e-11.
 fn are_close(a: &[f64], b: &[f64]) -> bool {
@@ -144,7 +140,10 @@ fn reverse_mode_forward_mode_and_differences_see_the_same_robot() {
             tangents.set(ALL, &direction);
             let (values, along) = inputs.jvp(&tangents, |inputs| seen(&case, inputs));
             assert!(are_close(&values, &plain), "{name}");
-            let (reverse, forward) = (dot(&gradient, &direction), dot(&along, &cotangents));
+            let (reverse, forward) = (
+                f64::dot(&gradient, &direction),
+                f64::dot(&along, &cotangents),
+            );
             // The two modes differ by rounding, which the chaos of sixty steps does not yet amplify.
             assert!(
                 (reverse - forward).abs() < 1e-9 * forward.abs().max(1.0),
@@ -155,7 +154,7 @@ fn reverse_mode_forward_mode_and_differences_see_the_same_robot() {
                 continue;
             }
             let difference = |h: f64| {
-                let [ahead, behind] = [h, -h].map(|h| dot(&seen(&case, &at(h)), &cotangents));
+                let [ahead, behind] = [h, -h].map(|h| f64::dot(&seen(&case, &at(h)), &cotangents));
                 (ahead - behind) / (2.0 * h)
             };
             // A step of 1e-6 leaves an error of 1e-12 times the third derivative and 1e-10 of rounding. Where a node
@@ -184,14 +183,14 @@ fn single_precision_has_the_same_gradient() {
         };
         let bars: Vec<f32> = bars.iter().map(narrow).collect();
         let (_, gradient) = single.vjp(ALL, &[], |inputs, _| seen(&case, inputs), &bars);
-        let size = dot(&exact, &exact).sqrt();
+        let size = f64::dot(&exact, &exact).sqrt();
         let off: Vec<f64> = exact
             .iter()
             .zip(&gradient)
             .map(|(a, &b)| a - f64::from(b))
             .collect();
         // Sixty steps of single precision, whose rounding is 6e-8.
-        assert!(dot(&off, &off).sqrt() < 1e-3 * size, "{name}");
+        assert!(f64::dot(&off, &off).sqrt() < 1e-3 * size, "{name}");
     }
 }
 
@@ -242,7 +241,7 @@ fn robots_with_other_nodes_in_one_batch_have_their_own_gradients() {
         let off: Vec<f64> = gradient.iter().zip(&of_each).map(|(a, b)| a - b).collect();
         // The sums are in another order, as in `are_close`, and stiff bars multiply the rounding.
         assert!(
-            dot(&off, &off).sqrt() < 1e-6 * dot(&of_each, &of_each).sqrt(),
+            f64::dot(&off, &off).sqrt() < 1e-6 * f64::dot(&of_each, &of_each).sqrt(),
             "{name}"
         );
     }

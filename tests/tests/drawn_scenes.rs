@@ -1,7 +1,6 @@
 //! For random scenes and robots, every gradient agrees with finite differences and forward mode. Random scenes are
 //! needed because some errors show only for certain combinations of settings.
 
-use autodiff::check::Options;
 use cosmic::case::Case;
 use cosmic::design::{Design, Material};
 use cosmic::geometry::Vector;
@@ -9,7 +8,7 @@ use cosmic::laws::ContactLaw;
 use cosmic::projection::Projection;
 use cosmic::scene::{GroundSettings, Integrator, ProfileKind, Scene, StartKind, VoidEdges};
 use cosmic_lab::check::check_gradients;
-use cosmic_tests::laws;
+use cosmic_tests::{few_directions, laws};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
@@ -102,10 +101,6 @@ fn robot(rng: &mut ChaCha8Rng, scene: &Scene) -> Case {
 
 #[test]
 fn gradients_of_drawn_robots_agree_with_differences() {
-    let options = Options {
-        directions: 2,
-        ..Options::default()
-    };
     let mut partly = 0;
     for seed in 0..SCENES {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -116,7 +111,7 @@ fn gradients_of_drawn_robots_agree_with_differences() {
         if case.step_check().accept(&case.scene.physics).is_err() {
             continue;
         }
-        let check = check_gradients(&case, None, scene.physics.steps, &options);
+        let check = check_gradients(&case, None, scene.physics.steps, &few_directions());
         // In rollouts of a step or two, the controller has no effect yet: nothing can be compared.
         let (empty, failures): (Vec<_>, Vec<_>) = (check.failures().into_iter())
             .partition(|name| name.ends_with(" (nothing could be compared)"));

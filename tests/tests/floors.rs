@@ -165,16 +165,6 @@ fn no_files_of_a_folder_import_one_another_in_a_circle() {
     }
 }
 
-/// The checks read groups, and find a circle beside a file that is in none.
-#[test]
-fn groups_and_circles_are_found() {
-    let names = names_after("crate::", "use crate::{a, b::{c, d}, e::F};\ncrate::g::h()");
-    assert_eq!(names.into_iter().collect::<Vec<_>>(), ["a", "b", "e", "g"]);
-    let import = |(file, used): (&str, &str)| (file.to_owned(), [used.to_owned()].into());
-    let found = circles([("a", "b"), ("b", "a"), ("c", "a")].map(import).into());
-    assert_eq!(found, ["a", "b"]);
-}
-
 /// Every source file is declared as a module; otherwise it would not be compiled.
 #[test]
 fn every_file_is_declared() {

@@ -274,21 +274,3 @@ fn a_profile_turns_with_the_ground_line() {
     // The robot reaches the stairs.
     assert!(least_height(&case.scene.physics, &straight).abs() < 1e-12);
 }
-
-#[test]
-fn a_case_keeps_the_profile() {
-    let case = on_stairs(ContactLaw::coulomb());
-    let read = Case::parse("case.json", &case.to_json()).unwrap();
-    let points = |case: &Case| case.scene.physics.ground.resolved();
-    assert_eq!(points(&read), points(&case));
-    assert!(points(&read).points().len() == 6);
-    assert_eq!(
-        read.evaluate(false, &[200]).unwrap().trajectory,
-        case.evaluate(false, &[200]).unwrap().trajectory
-    );
-    let wrong = case
-        .to_json()
-        .replace("[[0.15,0.0],", "[[0.15,0.0],[0.1,0.1],");
-    let error = Case::parse("case.json", &wrong).unwrap_err().to_string();
-    assert!(error.contains("must not overhang"), "{error}");
-}

@@ -3,7 +3,7 @@
 
 use cosmic::lattice::State;
 use cosmic::scene::{Integrator, PhysicsSettings};
-use cosmic_tests::Bare;
+use cosmic_tests::{Bare, farthest};
 
 const ALL: [Integrator; 3] = [
     Integrator::SymplecticEuler,
@@ -32,12 +32,6 @@ fn square(integrator: Integrator, dt: f64, substeps: usize) -> (Bare, State<f64>
     (bare, start)
 }
 
-/// The largest distance between the positions of a node in two states.
-fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
-    let pairs = a.x.iter().zip(&b.x);
-    pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
-}
-
 #[test]
 fn every_integrator_has_its_order() {
     const TIME: f64 = 0.128;
@@ -49,7 +43,7 @@ fn every_integrator_has_its_order() {
     // error of the runs below.
     let truth = run(Integrator::Leapfrog, 64 * 256);
     for (integrator, order) in ALL.into_iter().zip([1.0, 2.0, 1.0]) {
-        let error = |steps| distance(&run(integrator, steps), &truth);
+        let error = |steps| farthest(&run(integrator, steps), &truth);
         let observed = (error(128) / error(256)).log2();
         println!("{integrator:?}: order {observed:.3}");
         // The next term of the error is smaller than the first by the factor dt omega = 0.1, and partly cancels in the

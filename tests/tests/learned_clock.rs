@@ -137,7 +137,7 @@ fn a_learned_clock_is_a_clock_of_its_frequency() {
     assert!(off < 1e-11, "{off:e}");
 }
 
-/// A case, a snapshot and a design keep the clock and its `tempo`. A robot is refused by a scene with the other kind of clock.
+/// A case, a snapshot and a design keep the clock and its `tempo`.
 #[test]
 fn files_keep_the_tempo() {
     let case = robot(&[], 0.25);
@@ -159,27 +159,6 @@ fn files_keep_the_tempo() {
     let displacement = |case: &Case| case.evaluate(false, &[]).unwrap().displacement;
     assert_eq!(displacement(&of_file), displacement(&case));
     assert_ne!(displacement(&of_file), displacement(&robot(&[], 0.0)));
-
-    let refused = file
-        .robot(&scene(&["controller.clock=fixed"]), "design.json")
-        .unwrap_err()
-        .to_string();
-    for words in ["`controller.tempo`", "`controller.clock`", "\"learned\""] {
-        assert!(refused.contains(words), "{refused}");
-    }
-    let fixed = robot(&["controller.clock=fixed"], 0.0);
-    let file = DesignFile::new(&case.lattice, &design, &materials, &fixed.controller);
-    let refused = file
-        .robot(&scene(&[]), "design.json")
-        .unwrap_err()
-        .to_string();
-    for words in [
-        "`controller.tempo` is missing",
-        "`controller.clock`",
-        "\"fixed\"",
-    ] {
-        assert!(refused.contains(words), "{refused}");
-    }
 }
 
 /// The weights that a seed draws do not depend on the clock. A run changes the frequency.

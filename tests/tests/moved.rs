@@ -90,21 +90,3 @@ fn a_run_delivers_the_displacement_of_the_body() {
     assert!((delivery.displacement[0] - moved).abs() < 1e-15);
     assert_ne!(delivery.controller, payload.controller);
 }
-
-#[test]
-fn the_payload_must_be_a_node_of_the_lattice() {
-    let refused = |settings: &[&str]| {
-        let scene = Scene::default().set(settings);
-        scene.unwrap_err().to_string()
-    };
-    let says = refused(&["lattice.payload=36"]);
-    for words in ["node 36 does not exist", "6x6 nodes", "below 36"] {
-        assert!(says.contains(words), "{says}");
-    }
-    let masses = |payload: usize| {
-        let case = Case::of_scene(&scene(MovedBody::Payload), 1).unwrap();
-        assert_eq!(case.lattice.payload[0].node, 4);
-        case.body().mass[payload]
-    };
-    assert!(masses(4) > masses(0) + 0.02);
-}

@@ -1,7 +1,7 @@
 //! Laws in a separate crate, as a user would write them. They agree with built-in laws and with formulas of mechanics,
 //! and their gradients are right.
 
-use autodiff::check::{Options, Verdict};
+use autodiff::check::Verdict;
 use autodiff::{Function, Real, gradient};
 use cosmic::Registry;
 use cosmic::case::Case;
@@ -17,7 +17,7 @@ use cosmic::settings::within;
 use cosmic::simulator::IdleEnergy;
 use cosmic::simulator::stability::Vibration;
 use cosmic_lab::check::check_gradients;
-use cosmic_tests::{Bare, laws, robot_of, states};
+use cosmic_tests::{Bare, farthest, few_directions, laws, robot_of, states};
 
 cosmic::settings! {
     /// A contact law: a node that hits the ground stops.
@@ -139,15 +139,6 @@ fn last(case: &Case) -> State<f64> {
     states(case).pop().expect("a rollout has states")
 }
 
-/// The largest difference between the numbers of two states.
-fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
-    let pairs = |a: &[Vector<f64>], b: &[Vector<f64>]| -> f64 {
-        let pairs = a.iter().zip(b);
-        pairs.fold(0.0, |most, (a, b)| a.distance(*b).max(most))
-    };
-    pairs(&a.x, &b.x).max(pairs(&a.v, &b.v))
-}
-
 #[test]
 fn a_user_s_contact_law_gives_the_bits_of_the_same_built_in_law() {
     for incline in ["", "incline_deg = 15.0"] {
@@ -163,10 +154,10 @@ fn the_tensions_of_all_laws_add_up() {
     let mut stiffer = robot("[materials]\nstiffness = [2e-7, 8e2, 6e1]");
     stiffer.design = twice.design.clone();
     // Sums have another order in each of 90 steps, and positions near 1 m have 15 decimals.
-    let off = distance(&last(&twice), &last(&stiffer));
+    let off = farthest(&last(&twice), &last(&stiffer));
     assert!(off < 1e-11, "{off:e}");
     // Without the second law, the robot ends at a different place.
-    assert!(distance(&last(&twice), &last(&robot(""))) > 1e-3);
+    assert!(farthest(&last(&twice), &last(&robot(""))) > 1e-3);
 }
 
 /// A user's law for gravity along the vertical has the same effect as the scene's gravity, also on inclines.
@@ -181,7 +172,7 @@ fn a_force_on_nodes_knows_the_vertical() {
         let own = format!(
             "{physics}gravity = 0.0\nforces = [\"tether\"]\n[tether]\nstiffness = 0.0\ngravity = 4.8"
         );
-        let off = distance(&last(&robot(&own)), &last(&robot(&physics)));
+        let off = farthest(&last(&robot(&own)), &last(&robot(&physics)));
         // The impulses of a force are divided by the mass, and those of gravity are not. This causes a few rounding
         // errors in each step.
         assert!(off < 1e-11, "{incline}: {off:e}");
@@ -238,7 +229,7 @@ fn gradients_of_own_laws_are_right_in_every_mode() {
         // These stops are so close that most actuators reach them.
         "physics = {forces = ['stops'], contact = 'none'}\nstops = {at = 0.003, stiffness = 3}",
     ] {
-        let check = check_gradients(&robot(settings), None, 90, &Options::default());
+        let check = check_gradients(&robot(settings), None, 90, &few_directions());
         assert!(check.failures().is_empty(), "{settings}:\n{check}");
         let smooth = |group: &&cosmic_lab::check::Group| group.verdict == Verdict::Smooth;
         let smooth = check.groups.iter().filter(smooth).count();
@@ -346,18 +337,8 @@ fn a_law_is_chosen_by_name_and_has_its_settings_in_a_section() {
 fn wrong_choices_are_refused_with_what_is_known() {
     let refused = |text: &str| registry().parse("own.toml", text).unwrap_err().to_string();
     for (text, words) in [
-        (
-            "physics.contact = 'clay'",
-            "`physics.contact` names an unknown law: 'clay'",
-        ),
         ("physics.contact = 'clay'", "\"bounce\""),
-        (
-            "physics.forces = ['gale']",
-            "`physics.forces` names an unknown law",
-        ),
         ("physics.forces = ['gale']", "\"tether\""),
-        ("physics.forces = ['again', 'again']", "names a force twice"),
-        ("physics.forces = 'again'", "is a string"),
         ("tether.stiffness = 1.0", "does not choose the law `tether`"),
         ("tether.stiffness = 1.0", "physics.forces = [\"tether\"]"),
         ("bounce.restitution = 1.0", "physics.contact = \"bounce\""),

@@ -10,6 +10,7 @@ use cosmic::objective::{Displacement, Loss};
 use cosmic::scene::{ControllerSettings, LossSettings, Scene};
 use cosmic::simulator::{Simulator, Span, Trajectory};
 use cosmic::task::Horizon;
+use cosmic_tests::farthest;
 
 const STEPS: usize = 256;
 
@@ -46,11 +47,6 @@ fn end(case: &Case, simulator: &Simulator, body: &Body<f64>) -> State<f64> {
     let span = Span::from_start(vec![case.scene.physics.steps]);
     let rollout = simulator.rollout(body, &case.controller, &case.start, &span);
     rollout.states[0].clone()
-}
-
-fn farthest(a: &State<f64>, b: &State<f64>) -> f64 {
-    let pairs = a.x.iter().zip(&b.x);
-    pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
 }
 
 /// Leaving out the controller's outputs for edges without strain does not change a bit, because each output is a

@@ -1,6 +1,6 @@
 //! The gradients of policies are right in every mode, and policies observe what the documentation says.
 
-use autodiff::check::{Options, Verdict};
+use autodiff::check::Verdict;
 use autodiff::{Array, Kernel, Real};
 use cosmic::Registry;
 use cosmic::case::Case;
@@ -12,6 +12,7 @@ use cosmic::policy::{Block, Network, Policy, PolicyStep, Sizes, observation};
 use cosmic::scene::Scene;
 use cosmic::simulator::{Span, Trajectory};
 use cosmic_lab::check::{check_gradients_of, terms};
+use cosmic_tests::few_directions;
 
 /// The policies to test: three from the model, one that is defined in this file, and the policy `gaits` of a robot that
 /// is its own mirror image.
@@ -152,7 +153,7 @@ fn gradients_are_right_in_every_mode() {
         ] {
             let case = robot_with(name, settings, of_cases);
             let loss = Displacement::at_end(case.task().ground());
-            let check = check_gradients_of(&loss, &case, 48, &Options::default());
+            let check = check_gradients_of(&loss, &case, 48, &few_directions());
             for group in &check.groups {
                 let is_right = group.verdict == Verdict::Smooth;
                 assert!(

@@ -62,24 +62,6 @@ fn assert_reproduced(references: &[Reference]) {
     }
 }
 
-#[test]
-fn the_steps_that_a_case_lists_are_recorded() {
-    for reference in references(&reference_folder()) {
-        let case = reference.case();
-        let listed = reference.json["results"]["trajectory"].as_object();
-        let steps = listed.expect("a case lists states").keys();
-        let mut steps: Vec<usize> = steps.map(|step| step.parse().expect("a step")).collect();
-        steps.sort_unstable();
-        let name = reference.name();
-        assert_eq!(case.recorded_steps(&[]).ok(), Some(steps), "{name}");
-        assert_eq!(case.recorded_steps(&[2, 0, 2]).ok(), Some(vec![0, 2]));
-        assert!(
-            case.recorded_steps(&[case.scene.physics.steps + 1])
-                .is_err()
-        );
-    }
-}
-
 /// Edges of regular lattices have the same order in files and in the program. The reader takes the edges from the file,
 /// so only this test checks the order.
 #[test]

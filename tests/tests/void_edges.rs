@@ -14,7 +14,7 @@ use cosmic::scene::{PhysicsSettings, Scene, VoidEdges};
 use cosmic::simulator::stability::Vibration;
 use cosmic::simulator::{Robots, Simulator, Span};
 use cosmic::task::{Horizon, Task};
-use cosmic_tests::laws;
+use cosmic_tests::{laws, states};
 
 const STEPS: usize = 256;
 
@@ -56,11 +56,7 @@ fn simulator(case: &Case) -> Simulator {
     case.task().simulator
 }
 
-/// All states of a rollout, including the start.
-fn states(case: &Case) -> Vec<State<f64>> {
-    states_of(case, &case.body())
-}
-
+/// All states of a rollout with this body, including the start.
 fn states_of(case: &Case, body: &Body<f64>) -> Vec<State<f64>> {
     let span = Span::from_start((0..=STEPS).collect());
     let seen = simulator(case).rollout(body, &case.controller, &case.start, &span);

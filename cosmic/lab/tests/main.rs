@@ -15,7 +15,6 @@ mod sweep {
     mod plan;
 }
 mod table {
-    mod fill;
     mod grid;
     mod words;
 }

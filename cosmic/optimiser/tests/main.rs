@@ -5,8 +5,6 @@ mod classics;
 mod ends;
 mod engineering;
 mod mma {
-    mod bracket;
-    mod cholesky;
     mod subproblem;
 }
 mod problems;

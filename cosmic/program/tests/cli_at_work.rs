@@ -46,7 +46,7 @@ fn several_starts_belong_to_one_process() {
 fn of_two_simultaneous_runs_one_gets_the_folder() {
     let bench = Bench::new(3, 32);
     for options in ["", "--starts 2"] {
-        for _ in 0..8 {
+        for _ in 0..4 {
             let both = [0, 7].map(|seed| {
                 let line = format!("optimize tiny.toml --out a --seed {seed} {options}");
                 bench.start(&line)

@@ -78,6 +78,9 @@ fn a_browser_draws_the_page_without_errors() {
             "{name}: the script did not end"
         );
         assert!(!page.contains("data-error"), "{name}: the script failed");
+        // A design whose edges have no material yet is called undecided, and not a robot of void edges.
+        let is_undecided = page.contains("20 edges, all undecided") && !page.contains("20 void");
+        assert_eq!(is_undecided, name.starts_with("early"), "{name}");
         // A canvas that is not folded has the width that the script gave it. Folded ones are drawn when they are opened.
         let folded =
             ["volumes", "measures", "gradients", "ternary"].map(|id| format!("id=\"{id}\""));
@@ -90,27 +93,4 @@ fn a_browser_draws_the_page_without_errors() {
     let picture = document("robot.svg");
     // If the XML is malformed, the browser shows a `parsererror` instead.
     assert!(picture.contains("</svg>") && !picture.contains("parsererror"));
-}
-
-/// A design whose edges have no material yet is called undecided, and not a robot of void edges.
-#[test]
-fn an_undecided_design_has_no_counts() {
-    let Some(browser) = browser() else {
-        writeln!(io::stderr(), "SKIPPED: no Chromium: no page is opened").unwrap();
-        return;
-    };
-    let bench = finished();
-    design_alone(&bench, "alone");
-    let mut design = bench.json("alone/design.json");
-    for z in design["z"].as_array_mut().unwrap() {
-        *z = vec![0.4, 0.3, 0.3].into();
-    }
-    bench.write("alone/design.json", design.to_string());
-    bench.cosmic("report alone").ok();
-    let page = document(
-        browser,
-        &bench.path("alone/report.html").display().to_string(),
-    );
-    assert!(page.contains("20 edges, all undecided") && page.contains("0, undecided"));
-    assert!(!page.contains("20 void"), "no edge is void");
 }

@@ -3,7 +3,9 @@
 use crate::common::{Bench, scene};
 use crate::program::{command, has};
 use autodiff::Real;
-use cosmic::codesign::{CoDesign, Record};
+use cosmic::Registry;
+use cosmic::codesign::{CoDesign, Progress, Record};
+use cosmic::lattice::Truss;
 use cosmic::objective::Loss;
 use cosmic::record::{DesignFile, Observer, Run, RunPlan, optimise, optimise_with, resume_with};
 use cosmic::scene::Scene;
@@ -175,46 +177,68 @@ fn a_run_with_a_loss_of_a_program_is_resumed_by_that_program() {
 /// Begins a run with the scene's own objective. Asserts that resuming it with another loss is refused, and so are
 /// arguments that do not fit together.
 fn begin_of_the_scene(bench: &Bench, plan: &RunPlan) {
-    let begin = |plan: &RunPlan, run: &str| {
-        let codesign = CoDesign::new(&bench.plan().scene).unwrap();
-        let progress = codesign.begin(0).unwrap();
+    let own = || CoDesign::new(&plan.scene).unwrap();
+    let with_loss = || CoDesign::with_loss(&plan.scene, Lift).unwrap();
+    let begin = |plan: &RunPlan, run: &str, codesign: CoDesign, progress: Progress| {
         let observer = &mut StopsAfter(3);
-        optimise_with(&bench.path(run), plan, codesign, progress, observer)
+        let ended = optimise_with(&bench.path(run), plan, codesign, progress, observer);
+        ended.unwrap_err()
     };
-    assert_eq!(begin(plan, "c").unwrap_err().exit_code(), 75);
-    let own = CoDesign::with_loss(&plan.scene, Lift).unwrap();
-    let said = resume_with(&bench.path("c"), own, &mut StopsAfter(3)).unwrap_err();
-    assert!(said.to_string().contains("has another loss"), "{said}");
-    let other = RunPlan {
+    let resumed = |run: &str, codesign: CoDesign| {
+        let ended = resume_with(&bench.path(run), codesign, &mut StopsAfter(3));
+        ended.unwrap_err().to_string()
+    };
+    let at_start = || own().begin(0).unwrap();
+    let stopped = begin(plan, "c", own(), at_start());
+    assert_eq!(stopped.exit_code(), 75);
+    has(&resumed("c", with_loss()), &["has another loss"]);
+    let mut later = at_start();
+    own().iterate(&mut later);
+    let seeded = RunPlan {
         seed: 1,
         ..plan.clone()
     };
-    let said = begin(&other, "d").unwrap_err().to_string();
-    has(&said, &["the seed and the loss"]);
-    let codesign = CoDesign::with_loss(&plan.scene, Lift).unwrap();
-    let of_the_scene = CoDesign::new(&plan.scene).unwrap().begin(0).unwrap();
-    let observer = &mut StopsAfter(3);
-    let said = optimise_with(&bench.path("d"), plan, codesign, of_the_scene, observer).unwrap_err();
-    assert!(
-        said.to_string().contains("must be those of the plan"),
-        "{said}"
-    );
-    let mut codesign = CoDesign::new(&plan.scene).unwrap();
-    let mut progress = codesign.begin(0).unwrap();
-    codesign.iterate(&mut progress);
-    let said = optimise_with(&bench.path("d"), plan, codesign, progress, observer).unwrap_err();
-    let says = "must be at iteration 0, but 1 iterations are done";
-    assert!(said.to_string().contains(says), "{said}");
     let many = RunPlan {
         starts: NonZeroUsize::new(2).unwrap(),
         ..plan.clone()
     };
-    assert_eq!(begin(&many, "d").unwrap_err().exit_code(), 2);
+    for (plan, codesign, progress, says) in [
+        (&seeded, own(), at_start(), "the seed and the loss"),
+        (plan, with_loss(), at_start(), "must be those of the plan"),
+        (
+            plan,
+            own(),
+            later,
+            "must be at iteration 0, but 1 iterations are done",
+        ),
+        (&many, own(), at_start(), "must have one start"),
+    ] {
+        let refused = begin(plan, "d", codesign, progress);
+        assert_eq!(refused.exit_code(), 2);
+        has(&refused.to_string(), &[says]);
+    }
     // A search needs an optimisation for each start, so one optimisation cannot resume it.
     optimise(&bench.path("e"), &many, &mut StopsAfter(3)).unwrap_err();
-    let codesign = CoDesign::new(&plan.scene).unwrap();
-    let said = resume_with(&bench.path("e"), codesign, &mut StopsAfter(3)).unwrap_err();
-    assert!(said.to_string().contains("several starts"), "{said}");
+    has(&resumed("e", own()), &["several starts"]);
     assert!(!bench.path("e/summary.json").exists());
     assert!(!bench.path("d").exists());
+}
+
+/// Only this program knows the lattice, but every program can resume the run, because the run's folder contains a copy
+/// of the lattice.
+#[test]
+fn a_lattice_of_a_program_is_copied_into_its_runs() {
+    let gate = Truss::parse("gate", include_str!("pages/gate.json")).unwrap();
+    let registry = Registry::default().with_lattice("gate", gate);
+    let small = "columns = 3\nrows = 3\n";
+    let bench = Bench::with(&scene(24, 64, "").replace(small, "file = \"gate\"\n"));
+    let scene = registry.read(&bench.path("tiny.toml")).unwrap();
+    assert_eq!(scene.lattice.name(), "gate");
+    let plan = RunPlan::new("tiny", scene, 0);
+    optimise(&bench.path("whole"), &plan, &mut ()).unwrap();
+    optimise(&bench.path("a"), &plan, &mut StopsAfter(11)).unwrap_err();
+    bench.ok("resume a");
+    assert_eq!(bench.results("a"), bench.results("whole"));
+    // The program `cosmic` does not have this lattice.
+    bench.optimize("b", "").fails(4, &["gate"]);
 }

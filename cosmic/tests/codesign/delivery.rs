@@ -1,5 +1,5 @@
 use crate::small::{MOBILE_ROBOT, after, begun, tiny};
-use cosmic::codesign::{Candidate, CoDesign, Evaluator, Progress, Quantiles, Schedule, settle};
+use cosmic::codesign::{Candidate, Evaluator, Progress, Quantiles, Schedule, settle};
 use cosmic::design::Material;
 use cosmic::objective::of_scene;
 use cosmic::scene::{Integrator, LossKind, PhysicsSettings, Scene, TaskKind};
@@ -63,32 +63,6 @@ fn delivered_loads_cover_every_step() {
     assert_eq!(told, peak(&loads(1)));
     // The steps that `trajectory` keeps do not include the peak.
     assert!(told > peak(&loads(16)));
-}
-
-#[test]
-fn an_undecided_design_has_neither_structure_nor_loads() {
-    let codesign = CoDesign::new(&tiny()).unwrap();
-    let delivery = codesign.evaluator().deliver(&codesign.begin(1).unwrap());
-    assert!(delivery.seen.moved.forward().is_finite());
-    assert_eq!((delivery.seen.structure, delivery.seen.loads), (None, None));
-    assert!(delivery.seen.bars.is_empty());
-}
-
-#[test]
-fn the_last_iterate_is_measured_once_if_it_is_also_a_candidate() {
-    let (evaluator, mut progress) = begun(&tiny());
-    let plain = evaluator.deliver(&progress);
-    progress.note_candidate(1.0);
-    assert_eq!(evaluator.entrants(&progress).len(), 1);
-    assert_eq!(evaluator.deliver(&progress), plain);
-    evaluator.judge_candidates(&mut progress);
-    assert_eq!(
-        evaluator.entrants(&progress)[0].spread,
-        Some(plain.selection)
-    );
-    // After another update, the candidate and the controller of the last iteration are different entrants.
-    progress.controller.numbers_mut()[0] += 0.1;
-    assert_eq!(evaluator.entrants(&progress).len(), 2);
 }
 
 /// An unreliable candidate with the better median is chosen only if its 10 % quantile beats the median of the

@@ -1,4 +1,4 @@
-use crate::small::{after, records, tiny};
+use crate::small::{records, tiny};
 use autodiff::Real;
 use cosmic::codesign::{CoDesign, Record};
 use cosmic::objective::Loss;
@@ -142,25 +142,6 @@ fn a_projection_without_a_share_is_left_out() {
         assert_eq!(gradient(&alone), gradient(&both));
         assert!(alone[0].displacement_horizon.is_some());
     }
-}
-
-#[test]
-fn a_controller_that_does_not_move_costs_no_gradient() {
-    let mut scene = tiny();
-    scene.schedule.settle = 0.0;
-    let moved = records(&scene);
-    (scene.adam.rate, scene.adam.fine_rate) = (0.0, 0.0);
-    let still = records(&scene);
-    let (codesign, progress) = after(&scene, scene.schedule.iterations, 0);
-    assert_eq!(progress.controller, codesign.begin(0).unwrap().controller);
-    assert!(still.iter().all(|r| r.controller_gradient.is_none()));
-    let first = |records: &[Record]| {
-        let pass = moved.iter().position(|r| r.controller_gradient.is_some());
-        records[pass.unwrap()].displacement_horizon
-    };
-    // Before the first update of the controller, both runs have the same rollouts, with and without a gradient.
-    assert!(first(&still).is_some());
-    assert_eq!(first(&still), first(&moved));
 }
 
 /// The tempo of a learned clock has its own bound, a third of that of the weights, so its large derivative does not change

@@ -1,4 +1,4 @@
-use cosmic::codesign::{Medians, Merit, OtherSteps, Quantiles, Reliability, Standstill};
+use cosmic::codesign::{Medians, Merit, OtherSteps, Quantiles, Standstill};
 use cosmic::scene::Integrator;
 use std::f64::consts::TAU;
 
@@ -59,19 +59,6 @@ fn the_score_of_an_unreliable_robot_is_its_lower_quantile() {
     assert_eq!(score([1.6, 3.0, -4.0]), 1.6);
     // An unreliable robot may still have the higher score.
     assert!(score([2.4, 5.0, 5.0]) > reliable);
-}
-
-#[test]
-fn files_have_the_verdict_and_the_reason() {
-    let json = |found: &Reliability| serde_json::to_string(found).unwrap();
-    assert_eq!(json(&Reliability::Reliable), r#"{"verdict":"reliable"}"#);
-    let found = FAR.reliability(&spread(0.0, 3.0), 3.0);
-    let text = json(&found);
-    assert!(
-        text.starts_with(r#"{"verdict":"unreliable","reason":"the 10 %"#),
-        "{text}"
-    );
-    assert_eq!(serde_json::from_str::<Reliability>(&text).unwrap(), found);
 }
 
 /// The reasons not to trust a robot with these medians: its own, with half the time step, and with leapfrog.

@@ -8,6 +8,10 @@ fn built_in_scenes_have_neither_refusals_nor_warnings() {
         assert_eq!(Review::new(&scene, 0).unwrap().refusals, []);
         assert_eq!(scene.warnings(), []);
     }
+    // A lattice of that many nodes needs other numbers than the default scene.
+    let large = ["lattice.columns=24", "lattice.rows=24"];
+    let warnings = Scene::paper().set(&large).unwrap().warnings();
+    assert!(warnings[0].says.contains("\"large\""), "{warnings:?}");
 }
 
 #[test]

@@ -91,28 +91,6 @@ fn only_updates_are_taken_back() {
     assert_eq!(progress.settled.map(|s| s.trust), Some(0.5));
 }
 
-#[test]
-fn settling_starts_at_its_share_of_the_fine_tuning() {
-    let (_, progress, _) = optimised(&wild(0.0), 0);
-    assert_eq!(progress.settled, None);
-    let scene = wild(0.5);
-    let mut codesign = CoDesign::new(&scene).unwrap();
-    let mut progress = codesign.begin(0).unwrap();
-    let mut first = None;
-    while !codesign.is_done(&progress) {
-        codesign.iterate(&mut progress);
-        first = first.or(progress.settled.as_ref().map(|_| progress.iteration));
-    }
-    // Iteration 25 is the first in the second half of the 40 iterations of fine-tuning.
-    assert_eq!(first, Some(25));
-    // A controller that is restored does not become a candidate a second time.
-    let candidates = &progress.candidates;
-    for (k, c) in candidates.iter().enumerate() {
-        let mut earlier = candidates[..k].iter();
-        assert!(earlier.all(|other| other.controller != c.controller));
-    }
-}
-
 /// The medians that settling measured are reused by the delivery.
 #[test]
 fn reused_medians_are_equal_to_new_ones() {

@@ -83,21 +83,3 @@ fn walls_have_a_foot_and_an_edge() {
         assert_eq!(stairs.above(Vector::new(point)), above, "{point:?}");
     }
 }
-
-#[test]
-fn walls_are_drawn_whole() {
-    let stairs = stairs();
-    let between = |low, high| stairs.between(Range::new(low, high));
-    assert_eq!(
-        between(1.0, 2.5),
-        [
-            [1.0, 0.0],
-            [1.0, 0.25],
-            [1.0, 0.5],
-            [2.0, 0.5],
-            [2.0, 0.75],
-            [2.5, 0.75]
-        ]
-    );
-    assert_eq!(between(2.5, 3.0), [[2.5, 0.75], [3.0, 0.75], [3.0, -0.5]]);
-}

@@ -1,4 +1,4 @@
-use cosmic::geometry::{Bounds, Segment, Vector, crossings};
+use cosmic::geometry::{Segment, Vector, crossings};
 use cosmic::random::{Purpose, stream, symmetric};
 
 /// The result of [`crossings`] for segments that do not share nodes.
@@ -46,41 +46,9 @@ fn a_sweep_finds_the_crossings_of_all_pairs() {
     assert!(swept(&[]).is_empty());
 }
 
-fn of([from, to]: [[f64; 2]; 2]) -> Segment {
-    Segment::new(from.into(), to.into())
-}
-
-#[test]
-fn segments_end_at_the_bounds() {
-    let bounds = Bounds::of([[-64.0, -64.0], [544.0, 304.0]].map(Vector::new));
-    let within = |ends| of(ends).within(&bounds);
-    let inside = [[10.0, 10.0], [400.0, 200.0]];
-    assert_eq!(within(inside), Some(of(inside)));
-    let across = within([[-1e9, 120.0], [1e9, 120.0]]).unwrap();
-    // The ends are shares of a segment of 1e9 m. A share is rounded at 1e-16, which gives an error of 1e-7 m.
-    let near = |a: f64, b: f64| (a - b).abs() < 1e-6;
-    assert!(
-        near(across.from[0], -64.0) && near(across.to[0], 544.0),
-        "{across:?}"
-    );
-    let down = within([[240.0, 120.0], [240.0, -1e12]]).unwrap();
-    assert!(
-        down.from == [240.0, 120.0] && near(down.to[1], -64.0),
-        "{down:?}"
-    );
-    let far = within([[-1e30, 120.0], [1e30, 120.0]]).unwrap();
-    assert!(
-        [far.from, far.to].iter().all(|end| end[0].abs() <= 544.0),
-        "{far:?}"
-    );
-    assert_eq!(within([[-1e9, 0.0], [-1e8, 0.0]]), None);
-    assert_eq!(within([[0.0, 1e9], [1e9, 1e9 + 1.0]]), None);
-    assert_eq!(within([[f64::NAN, 0.0], [1.0, 1.0]]), None);
-    assert_eq!(within([[0.0, 0.0], [f64::INFINITY, 1.0]]), None);
-}
-
 #[test]
 fn a_segment_with_a_nan_crosses_nothing() {
+    let of = |[from, to]: [[f64; 2]; 2]| Segment::new(from.into(), to.into());
     let [up, down] = [[[0.0, 0.0], [1.0, 1.0]], [[0.0, 1.0], [1.0, 0.0]]].map(of);
     let lost = of([[f64::NAN, 0.0], [1.0, 1.0]]);
     let nowhere = of([[f64::NAN; 2]; 2]);

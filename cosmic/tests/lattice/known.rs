@@ -1,7 +1,6 @@
 //! Truss files of robots that exist: materials, rest lengths and stiffnesses that the file decides.
 
 use std::fs;
-use std::path::Path;
 
 use cosmic::Registry;
 use cosmic::case::Case;
@@ -94,14 +93,6 @@ fn a_case_keeps_the_bars_of_a_truss() {
     assert_eq!(read.lattice.stiffness, case.lattice.stiffness);
     assert_eq!(read.lattice.rest_length, case.lattice.rest_length);
     assert_eq!(tension(&read, 2), tension(&case, 2));
-}
-
-#[test]
-fn a_truss_file_has_rest_lengths() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/trusses/rest_lengths.json");
-    let truss = Truss::read(&path).unwrap();
-    assert_eq!(truss.rest, [0.1, 0.1, 0.1]);
-    assert_eq!(Truss::parse("copy", &truss.to_json()).unwrap(), truss);
 }
 
 /// Text in UTF-16, with and without a byte order mark, is named in every file that people write.

@@ -2,10 +2,11 @@
 
 use autodiff::Real;
 use cosmic::Registry;
+use cosmic::case::Case;
 use cosmic::kernel;
-use cosmic::laws::{Bar, BarForce, ContactLaw, ForceLaws, Law, LawFile, on_bars};
-use cosmic::settings::{Field, SettingValue, Settings, read_json, within};
-use serde_json::{Value, json};
+use cosmic::laws::{Bar, BarForce, ForceLaws, Law, LawFile, on_bars};
+use cosmic::scene::Scene;
+use cosmic::settings::{SettingValue, within};
 
 cosmic::settings! {
     /// Which way a bar is pulled.
@@ -48,44 +49,6 @@ impl BarForce for Everything {
     }
 }
 
-/// Values that the tests try for a setting: `null`, a boolean, numbers, and every allowed name.
-fn others(field: &Field) -> Vec<Value> {
-    let values = [
-        json!(null),
-        json!(true),
-        json!(1),
-        json!(0.5),
-        json!([0.5, 1e-7]),
-    ];
-    let names = field.allowed();
-    let names = names.split('"').skip(1).step_by(2).map(Value::from);
-    values.into_iter().chain(names).collect()
-}
-
-fn law_json(name: &str, law: &mut dyn Settings) -> Value {
-    serde_json::to_value(LawFile::new(name, law)).unwrap()
-}
-
-/// For every setting of a law, changes the setting, writes the law, reads it back, and checks that it is the same.
-fn round_trip(name: &'static str, law: &mut dyn Settings, read: &dyn Fn(&Value) -> Value) {
-    let (keys, mut tried) = (law.fields().len(), 0);
-    for k in 0..keys {
-        let values = others(&law.fields()[k]);
-        let before = law_json(name, law);
-        let mut changed = false;
-        for value in values {
-            let field = law.fields().swap_remove(k);
-            // If the setting rejects the value, the setting does not change.
-            let _ = read_json(field, &value);
-            let written = law_json(name, law);
-            assert_eq!(read(&written), written);
-            changed |= written != before;
-        }
-        tried += usize::from(changed);
-    }
-    assert_eq!(tried, keys, "{name}: a setting did not change");
-}
-
 /// Reads force laws from a JSON text, in a program that knows the law [`Everything`].
 fn forces(text: &str) -> Result<ForceLaws, String> {
     let mut laws = ForceLaws::default();
@@ -94,33 +57,27 @@ fn forces(text: &str) -> Result<ForceLaws, String> {
     laws.read_files(&files).map(|()| laws)
 }
 
+/// A case has all settings of a law, whatever their types are.
 #[test]
 fn laws_are_read_as_they_are_written() {
-    for name in ["damper", "stops", Everything::NAME] {
-        let mut laws = forces(&json!([name]).to_string()).unwrap();
-        let read = |written: &Value| {
-            let laws = forces(&json!([written]).to_string()).unwrap();
-            serde_json::to_value(laws).unwrap()[0].clone()
-        };
-        let (name, law) = laws.settings().next().unwrap();
-        round_trip(name, law, &read);
-    }
-    for mut contact in [
-        ContactLaw::none(),
-        ContactLaw::infinite(),
-        ContactLaw::coulomb(),
-    ] {
-        let read = |written: &Value| {
-            let mut contact = ContactLaw::infinite();
-            let file = serde_json::from_value(written.clone()).unwrap();
-            contact.read_file(&file).unwrap();
-            serde_json::to_value(contact).unwrap()
-        };
-        round_trip(contact.name(), contact.settings(), &read);
-    }
-    // `along_bars` finds a law even if one of its settings is off.
-    let all = forces(&json!([Everything::NAME]).to_string()).unwrap();
-    assert_eq!(all.along_bars::<Everything>(), Some(Everything::default()));
+    let registry = Registry::default().with_law(on_bars::<Everything>());
+    let text = "base = 'stability'\nphysics.forces = ['stops', 'everything_of_law_file']\neverything_of_law_file = {number = \
+                1e-7, count = 5, pair = [0.5, 3.0], off = 7.5, on = 'off', truth = true, way = 'apart'}";
+    let scene = registry.parse("everything", text).unwrap();
+    let expected = Everything {
+        number: 1e-7,
+        count: 5,
+        pair: [0.5, 3.0],
+        off: Some(7.5),
+        on: None,
+        truth: true,
+        way: Way::Apart,
+    };
+    let along_bars = |scene: &Scene| scene.physics.forces.along_bars::<Everything>();
+    assert_eq!(along_bars(&scene), Some(expected));
+    let case = Case::of_scene(&scene, 0).unwrap();
+    let read = Case::parse_with(&registry, "case", &case.to_json()).unwrap();
+    assert_eq!(read.scene.physics.forces, scene.physics.forces);
 }
 
 /// Each list of laws in `wrong_laws.txt` is refused, and the message has the words that follow it.

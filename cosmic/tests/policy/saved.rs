@@ -30,6 +30,12 @@ fn matrices_are_lists_of_rows() {
 }
 
 #[test]
+#[should_panic(expected = "the controller has no block \"w\"")]
+fn an_unknown_block_is_named() {
+    let _ = controller().block("w");
+}
+
+#[test]
 fn a_block_that_is_not_the_policy_s_is_named() {
     let weights = Weights::from(&controller());
     let says = |blocks: &[Block]| weights.controller(blocks, "f").unwrap_err().to_string();

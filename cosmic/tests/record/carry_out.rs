@@ -1,64 +1,13 @@
 use crate::small::{StopAfter, tiny};
-use autodiff::Real;
 use cosmic::Registry;
-use cosmic::codesign::{CoDesign, Record};
-use cosmic::objective::Loss;
-use cosmic::record::{
-    Observer, Run, RunPlan, deliver_so_far, history, optimise, optimise_with, resume_of,
-    resume_with,
-};
-use cosmic::simulator::Trajectory;
+use cosmic::codesign::Record;
+use cosmic::record::{Observer, Run, RunPlan, deliver_so_far, history, optimise, resume_of};
 use std::collections::BTreeMap;
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// A loss that is always NaN, with a finite gradient.
-struct Lost;
-
-impl Loss for Lost {
-    fn observed(&self, steps: usize) -> Vec<usize> {
-        vec![steps]
-    }
-
-    fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
-        trajectory.states[0].x[0][1] + R::lit(f64::NAN)
-    }
-}
-
-/// Collects the warnings of a run.
-struct Warned(Vec<String>);
-
-impl Observer for Warned {
-    fn warning(&mut self, _: &Run, text: &str) {
-        self.0.push(text.to_owned());
-    }
-}
-
-#[test]
-fn a_run_without_a_finite_loss_warns_and_ends_also_after_resuming() {
-    let folder = tempfile::tempdir().unwrap();
-    let run = folder.path().join("run");
-    let plan = RunPlan::new("tiny", tiny(), 1);
-    let lost = || CoDesign::with_loss(&plan.scene, Lost).unwrap();
-    let mut watch = Warned(Vec::new());
-    let progress = lost().begin(1).unwrap();
-    let error = optimise_with(&run, &plan, lost(), progress, &mut watch).unwrap_err();
-    assert_eq!(error.exit_code(), 3);
-    let says = error.to_string();
-    assert!(
-        says.contains("the loss; after iteration 10 the loss is NaN"),
-        "{says}"
-    );
-    let lost_in = |text: &&String| text.contains("after iteration 1: the loss is NaN");
-    assert_eq!(watch.0.iter().filter(lost_in).count(), 1, "{:?}", watch.0);
-    assert_eq!(history::read(&run, usize::MAX).unwrap().len(), 10);
-    assert!(!run.join("design.json").exists());
-    let again = resume_with(&run, lost(), &mut ()).unwrap_err().to_string();
-    assert_eq!(again, says);
-}
 
 /// The files of a folder.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {

@@ -1,7 +1,6 @@
 //! Checks that the structs, the declarations and the texts of scenes agree.
 
 use cosmic::scene::Scene;
-use cosmic::settings::{Limits, above, within};
 use proptest::prelude::*;
 
 /// The key of every setting as `section.key`, in the order in which a scene is written.
@@ -41,16 +40,6 @@ fn with(path: &str, value: &str) -> Option<Scene> {
     let mut scene = Scene::paper();
     scene.field(path).unwrap().read_text(value).ok()?;
     Some(scene)
-}
-
-#[test]
-fn limits_contain_only_finite_numbers() {
-    let limits = within(f64::MIN, f64::MAX);
-    assert!(limits.contain(f64::MAX) && limits.contain(f64::MIN));
-    for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-        assert!(!limits.contain(x) && !Limits::NONE.contain(x));
-    }
-    assert!(within(0.0, 1.0).contain(0.0) && !above(0.0, 1.0).contain(0.0));
 }
 
 proptest! {

@@ -1,14 +1,7 @@
 use crate::small::lattice;
 use cosmic::geometry::{Ground, Vector};
 use cosmic::lattice::Lattice;
-use cosmic::scene::{LatticeKind, LatticeSettings, edges};
-
-#[test]
-fn edge_counts_are_those_of_the_paper() {
-    for (columns, rows, count) in [(6, 6, 110), (5, 5, 72), (2, 2, 6), (4, 1, 3), (1, 3, 2)] {
-        assert_eq!(edges(columns, rows).len(), count);
-    }
-}
+use cosmic::scene::{LatticeKind, LatticeSettings};
 
 #[test]
 fn the_lattice_is_rotated_with_the_ground() {
@@ -21,15 +14,6 @@ fn the_lattice_is_rotated_with_the_ground() {
     let (sin, cos) = (-20f64).to_radians().sin_cos();
     let first = Vector::new([0.1 * cos, 0.1 + 0.1 * sin]);
     assert!(turned.positions[0].distance(first) < 1e-15);
-}
-
-#[test]
-fn midpoints_run_from_the_lowest_row_to_the_topmost() {
-    let lattice = lattice(3, 4, 0.0);
-    let heights: Vec<f64> = lattice.midpoints().map(Vector::up).collect();
-    assert_eq!(heights.first(), Some(&0.0));
-    assert_eq!(heights.last(), Some(&3.0));
-    assert_eq!(lattice.extent(), [2.0, 3.0]);
 }
 
 fn triangular(columns: usize, rows: usize) -> Lattice {

@@ -2,7 +2,7 @@
 
 use cosmic::codesign::Standstill;
 use cosmic::lattice::Lattice;
-use cosmic::scene::{BUILTIN, Scene};
+use cosmic::scene::Scene;
 use cosmic::verdict::{Item, Level, Measured};
 
 use super::items::{robot, sound};
@@ -104,13 +104,4 @@ fn slippery_slopes_and_heavy_payloads_are_named() {
         warnings.starts_with("the payload weighs 196.200 N"),
         "{warnings}"
     );
-}
-
-/// No built-in scene slides, or has a payload that cannot be lifted.
-#[test]
-fn built_in_scenes_are_not_doubted() {
-    for builtin in BUILTIN {
-        let scene = Scene::load(builtin.name).unwrap();
-        assert!(scene.warnings().is_empty(), "{}", builtin.name);
-    }
 }

@@ -1,12 +1,9 @@
 use crate::small::short_run;
 use cosmic::design::Material;
-use cosmic::geometry::{Bounds, Profile, Range, Vector};
+use cosmic::geometry::{Profile, Range, Vector};
 use cosmic::policy::Goals;
-use cosmic::verdict::SKELETON_STRAINS;
 use cosmic_lab::report::RunFiles;
-use cosmic_lab::report::motion::{
-    AT_REST, BEYOND, CONTRACTED, EXTENDED, Motion, SKELETON, strained_skeleton,
-};
+use cosmic_lab::report::motion::{AT_REST, BEYOND, CONTRACTED, EXTENDED, Motion, SKELETON};
 
 fn results() -> RunFiles {
     short_run(|scene| scene.physics.steps = 64)
@@ -43,18 +40,6 @@ fn bars_are_the_solid_edges_coloured_by_strain() {
     }
 }
 
-#[test]
-fn skeleton_bars_change_colour_between_two_strains() {
-    let [sound, doubtful] = SKELETON_STRAINS;
-    assert_eq!([0.0, sound, -sound].map(strained_skeleton), [SKELETON; 3]);
-    assert_eq!(
-        [doubtful, -doubtful, 1.0].map(strained_skeleton),
-        [BEYOND; 3]
-    );
-    let middle = strained_skeleton(0.5 * (sound + doubtful));
-    assert!(middle != SKELETON && middle != BEYOND);
-}
-
 /// The ground has ridges of 1 and 3 cm, and lies 10 cm above the world's origin.
 #[test]
 fn the_ground_has_its_ridges() {
@@ -72,23 +57,6 @@ fn the_ground_has_its_ridges() {
     let line = motion.ground_line(Range::new(0.0, 0.36));
     assert_eq!(line.len(), 7);
     assert!(near(line[2].up(), 0.11) && near(line[6].up(), 0.115));
-}
-
-#[test]
-fn times_find_their_states_and_bounds_are_those_of_the_payload_s_body() {
-    let results = results();
-    let motion = Motion::new(&results.robot, &results.trajectory);
-    let last = motion.states().len() - 1;
-    assert_eq!(motion.duration(), 64.0 * 0.002);
-    assert!((0..=last).all(|index| motion.index_at(motion.time(index)) == index));
-    assert_eq!([motion.index_at(-1.0), motion.index_at(9.0)], [0, last]);
-    // In the short layout all solid edges belong to one body: legs that are two cells high, and above them a trunk
-    // as wide as the lattice.
-    let state = &motion.states()[0];
-    let bounds = Bounds::of(motion.places(state));
-    assert_eq!(motion.bounds(state), bounds);
-    // The expected width is 0.6 - 0.1, with one rounding error.
-    assert!((bounds.size().forward() - 0.5).abs() < 1e-15);
 }
 
 /// A flag is on the ground, as far from the payload's start along the ground as its goal. A goal that begins after the

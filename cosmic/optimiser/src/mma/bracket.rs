@@ -2,7 +2,7 @@
 
 /// The state of the search: a point below the zero and, once known, a point above it, each with the value of the
 /// function.
-pub struct Bracket {
+pub(super) struct Bracket {
     below: (f64, f64),
     above: Option<(f64, f64)>,
     /// The end of the bracket that was replaced last, and the number of times in a row that this end was replaced.
@@ -17,7 +17,7 @@ enum End {
 
 impl Bracket {
     /// Begins a search at the point 0, where the function has the positive value `value`.
-    pub fn starting_with(value: f64) -> Self {
+    pub(super) fn starting_with(value: f64) -> Self {
         Bracket {
             below: (0.0, value),
             above: None,
@@ -26,7 +26,7 @@ impl Bracket {
     }
 
     /// Narrows the bracket: one of its ends moves to the point `at`, where the function has the value `value`.
-    pub fn narrow(&mut self, at: f64, value: f64) {
+    pub(super) fn narrow(&mut self, at: f64, value: f64) {
         let moves = if value > 0.0 { End::Below } else { End::Above };
         let (last, times) = self.moved;
         self.moved = (moves, if moves == last { times + 1 } else { 1 });
@@ -50,7 +50,7 @@ impl Bracket {
     /// known kink inside the bracket, once. After that, it is the zero of the chord (the straight line between the two
     /// ends). If the zero of the chord is repeatedly close to one end, there is an unknown kink near that end; the next
     /// point is then the middle of the bracket.
-    pub fn next_trial(&self, kinks: &mut Vec<f64>) -> f64 {
+    pub(super) fn next_trial(&self, kinks: &mut Vec<f64>) -> f64 {
         let (start, value) = self.below;
         let Some((end, other)) = self.above else {
             return 4.0 * start;

@@ -7,7 +7,7 @@
 /// Solves `matrix x = right` by Cholesky decomposition, and writes `x` to `right`. The matrix is row-major, symmetric,
 /// and positive semidefinite except for rounding. A pivot that is smaller than its rounding error is raised to that
 /// error.
-pub fn solve_positive(matrix: &mut [f64], right: &mut [f64]) {
+pub(super) fn solve_positive(matrix: &mut [f64], right: &mut [f64]) {
     let size = right.len();
     for column in 0..size {
         let diagonal = matrix[column * size + column];

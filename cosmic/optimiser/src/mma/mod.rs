@@ -25,10 +25,6 @@ mod settings;
 mod method;
 mod driver;
 
-#[doc(hidden)]
-pub use bracket::Bracket;
-#[doc(hidden)]
-pub use cholesky::solve_positive;
 pub use driver::{Options, Variant, minimise};
 pub use method::{Linearisation, Mma, MmaDiagnostics, MmaState, Update};
 pub use settings::MmaSettings;

@@ -70,11 +70,6 @@ impl Bench {
         fs::read_to_string(self.path(name)).unwrap()
     }
 
-    /// Removes a file of the folder.
-    pub(crate) fn remove(&self, name: &str) {
-        fs::remove_file(self.path(name)).unwrap();
-    }
-
     /// Evaluates the final design of a run and returns the results. Asserts that the displacement is the same as in the
     /// summary.
     #[track_caller]
@@ -189,34 +184,13 @@ fn collect(folder: &Path, prefix: &str, results: &mut BTreeMap<String, String>) 
             collect(&path, &format!("{name}/"), results);
         } else if !name.ends_with("snapshot.json") {
             let text = fs::read_to_string(&path).unwrap();
-            results.insert(name.clone(), timeless(&name, &text));
+            results.insert(name, timeless(&text));
         }
     }
 }
 
-/// Removes wall times from the text of a file. A table has a column of wall times, any other file a key.
-fn timeless(name: &str, text: &str) -> String {
-    match name.rsplit_once('.').unwrap().1 {
-        "csv" => without_column(text, "seconds"),
-        _ => without_key(text),
-    }
-}
-
-/// Removes a column from a table.
-fn without_column(text: &str, name: &str) -> String {
-    let mut at = usize::MAX;
-    let cut = |line: &str| {
-        let mut cells: Vec<&str> = line.split(',').collect();
-        at = cells.iter().position(|cell| *cell == name).unwrap_or(at);
-        if at < cells.len() {
-            cells.remove(at);
-        }
-        cells.join(",") + "\n"
-    };
-    text.lines().map(cut).collect()
-}
-
-fn without_key(text: &str) -> String {
+/// Removes wall times from the text of a file.
+fn timeless(text: &str) -> String {
     let mut parts = text.split("\"seconds\":");
     let first = parts.next().unwrap().to_owned();
     let number = |c: char| c.is_ascii_digit() || ".e-+".contains(c);

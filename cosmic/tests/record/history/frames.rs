@@ -21,12 +21,3 @@ fn a_walk_has_the_positions_of_its_states_to_half_a_unit() {
     lost[2].x[1][0] = f64::NAN;
     assert_eq!(Frames::of(lost.iter(), 0.084, 5e-4), None);
 }
-
-#[test]
-fn moments_are_a_twelfth_of_a_second_apart_for_eight_seconds() {
-    let moments = Frames::moments(8192, 0.002);
-    assert_eq!((moments.len(), moments[1], moments[95]), (96, 42, 3990));
-    assert_eq!(Frames::moments(100, 0.002), [0, 42, 84]);
-    assert_eq!(Frames::moments(10_000, 1.0), [0, 1, 2, 3, 4, 5, 6, 7, 8]);
-    assert_eq!(Frames::moments(5, 100.0), [0]);
-}
