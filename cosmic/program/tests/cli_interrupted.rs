@@ -2,7 +2,7 @@
 #![cfg(unix)]
 
 use crate::background::signal;
-use crate::common::Bench;
+use crate::common::{Bench, scene};
 use crate::program::Told;
 use std::collections::BTreeMap;
 use std::fs;
@@ -109,6 +109,19 @@ fn a_run_killed_at_any_moment_resumes_to_the_same_bytes() {
         resume(&bench, &run).ok();
         assert_eq!(bench.results(&run), *WHOLE, "{wanted}");
     }
+}
+
+/// The default scene optimises in `f32`.
+#[test]
+fn a_run_with_gradients_in_f32_resumes_to_the_same_bytes() {
+    let more = "[gradient]\nprecision = \"f32\"\n";
+    let bench = Bench::with(&(scene(ITERATIONS, 512, "") + more));
+    bench.run("whole", "");
+    caught(&bench, "a", 60, "KILL");
+    resume(&bench, "a").ok();
+    assert_eq!(bench.results("a"), bench.results("whole"));
+    let history = "history.jsonl";
+    assert_ne!(bench.results("whole")[history], WHOLE[history]);
 }
 
 #[test]
