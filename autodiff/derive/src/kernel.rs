@@ -55,7 +55,7 @@ fn all_inlined(body: Code) -> Code {
     marked
 }
 
-/// Marks a function. Its own `#[inline]`, of any kind, goes.
+/// Marks a function. Any `#[inline]` of its own is removed.
 fn inlined(function: Vec<TokenTree>) -> Code {
     let mut marked = quote! { #[inline(always)] };
     let mut tokens = function.into_iter().peekable();

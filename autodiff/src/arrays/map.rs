@@ -164,7 +164,7 @@ struct ForwardLanes<'a, K, R, L, const I: usize, const O: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
     uniforms: [L; MOST_UNIFORMS],
-    /// Pointer to the output arrays, which lie one after the other; each has `len` numbers.
+    /// The output arrays, which lie one after the other; each has `len` numbers.
     y: &'a mut [R],
     len: usize,
 }
@@ -192,7 +192,7 @@ struct ReverseLanes<'a, K, R, L, const I: usize, const O: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
     uniforms: [L; MOST_UNIFORMS],
-    /// Pointer to the output arrays, which lie one after the other; each has `len` numbers. `y_bar` points to their
+    /// The output arrays, which lie one after the other; each has `len` numbers. `y_bar` points to their
     /// cotangents.
     y: &'a [R],
     y_bar: *const R,

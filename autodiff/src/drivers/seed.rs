@@ -43,7 +43,7 @@ pub(crate) fn seeded<R: Real, const N: usize>(x: &[R], first: usize) -> Vec<Dual
 }
 
 /// The passes of forward mode over the arguments, [`WIDE`] directions at a time. There is at least one, because the first
-/// pass also computes the values. It is no closure over the passes, which would hide the line of the caller from panics.
+/// pass also computes the values. This is not a closure over the passes, which would hide the line of the caller from panics.
 pub(super) struct Passes<R> {
     /// The arguments of the current pass.
     pub(super) x: SmallVec<[Dual<R, WIDE>; 16]>,

@@ -53,10 +53,10 @@ impl Mapped {
         if const { !R::IS_FLOAT } || R::KERNELS_NEED_LANES && lanes::<R>() == 1 {
             return Box::new(self.replayed());
         }
-        type Compile<R> = fn(Box<dyn AnyKernel>, &Arrays) -> Box<dyn Operation<R>>;
-        let compile: Compile<R> = of_floats(
-            <dyn AnyKernel>::double as Compile<f64>,
-            <dyn AnyKernel>::single as Compile<f32>,
+        type CompileFn<R> = fn(Box<dyn AnyKernel>, &Arrays) -> Box<dyn Operation<R>>;
+        let compile: CompileFn<R> = of_floats(
+            <dyn AnyKernel>::double as CompileFn<f64>,
+            <dyn AnyKernel>::single as CompileFn<f32>,
         );
         compile(self.kernel, &self.arrays)
     }

@@ -8,7 +8,7 @@ use autodiff::{Kernel, Pullback, Real};
 use super::hold::{Landing, LandingNode};
 use super::law::Law;
 use super::motion::{Drift, Flight, Particle};
-use super::terrain::{NONE, RemainingDrift, Route, Terrain};
+use super::terrain::{IMPACTS, NONE, RemainingDrift, Route, Terrain};
 use crate::geometry::{Plane, Vector};
 use crate::kernel;
 
@@ -63,38 +63,6 @@ pub trait Contact: Law {
         fast - Self::respond(law, Impact { velocity, rest }).forward()
     }
 
-    /// Computes the node after a drift over terrain. If the node meets a segment, the law gets the components of the
-    /// velocity along that segment and out of it. If the rest of the drift leads into another segment, as in a corner, the
-    /// law is applied a second time. If the node would sink into the ground even then, it stops in the corner.
-    #[inline(always)]
-    fn drift_over<R: Real, const D: usize>(
-        law: &Self::Of<R>,
-        route: &mut impl Route<R>,
-        drift: &Drift,
-        node: Particle<R, D>,
-    ) -> Particle<R, D> {
-        let (node, left) = (route.beside_walls(node), R::lit(drift.dt));
-        let mut way = RemainingDrift { node, left };
-        for _ in 0..2 {
-            let hit = route.meet(&way);
-            let RemainingDrift { node, left } = hit.reached(&way);
-            let node = route.beside_walls(node);
-            let impact = Impact {
-                velocity: node.v,
-                rest: left,
-            };
-            let after = Self::respond(law, impact);
-            let v = Vector::select(hit.touches, hit.in_ground(after), way.node.v);
-            way = RemainingDrift {
-                node: Particle { x: node.x, v },
-                left,
-            };
-        }
-        let stops = route.meet(&way).touches;
-        let v = Vector::select(stops, Vector::zero(), way.node.v);
-        Particle { v, ..way.node }.after(way.left)
-    }
-
     /// This law with another coefficient of friction: the value of `physics.friction`, or a value that is drawn for
     /// domain randomization. A law without friction does not change.
     #[must_use]
@@ -113,7 +81,39 @@ pub trait Contact: Law {
     }
 }
 
-/// Defines the methods of an `impl` of [`Contact`] that call the generated adjoints of the law.
+/// Computes the node after a drift over terrain, on the given route. If the node meets a segment, the law gets the
+/// components of the velocity along that segment and out of it. If the rest of the drift leads into another segment, as in
+/// a corner, the law is applied a second time. If the node would sink into the ground even then, it stops in the corner.
+#[inline(always)]
+fn drift_over<C: Contact, R: Real, const D: usize>(
+    law: &C::Of<R>,
+    route: &mut impl Route<R>,
+    drift: &Drift,
+    node: Particle<R, D>,
+) -> Particle<R, D> {
+    let (node, left) = (route.beside_walls(node), R::lit(drift.dt));
+    let mut way = RemainingDrift { node, left };
+    for _ in 0..IMPACTS {
+        let hit = route.meet(&way);
+        let RemainingDrift { node, left } = hit.reached(&way);
+        let node = route.beside_walls(node);
+        let impact = Impact {
+            velocity: node.v,
+            rest: left,
+        };
+        let after = C::respond(law, impact);
+        let v = Vector::select(hit.touches, hit.in_ground(after), way.node.v);
+        way = RemainingDrift {
+            node: Particle { x: node.x, v },
+            left,
+        };
+    }
+    let stops = route.meet(&way).touches;
+    let v = Vector::select(stops, Vector::zero(), way.node.v);
+    Particle { v, ..way.node }.after(way.left)
+}
+
+/// Defines the method of an `impl` of [`Contact`] that calls the generated adjoint of the law.
 macro_rules! emitted_adjoints {
     () => {
         #[inline(always)]
@@ -232,7 +232,7 @@ impl Surface for Terrain {
         drift: &Drift,
         node: Particle<R, D>,
     ) -> Particle<R, D> {
-        C::drift_over(law, &mut self.search(R::lit(NONE)), drift, node)
+        drift_over::<C, R, D>(law, &mut self.search(R::lit(NONE)), drift, node)
     }
 
     fn drift_but<C: Contact, R: Real, const D: usize>(
@@ -242,7 +242,7 @@ impl Surface for Terrain {
         node: Particle<R, D>,
         but: R,
     ) -> Particle<R, D> {
-        C::drift_over(law, &mut self.search(but), drift, node)
+        drift_over::<C, R, D>(law, &mut self.search(but), drift, node)
     }
 
     fn meets<R: Real, const D: usize>(&self, node: Particle<R, D>, dt: f64) -> (R::Mask, R) {
@@ -256,18 +256,18 @@ impl Surface for Terrain {
         self.plane_of(segment)
     }
 
-    // The search has no derivative, so it runs without tangents.
+    // Here and below, the search runs without tangents, because it has no derivative.
     fn flying_vjp<C: Contact, R: Real, const M: usize>(
         flying: &Flying<C, Self>,
         at: Pullback<R, 7, 4, M>,
     ) -> [[R; 7]; M] {
         let (law, node) = flying.pushed(at.x, at.uniforms);
         let mut search = flying.ground.search(R::lit(NONE));
-        C::drift_over(&law, &mut search, &flying.flight.drift, node);
+        drift_over::<C, R, 2>(&law, &mut search, &flying.flight.drift, node);
         let given: [_; MOST_UNIFORMS] = constants(at.uniforms);
         let (law, node) = flying.pushed(seeded(at.x), &given[..at.uniforms.len()]);
         let drift = &flying.flight.drift;
-        let node = C::drift_over(&law, &mut search.found(), drift, node);
+        let node = drift_over::<C, _, 2>(&law, &mut search.found(), drift, node);
         pulled_back(node.array(), at.y_bar)
     }
 
@@ -278,12 +278,12 @@ impl Surface for Terrain {
         let (law, node) = (landing.contact.of(at.uniforms), LandingNode::new(at.x));
         let mut search = landing.ground.search(node.but());
         let drift = &Drift { dt: landing.dt };
-        C::drift_over(&law, &mut search, drift, node.moving);
+        drift_over::<C, R, 2>(&law, &mut search, drift, node.moving);
         let axes = landing.ground.plane(node.segment).axes.constant();
         let given: [_; MOST_UNIFORMS] = constants(at.uniforms);
         let law = landing.contact.of(&given[..at.uniforms.len()]);
         let node = LandingNode::new(seeded(at.x));
-        let after = C::drift_over(&law, &mut search.found(), drift, node.moving);
+        let after = drift_over::<C, _, 2>(&law, &mut search.found(), drift, node.moving);
         pulled_back(landing.landed(&law, node, axes, after), at.y_bar)
     }
 }

@@ -333,8 +333,8 @@ fn residual<R: Real>(
     (moving - free) / inverse_mass - impulse
 }
 
-/// The kernel of a node's [`Equation`] in a world without ground. The inputs are the first nine; the results are the
-/// right-hand side and the block.
+/// The kernel of a node's [`Equation`] in a world without ground. The inputs are its third to its ninth; the results
+/// are the right-hand side and the block.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FreeEquation;
 

@@ -1,7 +1,7 @@
 //! The tension of bars, and how it changes with the length and its rate: what an implicit step needs of forces along
 //! bars.
 
-use autodiff::arrays::MOST_UNIFORMS;
+use autodiff::arrays::{MOST_UNIFORMS, constants, seeded};
 use autodiff::{Array, Dual, Kernel, Pullback, Real};
 
 use super::bar::{Bar, BarForce};
@@ -65,17 +65,13 @@ impl<L: BarForce> Slopes<L> {
         given: [R; 4],
         settings: &[R],
     ) -> Dual<R, 2> {
-        let mut constants = [Dual::<R, 2>::constant(R::zero()); MOST_UNIFORMS];
-        for k in 0..L::COUNT {
-            constants[k] = Dual::constant(settings[k]);
-        }
-        let mut numbers = [Dual::<R, 2>::constant(R::zero()); 4];
-        for k in 0..4 {
-            numbers[k] = Dual::constant(given[k]);
-        }
-        let moving = [Dual::variable(length, 0), Dual::variable(rate, 1)];
-        let bar = Bar::new(moving, numbers, self.largest_strain);
-        L::tension(&self.law.of(&constants), bar)
+        let settings: [_; MOST_UNIFORMS] = constants(&settings[..L::COUNT]);
+        let bar = Bar::new(
+            seeded([length, rate]),
+            constants(&given),
+            self.largest_strain,
+        );
+        L::tension(&self.law.of(&settings), bar)
     }
 }
 

@@ -89,7 +89,7 @@ impl Terrain {
         }
     }
 
-    /// The plane of segment number `segment`; of the first segment for other numbers. It has no derivative.
+    /// The plane of segment number `segment`; of the first segment for -1. It has no derivative.
     #[inline(always)]
     pub(super) fn plane_of<R: Real>(&self, segment: R) -> Plane<R> {
         let mut plane = self.segments[0].plane.lit();
@@ -103,7 +103,7 @@ impl Terrain {
     /// How far a node that touches the wall with segment number `touched`, or is behind a wall by a rounding error, must be
     /// moved forward to be exactly at the wall, m. It has no derivative.
     #[inline(always)]
-    fn way_to_wall<R: Real, const D: usize>(&self, node: Particle<R, D>, touched: R) -> R {
+    fn shift_to_wall<R: Real, const D: usize>(&self, node: Particle<R, D>, touched: R) -> R {
         let (zero, mut x, mut all) = (R::zero(), node.x, R::zero());
         for &k in &*self.walls {
             let segment = &self.segments[k];
@@ -114,10 +114,10 @@ impl Terrain {
             // A node that stands on the edge is nearer to the top than to the wall.
             let is_behind =
                 zero.less(behind) & behind.less(R::lit(wall.tolerance())) & behind.less(below);
-            let way = (R::lit(wall.place) - x.forward()).detach();
-            let way = R::select(touches | is_behind, way, zero);
-            x = x.moved_along(Vector::upright(way, zero));
-            all += way;
+            let shift = (R::lit(wall.place) - x.forward()).detach();
+            let shift = R::select(touches | is_behind, shift, zero);
+            x = x.moved_along(Vector::upright(shift, zero));
+            all += shift;
         }
         all
     }
@@ -170,7 +170,7 @@ impl Terrain {
             let last = enters.max(leaves).min(way.left);
             enters = leaves;
             let (height, out) = (plane.height(x), plane.axes.out(v));
-            let is_other = number.less(but) | but.less(number);
+            let is_other = !is_number(k, but);
             let SegmentHit {
                 is_met,
                 first,
@@ -201,9 +201,12 @@ impl Terrain {
     }
 }
 
+/// How often a contact law acts on a node in one drift. The node is placed at walls, and the terrain is searched, once more.
+pub(super) const IMPACTS: usize = 2;
+
 /// What a node meets along its drift: the segments, in turn, and the walls that it is placed at. Nothing of it has a
-/// derivative.
-pub trait Route<R: Real> {
+/// derivative. So an adjoint searches with plain numbers, and then repeats the drift in duals with what was found.
+pub(super) trait Route<R: Real> {
     /// The node, which is placed exactly at the wall if it has just met one or is behind one by a rounding error. Its
     /// derivatives do not change.
     fn beside_walls<const D: usize>(&mut self, node: Particle<R, D>) -> Particle<R, D>;
@@ -225,8 +228,7 @@ pub(super) struct Search<'a, R: Real> {
 impl<R: Real> Route<R> for Search<'_, R> {
     #[inline(always)]
     fn beside_walls<const D: usize>(&mut self, node: Particle<R, D>) -> Particle<R, D> {
-        let way = self.terrain.way_to_wall(node, self.touched);
-        self.found.ways[self.found.placed] = way;
+        self.found.shifts[self.found.next_shift] = self.terrain.shift_to_wall(node, self.touched);
         self.found.beside_walls(node)
     }
 
@@ -234,8 +236,8 @@ impl<R: Real> Route<R> for Search<'_, R> {
     fn meet<const D: usize>(&mut self, way: &RemainingDrift<R, D>) -> Hit<R> {
         let hit = self.terrain.meet(way, self.but);
         (self.but, self.touched) = (hit.segment, hit.segment);
-        self.found.hits[self.found.met] = hit;
-        self.found.met += 1;
+        self.found.hits[self.found.next_hit] = hit;
+        self.found.next_hit += 1;
         hit
     }
 }
@@ -245,8 +247,8 @@ impl<R: Real> Search<'_, R> {
     #[inline(always)]
     pub(super) fn found<const N: usize>(&self) -> Found<Dual<R, N>> {
         let mut found = Found::nothing();
-        for k in 0..3 {
-            found.ways[k] = Dual::constant(self.found.ways[k]);
+        for k in 0..=IMPACTS {
+            found.shifts[k] = Dual::constant(self.found.shifts[k]);
             found.hits[k] = self.found.hits[k].constant();
         }
         found
@@ -256,21 +258,21 @@ impl<R: Real> Search<'_, R> {
 /// A route that is known.
 pub(super) struct Found<R: Real> {
     /// How far the node is moved forward to a wall, m.
-    ways: [R; 3],
-    hits: [Hit<R>; 3],
-    /// How often the node was placed, and how often it has met a segment.
-    placed: usize,
-    met: usize,
+    shifts: [R; IMPACTS + 1],
+    hits: [Hit<R>; IMPACTS + 1],
+    /// The numbers of the shift and of the hit that come next.
+    next_shift: usize,
+    next_hit: usize,
 }
 
 impl<R: Real> Found<R> {
     #[inline(always)]
     fn nothing() -> Self {
         Self {
-            ways: [R::zero(); 3],
-            hits: [Hit::none(R::zero()); 3],
-            placed: 0,
-            met: 0,
+            shifts: [R::zero(); IMPACTS + 1],
+            hits: [Hit::none(R::zero()); IMPACTS + 1],
+            next_shift: 0,
+            next_hit: 0,
         }
     }
 }
@@ -278,18 +280,18 @@ impl<R: Real> Found<R> {
 impl<R: Real> Route<R> for Found<R> {
     #[inline(always)]
     fn beside_walls<const D: usize>(&mut self, node: Particle<R, D>) -> Particle<R, D> {
-        let way = Vector::upright(self.ways[self.placed], R::zero());
-        self.placed += 1;
+        let shift = Vector::upright(self.shifts[self.next_shift], R::zero());
+        self.next_shift += 1;
         Particle {
-            x: node.x.moved_along(way),
+            x: node.x.moved_along(shift),
             ..node
         }
     }
 
     #[inline(always)]
     fn meet<const D: usize>(&mut self, _: &RemainingDrift<R, D>) -> Hit<R> {
-        self.met += 1;
-        self.hits[self.met - 1]
+        self.next_hit += 1;
+        self.hits[self.next_hit - 1]
     }
 }
 
@@ -362,7 +364,7 @@ impl Segment {
 
 /// The rest of a node's drift: the node, and the time for which it still moves.
 #[derive(Clone, Copy, Debug)]
-pub struct RemainingDrift<R, const D: usize = 2> {
+pub(super) struct RemainingDrift<R, const D: usize = 2> {
     pub(super) node: Particle<R, D>,
     /// The remaining time, s.
     pub(super) left: R,
@@ -371,7 +373,7 @@ pub struct RemainingDrift<R, const D: usize = 2> {
 /// The result of a search for the segment that a node meets: the segment, if there is one, and bounds on the time of
 /// impact.
 #[derive(Clone, Copy, Debug)]
-pub struct Hit<R: Real> {
+pub(super) struct Hit<R: Real> {
     /// False if the node meets no segment.
     pub(super) touches: R::Mask,
     /// The number of the segment; -1 if there is none.

@@ -14,7 +14,7 @@ use crate::geometry::Vector;
 use crate::kernel;
 use crate::laws::{
     AnyContact, Equation, FindGround, FirstPass, Flat, Force, FreeEquation, GroundBelow, Impulse,
-    Linear, NextPass, NodeContacts, Particle, Reaction, Step, Sum, Terrain, add,
+    Linear, NextPass, NodeContacts, Particle, Reaction, Step, Terrain, add,
 };
 
 /// An implicit step of all nodes, as it is recorded.
@@ -136,12 +136,8 @@ impl Implicit<'_> {
             contacts.as_ref(),
             &bars,
         );
-        let change = change.zip_with(solved, |change, solved| {
-            p.map(Sum, [change, solved], &[])[0]
-        });
-        let moving = base
-            .v
-            .zip_with(change, |base, change| p.map(Sum, [base, change], &[])[0]);
+        let change = add(p, Some(change), solved);
+        let moving = add(p, Some(base.v), change);
         let impulses = self.impulses(p, base, &bars, change);
         let reaction = Vector::new(p.map(Reaction, self.balance(moving, free, impulses), &[]));
         Pass {

@@ -42,7 +42,7 @@ impl Band {
         }
     }
 
-    /// The number of numbers of the matrix, for one start. Zeros included.
+    /// How many numbers the matrix has for one start, with zeros.
     pub(super) fn len(self) -> usize {
         self.blocks * BLOCK * self.stride()
     }
@@ -93,7 +93,7 @@ impl Band {
     /// Replaces the right-hand side `b` by the solution `x` of `A x = b`, with a symmetric positive definite matrix `A`.
     ///
     /// With the factor `A = U' D^-1 U`, where `D` is the diagonal of the triangle `U`, the matrix becomes `D^-1 U`, with
-    /// `D^-1` as its diagonal. Rows of `U` are needed for a few blocks only; they are kept in `recent`, which so stays in
+    /// `D^-1` as its diagonal. Rows of `U` are needed for a few blocks only; they are kept in `recent`, so that it stays in
     /// the cache.
     ///
     /// # Panics
