@@ -73,8 +73,8 @@ pub(crate) fn pictures(bench: &Bench, name: &str) -> usize {
 /// no loads yet.
 #[test]
 fn a_robot_of_mixtures_is_undecided() {
-    let bench = Bench::with(SCENE);
-    bench.unfinished("run", 2);
+    let bench = Bench::default();
+    bench.unfinished("run", 15);
     let said = bench.ok("resume run");
     let summary = bench.json("run/summary.json");
     assert_eq!(

@@ -5,11 +5,10 @@ use std::fmt::Debug;
 use autodiff::arrays::{MOST_UNIFORMS, constants, pulled_back, seeded, vjp_by_duals};
 use autodiff::{Kernel, Pullback, Real};
 
-use super::hold::{Landing, LandingNode};
 use super::law::Law;
 use super::motion::{Drift, Flight, Particle};
 use super::terrain::{IMPACTS, NONE, RemainingDrift, Route, Terrain};
-use crate::geometry::{Plane, Vector};
+use crate::geometry::{Plane, Rotation, Vector};
 use crate::kernel;
 
 /// A node at the moment when it meets the ground.
@@ -159,23 +158,44 @@ pub trait Surface: Clone + Debug + Send + Sync + Sized + 'static {
     /// The plane of a segment.
     fn plane<R: Real>(&self, segment: R) -> Plane<R>;
 
+    /// The adjoint of a kernel over this ground.
+    #[inline(always)]
+    fn vjp<C: Contact, K: OverGround<C, I>, R: Real, const I: usize, const M: usize>(
+        &self,
+        kernel: &K,
+        at: Pullback<R, I, 4, M>,
+    ) -> [[R; I]; M] {
+        vjp_by_duals(kernel, at)
+    }
+
     /// The adjoint of the kernel [`Flying`] over this ground.
     #[inline(always)]
     fn flying_vjp<C: Contact, R: Real, const M: usize>(
         flying: &Flying<C, Self>,
         at: Pullback<R, 7, 4, M>,
     ) -> [[R; 7]; M] {
-        vjp_by_duals(flying, at)
+        flying.ground.vjp(flying, at)
     }
+}
 
-    /// The adjoint of the kernel [`Landing`] over this ground.
-    #[inline(always)]
-    fn landing_vjp<C: Contact, R: Real, const M: usize>(
-        landing: &Landing<C, Self>,
-        at: Pullback<R, 9, 4, M>,
-    ) -> [[R; 9]; M] {
-        vjp_by_duals(landing, at)
-    }
+/// A kernel that moves nodes over the ground: what it computes before and after their drift.
+pub trait OverGround<C: Contact, const I: usize>: Kernel<I, 4> {
+    /// The drift.
+    fn drift(&self) -> Drift;
+
+    /// The contact law, the node at the beginning of the drift, and the number of the segment that it does not meet; -1 for
+    /// none.
+    fn before<R: Real>(&self, x: [R; I], given: &[R]) -> (C::Of<R>, Particle<R>, R);
+
+    /// The results of the kernel. `axes` are those of the segment that the node does not meet, and `end` is the node at the
+    /// end of the drift.
+    fn after<R: Real>(
+        &self,
+        law: &C::Of<R>,
+        x: [R; I],
+        axes: Rotation<R>,
+        end: Particle<R>,
+    ) -> [R; 4];
 }
 
 /// A flat ground line. It is also used if there is no ground.
@@ -256,35 +276,19 @@ impl Surface for Terrain {
         self.plane_of(segment)
     }
 
-    // Here and below, the search runs without tangents, because it has no derivative.
-    fn flying_vjp<C: Contact, R: Real, const M: usize>(
-        flying: &Flying<C, Self>,
-        at: Pullback<R, 7, 4, M>,
-    ) -> [[R; 7]; M] {
-        let (law, node) = flying.pushed(at.x, at.uniforms);
-        let mut search = flying.ground.search(R::lit(NONE));
-        drift_over::<C, R, 2>(&law, &mut search, &flying.flight.drift, node);
-        let given: [_; MOST_UNIFORMS] = constants(at.uniforms);
-        let (law, node) = flying.pushed(seeded(at.x), &given[..at.uniforms.len()]);
-        let drift = &flying.flight.drift;
-        let node = drift_over::<C, _, 2>(&law, &mut search.found(), drift, node);
-        pulled_back(node.array(), at.y_bar)
-    }
-
-    fn landing_vjp<C: Contact, R: Real, const M: usize>(
-        landing: &Landing<C, Self>,
-        at: Pullback<R, 9, 4, M>,
-    ) -> [[R; 9]; M] {
-        let (law, node) = (landing.contact.of(at.uniforms), LandingNode::new(at.x));
-        let mut search = landing.ground.search(node.but());
-        let drift = &Drift { dt: landing.dt };
-        drift_over::<C, R, 2>(&law, &mut search, drift, node.moving);
-        let axes = landing.ground.plane(node.segment).axes.constant();
-        let given: [_; MOST_UNIFORMS] = constants(at.uniforms);
-        let law = landing.contact.of(&given[..at.uniforms.len()]);
-        let node = LandingNode::new(seeded(at.x));
-        let after = drift_over::<C, _, 2>(&law, &mut search.found(), drift, node.moving);
-        pulled_back(landing.landed(&law, node, axes, after), at.y_bar)
+    // The search runs without tangents, because it has no derivative.
+    fn vjp<C: Contact, K: OverGround<C, I>, R: Real, const I: usize, const M: usize>(
+        &self,
+        kernel: &K,
+        at: Pullback<R, I, 4, M>,
+    ) -> [[R; I]; M] {
+        let (drift, (law, node, but)) = (kernel.drift(), kernel.before(at.x, at.uniforms));
+        let (mut search, axes) = (self.search(but), self.plane_of(but).axes);
+        drift_over::<C, R, 2>(&law, &mut search, &drift, node);
+        let (x, given) = (seeded(at.x), constants::<R, I, MOST_UNIFORMS>(at.uniforms));
+        let (law, node, _) = kernel.before(x, &given[..at.uniforms.len()]);
+        let end = drift_over::<C, _, 2>(&law, &mut search.found(), &drift, node);
+        pulled_back(kernel.after(&law, x, axes.constant(), end), at.y_bar)
     }
 }
 
@@ -306,7 +310,7 @@ impl<C: Contact, G: Surface> Kernel<7, 4> for Flying<C, G> {
     const UNIFORMS: usize = 2 + C::COUNT;
 
     fn eval<R: Real>(&self, node: [R; 7], given: &[R]) -> [R; 4] {
-        let (law, node) = self.pushed(node, given);
+        let (law, node, _) = self.before(node, given);
         let node = G::drift::<C, R, 2>(&self.ground, &law, &self.flight.drift, node);
         node.array()
     }
@@ -316,17 +320,27 @@ impl<C: Contact, G: Surface> Kernel<7, 4> for Flying<C, G> {
     }
 }
 
-impl<C: Contact, G> Flying<C, G> {
-    /// The contact law, and the node after the push.
+impl<C: Contact, G: Surface> OverGround<C, 7> for Flying<C, G> {
     #[inline(always)]
-    fn pushed<R: Real>(
+    fn drift(&self) -> Drift {
+        self.flight.drift
+    }
+
+    #[inline(always)]
+    fn before<R: Real>(
         &self,
         [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7],
         given: &[R],
-    ) -> (C::Of<R>, Particle<R>) {
+    ) -> (C::Of<R>, Particle<R>, R) {
         let (node, impulse) = (Particle::new([x, y, vx, vy]), Vector::new([jx, jy]));
         let gravity = Vector::new([given[0], given[1]]);
         let v = (self.flight).velocity(node.v, impulse, inverse_mass, gravity);
-        (self.contact.of(&given[2..]), Particle { v, ..node })
+        let law = self.contact.of(&given[2..]);
+        (law, Particle { v, ..node }, R::lit(NONE))
+    }
+
+    #[inline(always)]
+    fn after<R: Real>(&self, _: &C::Of<R>, _: [R; 7], _: Rotation<R>, end: Particle<R>) -> [R; 4] {
+        end.array()
     }
 }

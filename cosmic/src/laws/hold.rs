@@ -5,13 +5,13 @@
 //! which of these stick, and how friction brakes the others. After the last pass, the nodes move. The choices have no
 //! derivative; everything else has one. `tests/data/implicit/README.md` explains the algorithm, and why it is as it is.
 
-use autodiff::arrays::{pulled_back, seeded};
-use autodiff::{Dual, Kernel, Pullback, Real};
+use autodiff::arrays::{constants, pulled_back, seeded};
+use autodiff::{Kernel, Pullback, Real};
 
-use super::contact::{Contact, Impact, Surface};
+use super::contact::{Contact, Impact, OverGround, Surface};
 use super::motion::{Drift, Particle};
 use super::terrain::NONE;
-use crate::geometry::{Rotation, Symmetric, Vector};
+use crate::geometry::{Plane, Rotation, Symmetric, Vector};
 use crate::kernel;
 
 /// The drag of friction is at most this many times the trace of the node's block of the matrix.
@@ -102,20 +102,26 @@ impl<G: Surface> Kernel<6, 5> for FindGround<G> {
         let (meets, met) = self.ground.meets(node, self.dt);
         let is_new = meets & !mask(is_held);
         let segment = R::select(is_new, met, segment).detach();
-        let plane = self.ground.plane(segment);
-        let along = Vector::<R>::upright(R::one(), R::zero());
-        let [tx, ty] = plane.axes.out_of_rotated(along).array();
-        [segment, truth(is_new), tx, ty, plane.height(node.x)]
+        let found = [segment, truth(is_new)];
+        below(found, self.ground.plane(segment), node.x)
     }
 
-    // Nothing is searched again: only the height above the segment that was found has a derivative.
+    // The search runs without tangents, because it has no derivative.
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 6, 5, M>) -> [[R; 6]; M] {
-        let plane = self.ground.plane(at.y[0]).constant();
-        let [x, y, ..] = seeded(at.x);
-        let mut found = [Dual::constant(R::zero()); 5];
-        found[4] = plane.height(Vector::new([x, y]));
-        pulled_back(found, at.y_bar)
+        let [segment, is_new, ..] = at.y;
+        let ([x, y, ..], plane) = (seeded(at.x), self.ground.plane(segment).constant());
+        let found = constants(&[segment, is_new]);
+        pulled_back(below(found, plane, Vector::new([x, y])), at.y_bar)
     }
+}
+
+/// The numbers of [`GroundBelow`]: the segment and whether the node is new there, the tangent of the plane of the segment, and
+/// the height of the node above it.
+#[inline(always)]
+fn below<R: Real>([segment, is_new]: [R; 2], plane: Plane<R>, x: Vector<R>) -> [R; 5] {
+    let along = Vector::upright(R::one(), R::zero());
+    let [tx, ty] = plane.axes.out_of_rotated(along).array();
+    [segment, is_new, tx, ty, plane.height(x)]
 }
 
 /// A node in a pass, seen from the ground below it. Components of vectors are along the ground and out of it.
@@ -367,7 +373,7 @@ impl Kernel<7, 2> for Reaction {
 /// The contact law takes the rest of a held node's velocity into the ground. A node that is not held and still meets the
 /// ground gets the contact law as in an explicit step, as does a held node that runs into another segment.
 #[derive(Clone, Debug)]
-pub struct Landing<C, G> {
+pub(super) struct Landing<C, G> {
     pub(super) contact: C,
     pub(super) ground: G,
     /// The duration of the step, s.
@@ -378,69 +384,52 @@ pub struct Landing<C, G> {
 impl<C: Contact, G: Surface> Kernel<9, 4> for Landing<C, G> {
     const UNIFORMS: usize = C::COUNT;
 
-    fn eval<R: Real>(&self, node: [R; 9], settings: &[R]) -> [R; 4] {
-        let (law, drift) = (self.contact.of(settings), Drift { dt: self.dt });
-        let node = LandingNode::new(node);
-        let after = (self.ground).drift_but::<C, R, 2>(&law, &drift, node.moving, node.but());
-        let axes = self.ground.plane(node.segment).axes;
-        self.landed(&law, node, axes, after)
+    fn eval<R: Real>(&self, x: [R; 9], settings: &[R]) -> [R; 4] {
+        let (law, node, but) = self.before(x, settings);
+        let end = (self.ground).drift_but::<C, R, 2>(&law, &self.drift(), node, but);
+        self.after(&law, x, self.ground.plane(but).axes, end)
     }
 
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 9, 4, M>) -> [[R; 9]; M] {
-        G::landing_vjp(self, at)
+        self.ground.vjp(self, at)
     }
 }
 
-/// The inputs of [`Landing`].
-pub(super) struct LandingNode<R: Real> {
-    pub(super) moving: Particle<R>,
-    pub(super) segment: R,
-    is_held: R::Mask,
-    sticks: R::Mask,
-    slip: R,
-    slid: R,
-}
-
-impl<R: Real> LandingNode<R> {
+impl<C: Contact, G: Surface> OverGround<C, 9> for Landing<C, G> {
     #[inline(always)]
-    pub(super) fn new([x, y, wx, wy, segment, is_held, sticks, slip, slid]: [R; 9]) -> Self {
-        Self {
-            moving: Particle::new([x, y, wx, wy]),
-            segment,
-            is_held: mask(is_held),
-            sticks: mask(sticks),
-            slip,
-            slid,
-        }
+    fn drift(&self) -> Drift {
+        Drift { dt: self.dt }
     }
 
-    /// The number of the segment that the node cannot meet, because it is held there; [`NONE`] if there is none.
     #[inline(always)]
-    pub(super) fn but(&self) -> R {
-        R::select(self.is_held, self.segment, R::lit(NONE))
+    fn before<R: Real>(
+        &self,
+        [x, y, wx, wy, segment, is_held, ..]: [R; 9],
+        settings: &[R],
+    ) -> (C::Of<R>, Particle<R>, R) {
+        let but = R::select(mask(is_held), segment, R::lit(NONE));
+        let (law, node) = (self.contact.of(settings), Particle::new([x, y, wx, wy]));
+        (law, node, but)
     }
-}
 
-impl<C: Contact, G> Landing<C, G> {
-    /// The node at the end of the step. `axes` are those of its segment, and `after` is the node after an explicit step.
     #[inline(always)]
-    pub(super) fn landed<R: Real>(
+    fn after<R: Real>(
         &self,
         law: &C::Of<R>,
-        node: LandingNode<R>,
+        [_, _, wx, wy, _, is_held, sticks, slip, slid]: [R; 9],
         axes: Rotation<R>,
-        after: Particle<R>,
+        end: Particle<R>,
     ) -> [R; 4] {
-        let (v, zero, rest) = (node.moving.v, R::zero(), R::lit(self.dt));
-        let turned = after.v - v;
+        let (v, zero, rest) = (Vector::new([wx, wy]), R::zero(), R::lit(self.dt));
+        let turned = end.v - v;
         let again = zero.less(turned.forward().abs() + turned.up().abs());
         let velocity = axes.into_rotated(v);
         let braked = axes.out_of_rotated(C::respond(law, Impact { velocity, rest }));
         // Coulomb friction would have stopped a node that the drag has slowed down by more than half.
-        let half = R::lit(0.5) * node.slid;
-        let stops = node.sticks | (velocity.forward() - node.slip).abs().less(half);
+        let half = R::lit(0.5) * slid;
+        let stops = mask(sticks) | (velocity.forward() - slip).abs().less(half);
         let resting = Vector::select(stops, Vector::zero(), braked);
-        let v = Vector::select(node.is_held & !again, resting, after.v);
-        Particle { x: after.x, v }.array()
+        let v = Vector::select(mask(is_held) & !again, resting, end.v);
+        Particle { x: end.x, v }.array()
     }
 }

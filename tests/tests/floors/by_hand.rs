@@ -53,20 +53,21 @@ fn nothing_is_differentiated_by_hand() {
     assert_eq!(adjoints_by_hand(), Vec::<String>::new());
 }
 
-/// The hand-written adjoints of kernels. An adjoint is not hand-written if its body is a call: of generated code, of
-/// the default with dual numbers, or of the adjoint function of a law.
+/// The hand-written adjoints of kernels. An adjoint is not hand-written if its last line is a call: of generated code, of
+/// the default with dual numbers or its last part, or of the adjoint function of a law.
 fn adjoints_by_hand() -> Vec<String> {
     let mut found = Vec::new();
     for (path, code) in application() {
-        let lines: Vec<&str> = code.lines().map(str::trim).collect();
+        let lines: Vec<&str> = code.lines().collect();
         for (at, line) in lines.iter().enumerate() {
-            let name = line
+            let (indent, name) = line.split_at(line.len() - line.trim_start().len());
+            let name = name
                 .strip_prefix("fn ")
                 .and_then(|rest| rest.split('<').next());
-            let derives = |name: &str| name.contains("vjp");
-            let body = lines[at..].iter().position(|line| line.ends_with('{'));
-            let calls = |body: usize| is_a_call(lines[at + body + 1]);
-            if name.is_some_and(derives) && !body.is_some_and(calls) {
+            let closing = format!("{indent}}}");
+            let end = lines[at..].iter().position(|line| *line == closing);
+            let calls = |end: usize| is_a_call(lines[at + end - 1].trim());
+            if name.is_some_and(|name| name.contains("vjp")) && !end.is_some_and(calls) {
                 found.push(format!("{}: {line}", path.display()));
             }
         }
@@ -74,7 +75,8 @@ fn adjoints_by_hand() -> Vec<String> {
     found
 }
 
-/// True for a line that calls generated code, the default with dual numbers, or the adjoint function of a law.
+/// True for a line that calls generated code, the default with dual numbers or its last part, or the adjoint function of a
+/// law.
 fn is_a_call(line: &str) -> bool {
     let Some((callee, arguments)) = line.split_once('(') else {
         return false;
@@ -86,7 +88,11 @@ fn is_a_call(line: &str) -> bool {
     let of_law = ["C::", "G::", "L::"]
         .iter()
         .any(|law| callee.starts_with(law));
+    if name == "pulled_back" {
+        return true;
+    }
     let is_adjoint = name.starts_with("emitted_")
+        || name == "vjp"
         || name.starts_with("vjp_by_duals")
         || of_law && name.ends_with("_vjp");
     forwards && is_adjoint
