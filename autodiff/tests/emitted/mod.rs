@@ -118,7 +118,8 @@ fn operations_are_written_by_their_names() {
             [self.0.values(&[x])[0] * y]
         }
     }
-    let operations: [(&str, fn(Sym) -> Sym); 7] = [
+    type Method = fn(Sym) -> Sym;
+    let operations: [(&str, Method); 7] = [
         ("exp", |x| x.exp()),
         ("tanh", |x| x.tanh()),
         ("powi", |x| x.powi(3)),

@@ -1,4 +1,8 @@
 //! Problems of engineering design with published optima. Their variables and constraints have very different sizes.
+#![expect(
+    clippy::approx_constant,
+    reason = "the published coefficients are not those constants"
+)]
 
 use autodiff::{Real, jacobian, lit};
 use cosmic_optimiser::{Problem, Status};

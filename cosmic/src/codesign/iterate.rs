@@ -15,8 +15,8 @@ impl CoDesign {
     /// a folder.
     ///
     /// # Errors
-    /// The errors of [`begin`](Self::begin) and of [`Progress::check_loss`];
-    /// [`Error::UnstableStep`](crate::Error::UnstableStep) also if the time step becomes unstable after a later
+    /// The errors of [`begin`](Self::begin); [`Error::NotFinite`](crate::Error::NotFinite) if no gradient so far could be
+    /// used; [`Error::UnstableStep`](crate::Error::UnstableStep) also if the time step becomes unstable after a later
     /// iteration.
     pub fn optimise(&mut self, seed: u64, mut observe: impl FnMut(&Record)) -> Result<Delivery> {
         let mut progress = self.begin(seed)?;
