@@ -43,6 +43,7 @@ pub(crate) fn of_class(error: &Library, says: String) -> PyErr {
         }
         // If several runs failed, the first error decides the class.
         Library::PassedOver { error, .. } => of_class(error, says),
+        Library::CheckFailed { .. } => Error::new_err(says),
         _ => Error::new_err(says),
     }
 }
