@@ -224,7 +224,8 @@ impl Error {
         text.strip_prefix("error: ").unwrap_or(&text).to_owned()
     }
 
-    /// The exit code of the process: 0 success, 1 failed check, 2 bad usage or malformed file, 3 diverged, 4 missing,
+    /// The exit code of the process: 0 success, 1 failed check, 2 bad usage, malformed file, unstable
+    /// step or run in use, 3 diverged, 4 missing,
     /// unreadable or unwritable file, 75 interrupted and resumable.
     pub fn exit_code(&self) -> u8 {
         match self {

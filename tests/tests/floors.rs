@@ -1,4 +1,4 @@
-//! Checks of the architecture of each crate. A module imports only modules that are above it in `lib.rs`. Files of a
+//! Checks of the architecture of the crates without bindings: not of `gpu`, `python` and `web`. A module imports only modules that are above it in `lib.rs`. Files of a
 //! folder do not import one another in a circle. No derivative is written by hand.
 //!
 //! The checks read paths as they are written; they do not follow re-exports.

@@ -89,7 +89,7 @@ pub struct DrawnDomains {
     pub scene: Option<Scene>,
     /// Settings that change the scenes, in the form of [`Scene::set`].
     pub settings: Vec<String>,
-    /// The laws and losses that the scenes of the designs may name.
+    /// The laws, losses, policies and lattices that the scenes of the designs may name.
     pub registry: Registry,
 }
 

@@ -7,11 +7,9 @@ use clap::Args;
 use cosmic::Registry;
 use cosmic::case::{Case, CaseResults};
 use cosmic::error::{Error, Result};
+use cosmic::record::DIVERGED;
 use cosmic::record::files::write_atomic;
 use std::path::{Path, PathBuf};
-
-/// The name of the file for the last states of a diverged simulation.
-const DIVERGED: &str = "diverged.json";
 
 /// Simulate one robot and print the results as JSON
 ///

@@ -84,7 +84,7 @@ impl CoDesign {
         let controller = &progress.controller;
         let (layout, _) = self
             .evaluator
-            .farthest(snapped, others, controller, progress.seed);
+            .best_layout(snapped, others, controller, progress.seed);
         progress.flips = flips(mixtures, &layout);
         progress.design = Design::Layout(layout);
     }

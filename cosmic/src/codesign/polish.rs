@@ -29,7 +29,7 @@ pub(super) fn polish(
         return None;
     };
     let finalists = finalists(evaluator, rules, progress, now, layout);
-    let (best, reached) = evaluator.farthest(
+    let (best, reached) = evaluator.best_layout(
         layout.to_vec(),
         finalists,
         &progress.controller,

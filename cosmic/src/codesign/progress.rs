@@ -15,7 +15,7 @@ use crate::simulator::StepCheck;
 /// A run ends after this number of iterations if its loss was never finite.
 const WITHOUT_LOSS: usize = 10;
 
-/// Number of controllers whose medians are compared: those with the best single rollouts (found by experiment).
+/// Number of controllers whose spreads are compared: those with the best merits (found by experiment).
 const CANDIDATES: usize = 6;
 
 /// The whole state of an optimisation. An optimisation that is saved and resumed continues with the same bits.
@@ -57,7 +57,7 @@ pub struct Progress {
     /// The number of passes since the last one with a gradient other than zero.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub flat: usize,
-    /// The best controllers of the fine-tuning, best first. They are compared by one rollout each.
+    /// The best controllers of the fine-tuning, best first. They are compared by their merits.
     pub candidates: Vec<Candidate>,
     /// For each projection, the running mean of the design gradient. Both are empty before the first design pass, and
     /// always if `gradient.design_memory` is 0.
@@ -172,8 +172,8 @@ fn is_zero(count: &usize) -> bool {
 pub struct Candidate {
     /// The iteration that produced the controller.
     pub iteration: usize,
-    /// The merit in one full rollout: the displacement along the ground in metres; for tasks other than distance, minus
-    /// the loss.
+    /// The merit in one full rollout, or with `robust` the 10 % quantile of several: the displacement along the ground in
+    /// metres; for tasks other than distance, minus the loss.
     #[serde(rename = "along")]
     pub merit: f64,
     /// The controller.
@@ -189,8 +189,8 @@ pub struct Settled {
     /// The last good controller.
     pub controller: Controller<f64>,
     /// The merit that a new controller must reach, in the unit of [`Candidate::merit`]. At first it is the median merit
-    /// of the best candidate, or the merit of its unperturbed rollout if that is much lower. Later it is the best merit
-    /// of a single rollout.
+    /// of the best candidate, or its [`Candidate::merit`] if that is much lower. Later it is the best
+    /// [`Candidate::merit`].
     pub merit: f64,
     /// A factor on the learning rate. It is halved each time an update is taken back.
     pub trust: f64,

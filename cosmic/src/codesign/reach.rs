@@ -88,7 +88,7 @@ impl Evaluator {
 
     /// [Ranks](Self::ranked) a layout and its alternatives (`others`). Returns the best layout and the result of its
     /// rollout. Of equally good layouts, it returns the first. A layout without alternatives needs no rollout.
-    pub(super) fn farthest(
+    pub(super) fn best_layout(
         &self,
         layout: Vec<Material>,
         others: impl IntoIterator<Item = Vec<Material>>,

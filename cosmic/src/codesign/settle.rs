@@ -56,8 +56,7 @@ fn begin_to_settle(evaluator: &Evaluator, progress: &mut Progress) -> bool {
     evaluator.judge_candidates(progress);
     let judged = progress.candidates.iter();
     let judged: Vec<_> = judged.filter_map(|c| Some((c.spread?, c))).collect();
-    // Candidates are sorted by the merit of their single rollouts. So of candidates with equal ranks, the one with the
-    // better single rollout is chosen.
+    // Candidates are sorted by their merits. So of candidates with equal ranks, the one with the better merit is chosen.
     let best = first_best(judged.iter().map(|(spread, c)| evaluator.rank(spread, c)));
     let Some(&(ref spread, candidate)) = judged.get(best) else {
         return false;

@@ -1,4 +1,4 @@
-//! Settings that go beyond the paper, all off by default: other tasks, robust designs, and given goals.
+//! Settings that go beyond the paper, off in the paper's scenes: other tasks, robust designs, and given goals.
 
 use super::Scene;
 use super::item_name::ItemName;

@@ -23,7 +23,8 @@ impl ItemName {
     pub(crate) const POLICY: &'static str = "policy";
     /// The noun for a loss in messages and in the registry.
     pub(crate) const LOSS: &'static str = "loss";
-    /// The names of the [network](crate::policy::Mlp) and of the [open-loop clock](crate::policy::Clock).
+    /// The names of the [network](crate::policy::Mlp), of the [open-loop clock](crate::policy::Clock), and of the policy for
+    /// given goals.
     pub(crate) const POLICIES: [&'static str; 3] = ["mlp", "clock", "gaits"];
 
     /// The setting that chooses a policy. The default is the paper's network.
