@@ -252,7 +252,7 @@ impl Kernel<2, 1> for Sum {
     }
 }
 
-/// Records the sum of `impulses` and `before`, the impulses of earlier forces.
+/// Records the sum of vectors at nodes, such as impulses: of `impulses` and of what came before, if there is any.
 pub(crate) fn add<const D: usize>(
     p: &mut Program,
     before: Option<Vector<Array, D>>,
