@@ -1,5 +1,6 @@
 //! Gradients and Jacobians of functions of a few arguments, whose number is fixed. They use no memory from the system.
 
+use crate::arrays::seeded;
 use crate::dual::Dual;
 use crate::real::Real;
 
@@ -38,10 +39,4 @@ pub fn value_and_jacobian_array<R: Real, const N: usize, const M: usize>(
 ) -> ([R; M], [[R; N]; M]) {
     let y = function(&seeded(x));
     (y.map(|y| y.value), y.map(|y| y.tangent))
-}
-
-/// Returns `x` as dual numbers, each with its own direction.
-#[inline]
-fn seeded<R: Real, const N: usize>(x: [R; N]) -> [Dual<R, N>; N] {
-    std::array::from_fn(|j| Dual::variable(x[j], j))
 }
