@@ -74,7 +74,8 @@ pub fn optimise_with(
 /// [`Error::Read`] if there is no run, [`Error::Malformed`] or [`Error::Misfit`] for a damaged snapshot, [`Error::Usage`]
 /// if `scene.toml` is not the scene with which the run began, otherwise like [`optimise`].
 pub fn resume(folder: &Path, registry: &Registry, observer: &mut dyn Observer) -> Result<Summary> {
-    resume_if(folder, registry, |_| Ok(()), None, observer)
+    let resumed = resume_if(folder, registry, |_| Ok(()), None, observer)?;
+    resumed.map_or_else(|| finished(folder, registry), Ok)
 }
 
 /// Like [`resume`], for a run that began with the caller's loss. `codesign` must have that loss.
@@ -88,38 +89,48 @@ pub fn resume_with(
     observer: &mut dyn Observer,
 ) -> Result<Summary> {
     let registry = codesign.scene().registry().clone();
-    resume_if(folder, &registry, |_| Ok(()), Some(codesign), observer)
+    let resumed = resume_if(folder, &registry, |_| Ok(()), Some(codesign), observer)?;
+    resumed.map_or_else(|| finished(folder, &registry), Ok)
 }
 
-/// Like [`resume`], but only if the run in the folder has the plan `plan`.
+/// Reads the summary of a finished run.
+fn finished(folder: &Path, registry: &Registry) -> Result<Summary> {
+    let summary = read_summary(folder)?;
+    // A summary can be read without a scene, but not beside a wrong one.
+    if folder.join(SCENE).exists() {
+        read_scene(folder, registry)?;
+    }
+    Ok(summary)
+}
+
+/// Like [`resume`], but only if the run in the folder has the plan `plan`. Returns `None` if the run is finished.
 ///
 /// # Errors
 /// Like [`resume`]; [`Error::Usage`] if the folder holds an unfinished run of another plan, which is left unchanged.
-pub fn resume_of(folder: &Path, plan: &RunPlan, observer: &mut dyn Observer) -> Result<Summary> {
+pub fn resume_of(
+    folder: &Path,
+    plan: &RunPlan,
+    observer: &mut dyn Observer,
+) -> Result<Option<Summary>> {
     let accept = |found: &RunPlan| found.check_same(plan, folder);
     resume_if(folder, plan.scene.registry(), accept, None, observer)
 }
 
 /// Continues the run in a folder if `accept` accepts its plan. If `own` is given, this optimisation of the caller is
-/// used.
+/// used. Returns `None` if the run is finished.
 fn resume_if(
     folder: &Path,
     registry: &Registry,
     accept: impl FnOnce(&RunPlan) -> Result<()>,
     own: Option<CoDesign>,
     observer: &mut dyn Observer,
-) -> Result<Summary> {
+) -> Result<Option<Summary>> {
     let Some((lock, snapshot)) = take_up(folder, registry)? else {
-        let summary = read_summary(folder)?;
-        // A summary can be read without a scene, but not beside a wrong one.
-        if folder.join(SCENE).exists() {
-            read_scene(folder, registry)?;
-        }
-        return Ok(summary);
+        return Ok(None);
     };
     accept(&snapshot.plan)?;
     if snapshot.progress.is_some() {
-        return Run::open(lock, snapshot, own)?.finish(observer);
+        return Run::open(lock, snapshot, own)?.finish(observer).map(Some);
     }
     if own.is_some() {
         return Err(Error::Usage(format!(
@@ -128,7 +139,7 @@ fn resume_if(
             folder.display()
         )));
     }
-    multistart::search(lock, &snapshot.plan, observer)
+    multistart::search(lock, &snapshot.plan, observer).map(Some)
 }
 
 /// Writes the result of an unfinished run for its current robot into the folder `into`, which is new or empty. The run

@@ -101,5 +101,8 @@ fn a_run_of_another_plan_is_not_resumed() {
     let error = resume_of(&run, &other, &mut ()).unwrap_err();
     assert!(error.to_string().contains("is expected"), "{error}");
     assert_eq!(files(&run), before);
-    assert_eq!(resume_of(&run, &plan, &mut ()).unwrap().iterations, 12);
+    let summary = resume_of(&run, &plan, &mut ()).unwrap();
+    assert_eq!(summary.unwrap().iterations, 12);
+    // Of a finished run nothing is done, so that two processes do not both report it.
+    assert!(resume_of(&run, &plan, &mut ()).unwrap().is_none());
 }

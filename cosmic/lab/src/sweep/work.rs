@@ -66,7 +66,7 @@ impl Sweep<'_> {
         let folder = self.plan.folder(self.folder, index);
         let has_begun = || folder.join(SNAPSHOT).exists();
         let done = match has_begun() {
-            false => record::optimise(&folder, &plan, observer),
+            false => record::optimise(&folder, &plan, observer).map(Some),
             true => record::resume_of(&folder, &plan, observer),
         };
         let done = match done {
@@ -75,7 +75,9 @@ impl Sweep<'_> {
             done => done,
         };
         match done {
-            Ok(summary) => Ok(RunOutcome::Done(Box::new(summary))),
+            Ok(Some(summary)) => Ok(RunOutcome::Done(Box::new(summary))),
+            // Another process has finished the run in the meantime.
+            Ok(None) => Ok(RunOutcome::Over),
             Err(error @ Error::Diverged { .. }) => Ok(RunOutcome::Diverged(error.to_string())),
             Err(Error::Taken(_)) => Ok(RunOutcome::Taken),
             Err(error) => Err(error),

@@ -163,8 +163,9 @@ function levelAround(ground, x, width) {
   return levels.reduce((sum, level) => sum + level, 0) / levels.length;
 }
 
-// Calls `tick(seconds)` for every frame of the screen. `seconds` is the time since the last frame.
+// Calls `tick(seconds)` now and for every frame of the screen. `seconds` is the time since the last frame.
 function everyFrame(tick) {
+  tick(0);
   let last = null;
   const frame = stamp => {
     // Limited, so that a page that was hidden does not jump ahead.
