@@ -130,7 +130,7 @@ impl<R: Real> Inputs<R> {
     }
 
     /// A copy of the inputs with `f` applied to every number.
-    fn map<S>(&self, f: impl Fn(R) -> S) -> Inputs<S> {
+    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Inputs<S> {
         Inputs {
             z: self.z.iter().map(|z| z.map(&f)).collect(),
             controller: self.controller.map(&f),
@@ -203,21 +203,24 @@ impl<R: Real> Inputs<R> {
     }
 
     /// The values of a function with several results, and its Jacobian-vector product: the derivatives of these values
-    /// in the direction `tangents` of the inputs.
+    /// in the direction `tangents` of the inputs and `by_others` of the further numbers `others`.
     pub fn jvp(
         &self,
         tangents: &Self,
-        function: impl FnOnce(&Inputs<Dual<R, 1>>) -> Vec<Dual<R, 1>>,
+        [others, by_others]: [&[R]; 2],
+        function: impl FnOnce(&Inputs<Dual<R, 1>>, &[Dual<R, 1>]) -> Vec<Dual<R, 1>>,
     ) -> (Vec<R>, Vec<R>) {
         let mut inputs = self.map(Dual::constant);
-        let pairs = self.get(ALL).into_iter().zip(tangents.get(ALL));
-        let duals: Vec<_> = (pairs.map(|(value, tangent)| Dual {
-            value,
-            tangent: [tangent],
-        }))
-        .collect();
-        inputs.set(ALL, &duals);
-        let results = function(&inputs).into_iter();
+        let duals = |values: &[R], tangents: &[R]| -> Vec<Dual<R, 1>> {
+            let pairs = values.iter().zip(tangents);
+            let dual = |(&value, &tangent)| Dual {
+                value,
+                tangent: [tangent],
+            };
+            pairs.map(dual).collect()
+        };
+        inputs.set(ALL, &duals(&self.get(ALL), &tangents.get(ALL)));
+        let results = function(&inputs, &duals(others, by_others)).into_iter();
         results.map(|y| (y.value, y.tangent[0])).unzip()
     }
 

@@ -202,6 +202,7 @@ impl<R: Real> Body<R> {
                 },
             ),
             largest_strain: materials.largest_strain(),
+            rest_length: Vec::new(),
             mass: node_masses(&edge_masses, lattice, physics),
             presence: Vec::new(),
             marker: Marker {

@@ -49,7 +49,10 @@ class Simulator:
     rest_length: list[float]
     along: list[float]
     goal_origin: Optional[list[float]]
-    def with_changes(self, changes: list[int]) -> Simulator: ...
+    physics: tuple[list[tuple[str, float]], list[tuple[str, int]]]
+    def with_others(
+        self, driven: Optional[int], changes: Optional[list[int]], physics: list[tuple[str, int]]
+    ) -> Simulator: ...
     def initial(self, seed: int) -> _Floats: ...
     def rollout(
         self, arrays: Sequence[_Array], observed: list[int], first: int, projection: str, check: bool

@@ -84,15 +84,23 @@ def check_optimisation(scene: Scene) -> None:
 
 
 def check_rollouts(
-    of: _Sizes, robots: int, size: int, states: int, copies: int = 1, steps: Optional[int] = None
+    of: _Sizes,
+    robots: int,
+    size: int,
+    states: int,
+    copies: int = 1,
+    steps: Optional[int] = None,
+    others: int = 0,
 ) -> None:
-    """Refuses rollouts that need too much memory: numbers of ``size`` bytes, and ``copies`` copies of the
-    positions and velocities. With ``steps`` they are gradients of rollouts of so many steps."""
-    needed = robots * size * (of["numbers"] + 4 * copies * states * of["nodes"])
+    """Refuses rollouts that need too much memory: numbers of ``size`` bytes, ``others`` of them for activations, goals and
+    physics, and ``copies`` copies of the positions and velocities. With ``steps`` they are gradients of rollouts of so
+    many steps."""
+    numbers = of["numbers"] + others
+    needed = robots * size * (numbers + 4 * copies * states * of["nodes"])
     what, remedy = "a rollout", "use fewer robots at once, or observe fewer states (`observed`)"
     if steps is not None:
         threads = 1 if robots == 1 else min(robots, _core.usual_threads())
-        needed += 2 * robots * size * of["numbers"] + threads * _recorded(of, steps, size)
+        needed += 2 * robots * size * numbers + threads * _recorded(of, steps, size)
         what, remedy = "the gradient of a rollout", remedy + ", or set gradient.memory in the scene"
     robots_are = f"{robots} robot{'s' * (robots != 1)}"
     states_are = f"{states} observed state{'s' * (states != 1)}"

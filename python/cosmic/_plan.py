@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Optional
 
 from ._goal import Goal, Goals, as_goals
-from ._simulator import Array, Inputs, Observed, Simulator, Trajectory, leaves, tree
+from ._simulator import Array, Inputs, Observed, Simulator, Trajectory, leaves, tree, with_goal
 
 
 @dataclass(frozen=True)
@@ -21,17 +21,13 @@ class Plan:
     bounded: bool
     changes: Optional[tuple[int, ...]]
     """The numbers of steps at which goals change, or None if there are no goals."""
+    shapes: tuple[tuple[str, tuple[int, ...]], ...]
+    """The arrays of one robot: names and shapes."""
 
     @property
     def states(self) -> tuple[int, ...]:
         """The shape of the positions of one robot."""
         return (len(self.observed), *self.simulator.shapes["x0"])
-
-    @property
-    def shapes(self) -> list[tuple[int, ...]]:
-        """The shapes of the arrays of one robot."""
-        goals = [] if self.changes is None else [(1 + len(self.changes), 2)]
-        return [*self.simulator.shapes.values(), *goals]
 
     def run(self, arrays: Sequence[Array]) -> Trajectory:
         """The rollout. A robot that diverges gets NaN."""
@@ -45,12 +41,14 @@ class Plan:
         inputs, goal = self._given(arrays)
         options: Any = {"first": self.first, "bounded": self.bounded, "check": False, "goal": goal}
         pulled: Any = self.simulator.vjp(inputs, bars, observed=self.observed, **options)
-        of_inputs, *by_goal = (pulled,) if goal is None else pulled
-        return [*leaves(of_inputs).values(), *by_goal]
+        of_inputs, by_goal = (pulled, None) if goal is None else pulled
+        named = {**leaves(of_inputs), "goal": by_goal}
+        return [named[name] for name, _ in self.shapes]
 
     def _given(self, arrays: Sequence[Array]) -> tuple[Inputs, Optional[Goals]]:
-        inputs = tree(dict(zip(self.simulator.shapes, arrays)))
-        return inputs, None if self.changes is None else Goals(list(self.changes), arrays[-1])
+        named = dict(zip((name for name, _ in self.shapes), arrays))
+        points = named.pop("goal", None)
+        return tree(named), None if self.changes is None else Goals(list(self.changes), points)
 
 
 def planned(
@@ -66,9 +64,16 @@ def planned(
 ) -> tuple[Plan, list[Any]]:
     """The plan of a rollout, and its arrays. ``numbers`` makes arrays of the module ``of`` from the parts of a goal."""
     seen, first = simulator.span(steps, observed, first)
-    arrays, changes = simulator.arrays(inputs), None
+    named, changes = simulator.named(inputs), None
     if goal is not None:
         origin = simulator._core.goal_origin
         later, points = as_goals(goal, origin, simulator.dt, numbers, of)
-        arrays, changes = [*arrays, points], tuple(later)
-    return Plan(simulator, tuple(seen), first, bounded, changes), arrays
+        named, changes = with_goal(named, points), tuple(later)
+    arrays = {name: of.asarray(array) for name, array in named.items()}
+    # With an axis, a factor for all edges cannot be taken for an axis of robots.
+    arrays = {
+        name: array.reshape(1) if name in simulator.factors and array.ndim == 0 else array
+        for name, array in arrays.items()
+    }
+    shapes = simulator.shapes_of(arrays, seen[-1], changes)
+    return Plan(simulator, tuple(seen), first, bounded, changes, tuple(shapes.items())), list(arrays.values())

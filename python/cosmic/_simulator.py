@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, Optional, Union, overload
 
 import numpy as np
@@ -15,7 +15,7 @@ from ._checks import seed as as_seed
 from ._checks import whole
 from ._core import Scene
 from ._errors import InputError
-from ._goal import Goal, as_goals
+from ._goal import Goal, Goals, as_goals
 from ._memory import check_rollouts, check_simulator, check_start
 from ._scene import SceneLike, as_scene
 
@@ -43,11 +43,19 @@ class Inputs(NamedTuple):
     """Design vectors, shape ``(edges, 3)``: void, skeleton, actuator."""
     controller: Mapping[str, Array]
     """The blocks of the controller's parameters by name, as in ``design.json``. The policy ``mlp`` has ``w1``,
-    ``b1``, ``w2`` and ``b2``: ``tanh(w2 tanh(w1 o + b1) + b2)`` for an observation ``o``."""
+    ``b1``, ``w2`` and ``b2``: ``tanh(w2 tanh(w1 o + b1) + b2)`` for an observation ``o``.
+
+    A robot without a controller has the single block ``activations``, of shape ``(steps, edges)``: a number from
+    -1 to 1 for every step of the rollout and every edge. Edges without actuator ignore theirs."""
     x0: Array
     """Initial positions, ``(nodes, 2)``, m."""
     v0: Array
     """Initial velocities, ``(nodes, 2)``, m/s."""
+    physics: Mapping[str, Array] = {}
+    """Numbers in place of those of the scene, by the names in :attr:`Simulator.physics`. Numbers with the key of a
+    scene, such as ``"physics.gravity"``, are scalars. The factors ``"bars.stiffness"``, ``"bars.strain"``,
+    ``"bars.rest_length"`` and ``"nodes.mass"`` multiply what lattice and design say: one factor for all edges or
+    nodes, or one for each."""
 
 
 class Trajectory(NamedTuple):
@@ -60,27 +68,53 @@ class Trajectory(NamedTuple):
 
 
 def leaves(inputs: Inputs) -> dict[str, Any]:
-    """The arrays of a robot by name: ``z``, the blocks of the controller, ``x0``, ``v0``."""
-    if not isinstance(inputs, (tuple, list)) or len(inputs) != 4 or not isinstance(inputs[1], Mapping):
+    """The arrays of a robot by name, in the order in which the library takes them: ``z``, the blocks of the
+    controller, ``x0``, ``v0``, given activations, and the physics."""
+    is_list = isinstance(inputs, (tuple, list)) and len(inputs) in (4, 5)
+    if not is_list or not all(isinstance(named, Mapping) for named in (inputs[1], *inputs[4:])):
         found = f"{len(inputs)} things" if isinstance(inputs, (tuple, list)) else type(inputs).__name__
-        raise InputError(f"expected Inputs: z, a dictionary controller, x0 and v0; found {found}")
-    z, controller, x0, v0 = inputs
-    return {"z": z, **controller, "x0": x0, "v0": v0}
+        raise InputError(
+            f"expected Inputs: z, a dictionary controller, x0, v0 and a dictionary physics; found {found}"
+        )
+    z, controller, x0, v0, physics = Inputs(*inputs)
+    blocks = dict(controller)
+    driven = {DRIVEN: blocks.pop(DRIVEN)} if DRIVEN in blocks else {}
+    unknown = [name for name in physics if "." not in name]
+    if unknown:
+        raise InputError(f"physics: {unknown[0]!r}: expected a name of Simulator.physics, such as 'physics.gravity'")
+    return {"z": z, **blocks, "x0": x0, "v0": v0, **driven, **physics}
 
 
 def tree(arrays: Mapping[str, Any]) -> Inputs:
-    """The inverse of :func:`leaves`."""
-    blocks = dict(arrays)
+    """The inverse of :func:`leaves`. Only the names of physics have a dot."""
+    physics = {name: array for name, array in arrays.items() if "." in name}
+    blocks = {name: array for name, array in arrays.items() if "." not in name}
     z, x0, v0 = (blocks.pop(name) for name in ("z", "x0", "v0"))
-    return Inputs(z, blocks, x0, v0)
+    return Inputs(z, blocks, x0, v0, physics)
+
+
+#: The name of given activations, which take the place of a controller's blocks.
+DRIVEN = "activations"
+
+
+def split(numbers: Array, shapes: Mapping[str, tuple[int, ...]]) -> dict[str, Array]:
+    """The arrays of these shapes whose numbers are in the last axis, by name."""
+    arrays, begin, batch = {}, 0, numbers.shape[:-1]
+    for name, shape in shapes.items():
+        end = begin + math.prod(shape)
+        arrays[name] = numbers[..., begin:end].reshape(batch + shape)
+        begin = end
+    return arrays
 
 
 class _Robots(NamedTuple):
     """Robots as the library takes them."""
 
     core: _core.Simulator
+    shapes: dict[str, tuple[int, ...]]
+    """The arrays by name, with their shapes for one robot."""
     arrays: list[Array]
-    """One array per name of :func:`leaves`, and perhaps the goals, with an axis of robots in front."""
+    """The arrays, with an axis of robots in front."""
     batch: Optional[int]
     """The number of robots; None for a single robot, whose arrays had no axis of robots."""
     lost: npt.NDArray[np.bool_]
@@ -136,6 +170,14 @@ class Simulator:
             name: tuple(shape) for name, shape in self._core.shapes
         }
         """The shapes of the arrays of a robot: ``z``, the blocks of the controller, ``x0``, ``v0``."""
+        numbers, factors = self._core.physics
+        self.physics: dict[str, float] = {**dict(numbers), **{name: 1.0 for name, _ in factors}}
+        """What :attr:`Inputs.physics` may change, by name, with the values of the scene. All of these numbers have
+        derivatives. With the integrator ``leapfrog``, ``physics.damping`` is not among them. The heights of the
+        ground and the time step never are: use a simulator of another scene."""
+        self.factors: dict[str, int] = dict(factors)
+        """The numbers of physics that are factors, with the number of edges or nodes."""
+        self._cores: dict[Any, _core.Simulator] = {}
         self.edges: npt.NDArray[np.int64] = self._core.edges
         """The two nodes of every edge, shape ``(edges, 2)``."""
         self.rest_length: npt.NDArray[np.float64] = np.array(self._core.rest_length)
@@ -146,7 +188,7 @@ class Simulator:
     def initial(self, seed: int = 0) -> Inputs:
         """The inputs that an optimisation with this seed starts with."""
         check_start(self._sizes, 3)
-        return self._split(self._core.initial(as_seed(seed))[0])[0]
+        return tree(split(self._core.initial(as_seed(seed))[0], self.shapes))
 
     def observed(self, steps: Optional[int] = None, observed: Observed = 16) -> list[int]:
         """The numbers of the observed steps of a rollout.
@@ -212,7 +254,7 @@ class Simulator:
         others.
         """
         seen, first = self.span(steps, observed, first)
-        robots = self._robots(inputs, {"states": len(seen)}, goal, check)
+        robots = self._robots(inputs, seen, goal, check)
         projection = self._projection(robots)
         try:
             states = robots.core.rollout(robots.arrays, seen, first, projection, check)
@@ -274,7 +316,7 @@ class Simulator:
         NaN.
         """
         seen, first = self.span(steps, observed, first)
-        robots = self._robots(inputs, {"states": len(seen), "steps": seen[-1]}, goal, check)
+        robots = self._robots(inputs, seen, goal, check, steps=seen[-1])
         if len(cotangents) != 2:
             raise InputError(f"expected the 2 arrays of Trajectory, found {len(cotangents)}")
         dtype = robots.arrays[0].dtype
@@ -288,8 +330,9 @@ class Simulator:
         (gradient,) = robots.results(
             robots.core.vjp(robots.arrays, x_bar, v_bar, seen, first, projection, bounded, check)
         )
-        of_inputs, by_goal = self._split(gradient)
-        return of_inputs if goal is None else (of_inputs, by_goal)
+        arrays = split(gradient, robots.shapes)
+        by_goal = arrays.pop("goal", None)
+        return tree(arrays) if by_goal is None else (tree(arrays), by_goal)
 
     def jvp(
         self,
@@ -308,9 +351,14 @@ class Simulator:
         if self.device == "gpu":
             raise InputError('jvp: not on a GPU; use a Simulator with device="cpu"')
         seen, first = self.span(steps, observed, first)
-        needs = {"states": len(seen), "copies": 4}
-        robots = self._robots(inputs, needs, goal, check)
-        along = self._robots(tangents, needs, dtype=robots.arrays[0].dtype)
+        goals = None if goal is None else self._goals(goal)
+        robots = self._robots(inputs, seen, goals, check, copies=4)
+        still = None if goals is None else Goals(goals.changes, np.zeros(robots.shapes["goal"]))
+        along = self._robots(tangents, seen, still, dtype=robots.arrays[0].dtype, copies=4)
+        if along.shapes != robots.shapes:
+            raise InputError(
+                f"tangents: expected the arrays {', '.join(robots.shapes)}, found {', '.join(along.shapes)}"
+            )
         if along.batch not in (None, robots.batch):
             raise InputError("tangents: inputs and tangents must have the same batch size")
         projection = self._projection(robots)
@@ -321,42 +369,52 @@ class Simulator:
         x, v, dx, dv = (states[..., k, :, :, :] for k in range(4))
         return Trajectory(x, v), Trajectory(dx, dv)
 
-    def _split(self, numbers: Array) -> tuple[Inputs, Array]:
-        """The inputs and the goals whose numbers are in the last axis."""
-        arrays, begin, batch = {}, 0, numbers.shape[:-1]
-        for name, shape in self.shapes.items():
-            end = begin + math.prod(shape)
-            arrays[name] = numbers[..., begin:end].reshape(batch + shape)
-            begin = end
-        return tree(arrays), numbers[..., begin:].reshape(*batch, -1, 2)
+    def step(
+        self,
+        z: Array,
+        x: Array,
+        v: Array,
+        activations: Array,
+        steps: int = 1,
+        *,
+        first: int = 0,
+        physics: Mapping[str, Array] = {},
+        check: bool = True,
+    ) -> Trajectory:
+        """Simulates ``steps`` steps with constant activations, of shape ``(edges,)`` or ``(batch, edges)``, from the
+        positions ``x`` and velocities ``v``. Returns the positions and velocities afterwards, without an axis of
+        states. Everything else is as in :meth:`rollout`."""
+        return stepped(self.rollout, z, x, v, activations, steps, physics, np, first=first, check=check)
 
     def _robots(
         self,
         inputs: Inputs,
-        needs: dict[str, int],
+        seen: Sequence[int],
         goal: Optional[Goal] = None,
         check: bool = True,
         dtype: Optional[np.dtype[Any]] = None,
+        copies: int = 1,
+        steps: Optional[int] = None,
     ) -> _Robots:
-        """Checks the arrays of robots and how much memory a rollout ``needs``, and gives each array an axis of
+        """Checks the arrays of robots and how much memory a rollout needs, and gives each array an axis of
         robots. If ``check`` is False, numbers that are not finite are replaced by 0."""
-        named = dict(zip(self.shapes, _numbers(self.shapes, self.arrays(inputs))))
+        given = self.named(inputs)
+        named = dict(zip(given, _numbers(given, list(given.values()))))
         dtype = _precision(named.values()) if dtype is None else dtype
-        core, shapes = self._core, self.shapes
+        changes: Optional[list[int]] = None
         if goal is not None:
-            changes, points = as_goals(
-                goal, core.goal_origin, self.dt, lambda point: _numbers(["goal"], [point])[0]
-            )
-            core = core.with_changes(changes) if changes else core
-            named["goal"] = points
-            shapes = {**shapes, "goal": (1 + len(changes), 2)}
+            changes, points = self._goals(goal)
+            named = with_goal(named, points)
+        shapes = self.shapes_of(named, seen[-1], changes)
+        core = self.core_for(shapes, changes)
         counts = {name: _batch(name, array, shapes[name]) for name, array in named.items()}
         batched = [(name, count) for name, count in counts.items() if count is not None]
         for (name, count), (other, of_other) in zip(batched[1:], batched):
             if count != of_other:
                 raise InputError(f"{name}: {count} robots, but {other} has {of_other}")
         robots = batched[0][1] if batched else 1
-        check_rollouts(self._sizes, robots, dtype.itemsize, **needs)
+        others = sum(math.prod(shape) for name, shape in shapes.items() if name not in self.shapes)
+        check_rollouts(self._sizes, robots, dtype.itemsize, len(seen), copies, steps, others)
         arrays, lost = [], np.zeros(robots, np.bool_)
         for name, array in named.items():
             own = ordered(array if counts[name] else array[None], dtype)
@@ -372,15 +430,61 @@ class Simulator:
                     # A row of zeros is not a design that every projection takes; a row of void is.
                     own[~finite.all(axis=-1)] = (1, 0, 0)
             arrays.append(own)
-        return _Robots(core, arrays, robots if batched else None, lost)
+        return _Robots(core, shapes, arrays, robots if batched else None, lost)
 
-    def arrays(self, inputs: Inputs) -> list[Any]:
-        """The arrays of a robot in the order of :attr:`shapes`. Raises :class:`InputError` if one is missing."""
+    def _goals(self, goal: Goal) -> Goals:
+        """The goals of an argument."""
+        numbers: Callable[[Any], Array] = lambda point: _numbers(["goal"], [point])[0]
+        return as_goals(goal, self._core.goal_origin, self.dt, numbers)
+
+    def named(self, inputs: Inputs) -> dict[str, Any]:
+        """The arrays of a robot by name. Raises :class:`InputError` if one is missing or unknown."""
         named = leaves(inputs)
-        if named.keys() != self.shapes.keys():
-            expected = ", ".join(name for name in self.shapes if name not in ("z", "x0", "v0"))
-            raise InputError(f"controller: expected the blocks {expected}, found {', '.join(inputs[1])}")
-        return [named[name] for name in self.shapes]
+        own = [name for name in self.shapes if name not in ("z", "x0", "v0")]
+        blocks = [DRIVEN] if DRIVEN in named else own
+        found = [name for name in inputs[1]]
+        if sorted(found) != sorted(blocks):
+            raise InputError(
+                f"controller: expected the blocks {', '.join(own)}, or only {DRIVEN}; found {', '.join(found)}"
+            )
+        for name in named:
+            if "." in name and name not in self.physics:
+                raise InputError(f"physics: {name!r}: allowed: {', '.join(self.physics)}")
+        order = [name for name in self.shapes if name in named]
+        return {**{name: named[name] for name in order}, **named}
+
+    def shapes_of(
+        self, named: Mapping[str, Any], steps: int, changes: Optional[Sequence[int]] = None
+    ) -> dict[str, tuple[int, ...]]:
+        """The shapes of these arrays for one robot and a rollout of so many steps. The arrays may have an axis of robots
+        in front."""
+        goals = 0 if changes is None else 1 + len(changes)
+        known = {**self.shapes, DRIVEN: (steps, len(self.edges)), "goal": (goals, 2)}
+        return {name: known[name] if name in known else self._factor(name, array) for name, array in named.items()}
+
+    def _factor(self, name: str, array: Any) -> tuple[int, ...]:
+        """The shape of an array of the physics for one robot."""
+        count = self.factors.get(name)
+        if count is None or array.ndim == 0:
+            return ()
+        return (1,) if array.shape[-1] == 1 else (count,)
+
+    def core_for(
+        self, shapes: Mapping[str, tuple[int, ...]], changes: Optional[Sequence[int]]
+    ) -> _core.Simulator:
+        """The simulator of the library for arrays of these shapes."""
+        physics = [(name, math.prod(shape)) for name, shape in shapes.items() if "." in name]
+        driven = shapes[DRIVEN][0] if DRIVEN in shapes else None
+        if driven is None and changes is None and not physics:
+            return self._core
+        key = (driven, None if changes is None else tuple(changes), tuple(physics))
+        if key not in self._cores:
+            if len(self._cores) >= 16:
+                self._cores.clear()
+            self._cores[key] = self._core.with_others(
+                driven, None if changes is None else list(changes), physics
+            )
+        return self._cores[key]
 
     def _projection(self, robots: _Robots) -> str:
         """The projection of these robots. The first call decides what ``"auto"`` is. Robots that are ``lost`` do not
@@ -417,6 +521,22 @@ class Simulator:
     def __repr__(self) -> str:
         device = "" if self.device == "cpu" else f", device={self.device!r}"
         return f"Simulator({self.scene!r}, projection={self.projection!r}{device})"
+
+
+def with_goal(named: Mapping[str, Any], goal: Any) -> dict[str, Any]:
+    """These arrays with the goals, which come before the physics."""
+    physics = {name: array for name, array in named.items() if "." in name}
+    return {**{name: named[name] for name in named if name not in physics}, "goal": goal, **physics}
+
+
+def stepped(
+    rollout: Any, z: Any, x: Any, v: Any, activations: Any, steps: int, physics: Any, of: Any, **options: Any
+) -> Trajectory:
+    """Steps with constant activations by a function like :meth:`Simulator.rollout`, with arrays of the module ``of``."""
+    held = of.asarray(activations)
+    held = of.broadcast_to(held[..., None, :], (*held.shape[:-1], whole("steps", steps, 1), held.shape[-1]))
+    seen = rollout(Inputs(z, {DRIVEN: held}, x, v, physics), observed=[steps], **options)
+    return Trajectory(*(states[..., 0, :, :] for states in seen))
 
 
 def _batch(name: str, array: Array, shape: tuple[int, ...]) -> Optional[int]:

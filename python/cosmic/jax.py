@@ -43,8 +43,8 @@ def _run(plan: Plan, *arrays: Any) -> Trajectory:
 def _pull(plan: Plan, *arrays: Any) -> tuple[Any, ...]:
     inputs, bars, batch = _one_axis(arrays, plan, 2)
     if 0 in batch:
-        return tuple(np.zeros(batch + shape, arrays[0].dtype) for shape in plan.shapes)
-    pairs = zip(plan.pull(inputs, Trajectory(*bars)), plan.shapes)
+        return tuple(np.zeros(batch + shape, arrays[0].dtype) for _, shape in plan.shapes)
+    pairs = zip(plan.pull(inputs, Trajectory(*bars)), (shape for _, shape in plan.shapes))
     return tuple(_axes_again(array, batch, len(shape)) for array, shape in pairs)
 
 
@@ -57,7 +57,7 @@ def _one_axis(
     """Merges the axes in front of each array into one. Returns the inputs, the cotangents, and the
     shape of the merged axes. The last ``bars`` arrays are cotangents; an input whose axes in front all
     have length 1 is shared by all robots."""
-    bases = [len(shape) for shape in plan.shapes]
+    bases = [len(shape) for _, shape in plan.shapes]
     given = [np.asarray(array) for array in arrays]
     cores = [array.shape[array.ndim - base :] for array, base in zip(given, bases + [3] * bars)]
     axes = [array.shape[: array.ndim - len(core)] for array, core in zip(given, cores)]
@@ -82,7 +82,7 @@ def _axes_again(array: Any, batch: tuple[int, ...], base: int) -> Any:
 def _check(plan: Plan, arrays: Sequence[Any]) -> None:
     """Checks that the arrays have the shapes of one robot. The check is here and not in the callback, because
     JAX would wrap the exception."""
-    for (name, shape), array in zip(plan.simulator.shapes.items(), arrays):
+    for (name, shape), array in zip(plan.shapes, arrays):
         if not any(jnp.issubdtype(array.dtype, kind) for kind in (jnp.floating, jnp.integer)):
             raise InputError(f"{name} is of type {array.dtype}: expected float32 or float64")
         if array.shape != shape:
@@ -94,7 +94,7 @@ def _check(plan: Plan, arrays: Sequence[Any]) -> None:
 
 def _precision(plan: Plan, given: Sequence[Any]) -> Any:
     """The number type of the computation: double precision if any input has it, otherwise single."""
-    inputs = given[: len(plan.simulator.shapes)]
+    inputs = [own for (name, _), own in zip(plan.shapes, given) if name != "goal"]
     return jnp.float64 if jnp.result_type(*inputs, float) == jnp.float64 else jnp.float32
 
 
@@ -122,7 +122,7 @@ def _backward(plan: Plan, given: _Given, cotangents: Trajectory) -> tuple[_Given
     dtype = _precision(plan, given)
     arrays = [jnp.asarray(array, dtype) for array in given]
     cotangents = Trajectory(*(jnp.asarray(bar, dtype) for bar in cotangents))
-    shapes: Any = tuple(jax.ShapeDtypeStruct(shape, dtype) for shape in plan.shapes)
+    shapes: Any = tuple(jax.ShapeDtypeStruct(shape, dtype) for _, shape in plan.shapes)
     gradient = jax.pure_callback(
         partial(_pull, plan), shapes, *arrays, *cotangents, vmap_method="expand_dims"
     )

@@ -20,10 +20,51 @@ impl Number for f64 {}
 pub(crate) struct Sizes {
     pub(crate) nodes: usize,
     pub(crate) edges: usize,
-    /// The blocks of the controller's parameters.
+    /// The blocks of the controller's parameters; none for robots with given activations.
     pub(crate) blocks: Vec<Block>,
     /// The numbers of steps at which goals change, ascending; `None` if goals are not inputs of a rollout.
     pub(crate) changes: Option<Vec<usize>>,
+    /// What a request has besides these.
+    pub(crate) others: Others,
+}
+
+/// The arrays of a request besides those of [`Inputs`](cosmic::inputs::Inputs), in the order of their flat list of numbers.
+#[derive(Clone, Default)]
+pub(crate) struct Others {
+    /// The number of steps with given activations, one per edge, for robots without a controller.
+    pub(crate) driven: Option<usize>,
+    /// The number of goals; 0 if robots have the scene's goal.
+    pub(crate) goals: usize,
+    /// The names and lengths of arrays that change the physics: numbers of the surroundings, or the factors
+    /// [`FACTORS`].
+    pub(crate) physics: Vec<(String, usize)>,
+}
+
+/// Arrays that multiply numbers of a robot's edges or nodes. An array of length 1 multiplies all of them.
+pub(crate) const FACTORS: [&str; 4] = [
+    "bars.stiffness",
+    "bars.strain",
+    "bars.rest_length",
+    "nodes.mass",
+];
+
+impl Others {
+    /// Splits a list of numbers: the activations, the components of the goals, and the arrays of the physics with their
+    /// names.
+    pub(crate) fn split<'a, R>(
+        &'a self,
+        edges: usize,
+        numbers: &'a [R],
+    ) -> (&'a [R], &'a [R], impl Iterator<Item = (&'a str, &'a [R])>) {
+        let (activations, rest) = numbers.split_at(edges * self.driven.unwrap_or(0));
+        let (goals, mut rest) = rest.split_at(2 * self.goals);
+        let physics = self.physics.iter().map(move |(name, len)| {
+            let (own, others) = rest.split_at(*len);
+            rest = others;
+            (name.as_str(), own)
+        });
+        (activations, goals, physics)
+    }
 }
 
 impl Sizes {
@@ -34,6 +75,7 @@ impl Sizes {
             edges: lattice.edges.len(),
             blocks: blocks_of(controller, lattice),
             changes: (controller.goals == GoalKind::Given).then(Vec::new),
+            others: Others::default(),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Requested rollouts of robots.
 
-use crate::arrays::{Number, Sizes, flattened};
+use crate::arrays::{FACTORS, Number, Sizes, flattened};
 use crate::work::{Stop, group_size};
 use autodiff::Real;
 use cosmic::design::{Design, Material};
@@ -8,7 +8,7 @@ use cosmic::error::Error;
 use cosmic::geometry::from_flat;
 use cosmic::inputs::Inputs;
 use cosmic::lattice::{Body, State};
-use cosmic::policy::{Controller, Goals};
+use cosmic::policy::Controller;
 use cosmic::projection::Projection;
 use cosmic::simulator::{Robots, Span, Surroundings, Trajectory};
 use cosmic::task::Task;
@@ -61,16 +61,17 @@ pub(crate) struct Asked<R> {
     z: Vec<Vec<[R; 3]>>,
     controllers: Vec<Controller<R>>,
     starts: Vec<State<R>>,
-    /// The goals of each robot; empty if the robots have the scene's goal.
-    goals: Vec<Goals<R>>,
+    /// The numbers of the arrays of [`Others`](crate::arrays::Others): one list for each robot, or one for all.
+    others: Vec<Vec<R>>,
+    pub(crate) sizes: Sizes,
     pub(crate) mixing: Vec<Mixing>,
     pub(crate) robots: usize,
     pub(crate) span: Span,
 }
 
 impl<R: Number> Asked<R> {
-    /// Reads the arrays of [`Sizes::shapes`], and the goals if there is one array more. Each has an axis for robots in
-    /// front, of length 1 if all robots share the array. Python has checked their shapes and their numbers.
+    /// Reads the arrays of [`Sizes::shapes`], and then those of the other inputs. Each has an axis for robots in front, of
+    /// length 1 if all robots share the array. Python has checked their shapes and their numbers.
     pub(crate) fn new(
         sizes: &Sizes,
         arrays: &[Bound<PyAny>],
@@ -105,13 +106,18 @@ impl<R: Number> Asked<R> {
         Ok(Self {
             mixing: mixing.collect(),
             z,
-            controllers: (differ(1..x0))
+            // Robots with given activations share a controller without blocks.
+            controllers: (0..differ(1..x0).end.max(1))
                 .map(|robot| Controller::new(&sizes.blocks, own(robot).collect()))
                 .collect(),
             starts: differ(x0..x0 + 2).map(state).collect(),
-            goals: (differ(x0 + 2..counts.len()))
-                .map(|robot| sizes.goals(part(x0 + 2, robot)))
+            others: (differ(x0 + 2..counts.len()))
+                .map(|robot| {
+                    let others = (x0 + 2..counts.len()).flat_map(|array| part(array, robot));
+                    others.copied().collect()
+                })
                 .collect(),
+            sizes: sizes.clone(),
             robots,
             span,
         })
@@ -137,15 +143,10 @@ impl<R: Number> Asked<R> {
         &self.starts[robot % self.starts.len()]
     }
 
-    /// Returns the goals of a robot; `None` if it has the scene's goal.
-    pub(crate) fn goals(&self, robot: usize) -> Option<&Goals<R>> {
-        self.goals.get(robot % self.goals.len().max(1))
-    }
-
-    /// Returns the components of a robot's goals; empty if it has the scene's goal.
-    pub(crate) fn components(&self, robot: usize) -> Vec<R> {
-        let goals = self.goals(robot).into_iter().flat_map(Goals::iter);
-        goals.flatten().collect()
+    /// Returns the numbers of a robot's other inputs.
+    pub(crate) fn others(&self, robot: usize) -> &[R] {
+        let others = self.others.get(robot % self.others.len().max(1));
+        others.map_or(&[], |others| others)
     }
 
     /// True if all robots have the same design vectors.
@@ -154,9 +155,9 @@ impl<R: Number> Asked<R> {
         self.z.len() < 2
     }
 
-    /// True if all robots have the same goals.
-    pub(crate) fn shares_goals(&self) -> bool {
-        self.goals.len() < 2
+    /// True if all robots have the same other inputs.
+    pub(crate) fn shares_others(&self) -> bool {
+        self.others.len() < 2
     }
 
     pub(crate) fn inputs(&self, robot: usize) -> Inputs<R> {
@@ -167,28 +168,35 @@ impl<R: Number> Asked<R> {
         }
     }
 
-    /// Returns the body with which a robot is simulated.
-    pub(crate) fn body(&self, task: &Task, robot: usize) -> Body<R> {
-        self.mixing[robot].body(task, self.z(robot))
+    /// Returns the surroundings and the body with which a robot is simulated.
+    pub(crate) fn robot(&self, task: &Task, robot: usize) -> (Surroundings<R>, Body<R>) {
+        let body = self.mixing[robot].body(task, self.z(robot));
+        in_surroundings(task, &self.sizes, body, self.others(robot))
     }
 
     /// Simulates a range of robots together. If there are several, they must share one controller.
     fn group(&self, task: &Task, robots: Range<usize>) -> Vec<Trajectory<R>> {
-        let bodies = robots.clone().map(|robot| self.body(task, robot));
-        let bodies: Vec<Body<R>> = bodies.collect();
-        let controller = self.controller(robots.start);
+        let pairs = robots.clone().map(|robot| self.robot(task, robot));
+        let (mut surroundings, bodies): (Vec<_>, Vec<_>) = pairs.unzip();
+        if self.shares_others() {
+            surroundings.truncate(1);
+        }
         let starts = robots.clone().map(|robot| self.start(robot));
         let starts: Vec<&State<R>> = starts.collect();
-        let differ = match self.shares_goals() {
-            true => robots.take(1),
-            false => robots.take(usize::MAX),
-        };
-        let surroundings = differ.map(|robot| surroundings_of(task, &self.components(robot)));
-        let surroundings: Vec<_> = surroundings.collect();
+        if self.sizes.others.driven.is_some() {
+            let given = |robot| {
+                self.sizes
+                    .others
+                    .split(self.sizes.edges, self.others(robot))
+                    .0
+            };
+            let given: Vec<&[R]> = robots.map(given).collect();
+            return (task.simulator).driven(&surroundings, &bodies, &given, &starts, &self.span);
+        }
         let robots = Robots {
             surroundings: &surroundings,
             bodies: &bodies,
-            controllers: std::slice::from_ref(controller),
+            controllers: std::slice::from_ref(self.controller(robots.start)),
         };
         task.simulator.rollouts(&robots, &starts, &self.span)
     }
@@ -220,20 +228,45 @@ impl<R: Number> Asked<R> {
         }
     }
 
-    /// Repeats the rollout of a robot in double precision, to find where and why it diverges.
+    /// Repeats the rollout of a robot in double precision, to find where and why it diverges. The reason is only known for a
+    /// robot with a controller in the physics of the scene.
     pub(crate) fn divergence(&self, task: &Task, robot: usize) -> Error {
-        let (start, controller) = (self.start(robot), self.controller(robot));
-        let (start, controller) = (start.map(Into::into), controller.map(Into::into));
-        let body = self.body(task, robot).map(Into::into);
-        let goals = self.goals(robot).map(|goals| goals.map(Into::into));
-        let task = goals.map_or(Cow::Borrowed(task), |goals| {
-            Cow::Owned(task.with_goals(&goals))
-        });
-        let guarded = (task.simulator).guarded(&body, &controller, &start, &self.span);
         let not_again = || {
             Error::NoFigure("the rollout diverged in single but not in double precision".to_owned())
         };
-        (guarded.divergence.as_ref()).map_or_else(not_again, Error::from)
+        let of: Vec<f64> = self.others(robot).iter().map(|&x| x.into()).collect();
+        let inputs = self.inputs(robot).map(Into::into);
+        let Sizes { others, .. } = &self.sizes;
+        if others.driven.is_none() && others.physics.is_empty() {
+            let goals = (others.goals > 0).then(|| self.sizes.goals(&of));
+            let task = goals.map_or(Cow::Borrowed(task), |goals| {
+                Cow::Owned(task.with_goals(&goals))
+            });
+            let body = self.mixing[robot].body(&task, &inputs.z);
+            let Inputs {
+                controller, start, ..
+            } = inputs;
+            let guarded = (task.simulator).guarded(&body, &controller, &start, &self.span);
+            return (guarded.divergence.as_ref()).map_or_else(not_again, Error::from);
+        }
+        let steps = self.span.observed.last().copied().unwrap_or(0);
+        let every = Span {
+            observed: (0..=steps).collect(),
+            ..self.span.clone()
+        };
+        let walk = walked(task, &self.sizes, &self.mixing[robot], &inputs, &of, &every);
+        let states = walk.states.iter().enumerate();
+        let found = states.filter_map(|(k, state)| Some((k, state, state.absurd_node()?)));
+        found
+            .take(1)
+            .last()
+            .map_or_else(not_again, |(k, state, node)| Error::Diverged {
+                step: self.span.first + k.saturating_sub(1),
+                node,
+                position: state.x[node],
+                velocity: state.v[node],
+                cause: "under the given activations and physics".to_owned(),
+            })
     }
 }
 
@@ -275,27 +308,72 @@ pub(crate) fn ends_absurd<R: Number>(seen: &[R], nodes: usize) -> bool {
     })
 }
 
-/// Returns the surroundings of a robot with these components of its goals. If there are none, it has the scene's goal.
-pub(crate) fn surroundings_of<R: Real>(task: &Task, goals: &[R]) -> Surroundings<R> {
+/// Returns the surroundings of a robot whose other inputs have the numbers `others`, and its body in them: `body` is the
+/// one that its design vectors determine.
+pub(crate) fn in_surroundings<R: Real>(
+    task: &Task,
+    sizes: &Sizes,
+    mut body: Body<R>,
+    others: &[R],
+) -> (Surroundings<R>, Body<R>) {
+    let (_, goals, physics) = sizes.others.split(sizes.edges, others);
     let scene = task.simulator.surroundings();
-    (goals.iter().enumerate()).fold(scene, |surroundings, (k, &number)| {
+    let mut surroundings = (goals.iter().enumerate()).fold(scene, |surroundings, (k, &number)| {
         let axis = ["along", "above"][k % 2];
         surroundings.with(&format!("goal.{}.{axis}", k / 2), number)
-    })
+    });
+    for (name, numbers) in physics {
+        let scaled = match FACTORS.iter().position(|factor| *factor == name) {
+            Some(0) => &mut body.stiffness,
+            Some(1) => &mut body.strain,
+            Some(2) => {
+                let lengths = task.lattice.rest_length.iter();
+                body.rest_length = lengths.map(|&length| R::lit(length)).collect();
+                &mut body.rest_length
+            }
+            Some(_) => &mut body.mass,
+            None => {
+                surroundings = surroundings.with(name, numbers[0]);
+                continue;
+            }
+        };
+        for (x, &factor) in scaled.iter_mut().zip(numbers.iter().cycle()) {
+            *x *= factor;
+        }
+    }
+    (surroundings, body)
 }
 
-/// Simulates a robot. `goals` has the components of its goals, and is empty if it has the scene's goal. Returns one
-/// list: its observed positions, then its observed velocities.
-pub(crate) fn seen<R: Real>(
+/// Simulates a robot with other inputs.
+fn walked<R: Real>(
     task: &Task,
+    sizes: &Sizes,
     mixing: &Mixing,
     inputs: &Inputs<R>,
-    goals: &[R],
+    others: &[R],
+    span: &Span,
+) -> Trajectory<R> {
+    let body = mixing.body(task, &inputs.z);
+    let (surroundings, body) = in_surroundings(task, sizes, body, others);
+    let starts = [&inputs.start];
+    let mut walks = if sizes.others.driven.is_some() {
+        let (activations, ..) = sizes.others.split(sizes.edges, others);
+        (task.simulator).driven(&[surroundings], &[body], &[activations], &starts, span)
+    } else {
+        let robot = Robots::one(&surroundings, &body, &inputs.controller);
+        task.simulator.rollouts(&robot, &starts, span)
+    };
+    walks.remove(0)
+}
+
+/// Simulates a robot with other inputs. Returns one list: its observed positions, then its observed velocities.
+pub(crate) fn seen<R: Real>(
+    task: &Task,
+    sizes: &Sizes,
+    mixing: &Mixing,
+    inputs: &Inputs<R>,
+    others: &[R],
     span: &Span,
 ) -> Vec<R> {
-    let body = mixing.body(task, &inputs.z);
-    let (controller, start) = (&inputs.controller, &inputs.start);
-    let surroundings = surroundings_of(task, goals);
-    let robot = Robots::one(&surroundings, &body, controller);
-    flattened(&task.simulator.rollouts(&robot, &[start], span)).concat()
+    flattened(&[walked(task, sizes, mixing, inputs, others, span)]).concat()
 }

@@ -1,7 +1,7 @@
 //! Populations on a GPU.
 
 use crate::arrays::{Number, flattened};
-use crate::asked::{Asked, surroundings_of};
+use crate::asked::{Asked, in_surroundings};
 use crate::errors::{Error, InputError};
 use crate::work::OfProcess;
 use autodiff::Var;
@@ -58,7 +58,7 @@ impl Device {
     }
 
     /// For each robot, whether its last state is absurd, and the gradient of its states times `bars` by all inputs and
-    /// then by its goals.
+    /// then by its other inputs.
     pub(crate) fn pulled<R: Number>(
         &self,
         task: &Task,
@@ -69,7 +69,7 @@ impl Device {
         let by = Wanted {
             bodies: true,
             controllers: true,
-            surroundings: !asked.components(0).is_empty(),
+            surroundings: !asked.others(0).is_empty(),
         };
         let losses = Pulled { task, asked, bars };
         let found = self.0.differentiated(&of, by, &losses)?.into_iter();
@@ -87,13 +87,15 @@ impl Device {
 fn batch<R: Number>(task: &Task, asked: &Asked<R>) -> Batch {
     let robots = asked.robots;
     let or_one = |is_shared: bool| 0..if is_shared { 1 } else { robots };
-    let body = |robot| -> Body<f64> { asked.body(task, robot).map(Into::into) };
-    let surroundings = |robot| surroundings_of(task, &asked.components(robot)).map(Into::into);
+    let body = |robot| -> Body<f64> { asked.robot(task, robot).1.map(Into::into) };
+    let surroundings = |robot| asked.robot(task, robot).0.map(Into::into);
     Batch {
         simulator: task.simulator.clone(),
         span: asked.span.clone(),
-        surroundings: or_one(asked.shares_goals()).map(surroundings).collect(),
-        bodies: or_one(asked.shares_design()).map(body).collect(),
+        surroundings: or_one(asked.shares_others()).map(surroundings).collect(),
+        bodies: or_one(asked.shares_design() && asked.shares_others())
+            .map(body)
+            .collect(),
         controllers: or_one(asked.shared_controller().is_some())
             .map(|robot| asked.controller(robot).map(Into::into))
             .collect(),
@@ -105,31 +107,28 @@ fn batch<R: Number>(task: &Task, asked: &Asked<R>) -> Batch {
 
 impl<R: Number> Pulled<'_, R> {
     fn inputs(&self, robot: usize) -> Inputs<f64> {
-        let inputs = self.asked.inputs(robot);
-        Inputs {
-            z: inputs.z.iter().map(|row| row.map(Into::into)).collect(),
-            controller: inputs.controller.map(Into::into),
-            start: inputs.start.map(Into::into),
-        }
+        self.asked.inputs(robot).map(Into::into)
     }
 }
 
 impl<R: Number> Losses for Pulled<'_, R> {
     fn numbers(&self, robot: usize) -> Vec<f64> {
-        let goals = self.asked.components(robot).into_iter();
+        let others = self.asked.others(robot).iter();
         let mut numbers = self.inputs(robot).get(ALL);
-        numbers.extend(goals.map(Into::<f64>::into));
+        numbers.extend(others.map(|&x| Into::<f64>::into(x)));
         numbers
     }
 
     fn robot(&self, robot: usize, numbers: &[Var<f64>]) -> Member<Var<f64>> {
         let mut inputs: Inputs<Var<f64>> = self.inputs(robot).lift();
-        let goals = self.asked.components(robot).len();
-        let (own, goals) = numbers.split_at(numbers.len() - goals);
+        let others = self.asked.others(robot).len();
+        let (own, others) = numbers.split_at(numbers.len() - others);
         inputs.set(ALL, own);
+        let body = self.asked.mixing[robot].body(self.task, &inputs.z);
+        let (surroundings, body) = in_surroundings(self.task, &self.asked.sizes, body, others);
         Member {
-            surroundings: surroundings_of(self.task, goals),
-            body: self.asked.mixing[robot].body(self.task, &inputs.z),
+            surroundings,
+            body,
             controller: inputs.controller,
             start: inputs.start,
         }

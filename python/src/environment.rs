@@ -124,7 +124,9 @@ impl Driven {
         let work = |stop: &_| {
             each(robots, group_size(robots, true), stop, |robots| {
                 let (held, starts) = (&held[robots.clone()], &starts[robots]);
-                (task.simulator).rollouts_held(&self.body, held, starts, &span)
+                let surroundings = [task.simulator.surroundings()];
+                let bodies = std::slice::from_ref(&self.body);
+                (task.simulator).driven(&surroundings, bodies, held, starts, &span)
             })
         };
         let seen = caught(|| whole(in_pool(py, robots, work)?))?;

@@ -6,7 +6,6 @@ use crate::device::Device;
 use crate::errors::of_class;
 use crate::simulator::Simulator;
 use crate::work::{Stop, each, in_pool, whole};
-use autodiff::Dual;
 use cosmic::inputs::{ALL, Inputs};
 use cosmic::simulator::Span;
 use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
@@ -75,7 +74,7 @@ impl Simulator {
         }
     }
 
-    /// The gradient of each robot's states times `bars`, by all inputs and then by its goals: a row per robot.
+    /// The gradient of each robot's states times `bars`, by all inputs and then by its other inputs: a row per robot.
     pub(crate) fn vjp_in<'py, R: Number>(
         &self,
         py: Python<'py>,
@@ -93,12 +92,12 @@ impl Simulator {
             None => self.products(py, &asked, |robot| {
                 let length = bars[0].len() / asked.robots;
                 let cotangents = bars.map(|bar| &bar[robot * length..][..length]).concat();
-                let goals = asked.components(robot);
-                let function = |inputs: &Inputs<_>, goals: &[_]| {
-                    seen(&self.task, &asked.mixing[robot], inputs, goals, &asked.span)
+                let mixing = &asked.mixing[robot];
+                let function = |inputs: &Inputs<_>, others: &[_]| {
+                    seen(&self.task, &self.sizes, mixing, inputs, others, &asked.span)
                 };
-                let inputs = asked.inputs(robot);
-                let (values, gradient) = inputs.vjp(ALL, &goals, function, &cotangents);
+                let (inputs, others) = (asked.inputs(robot), asked.others(robot));
+                let (values, gradient) = inputs.vjp(ALL, others, function, &cotangents);
                 (ends_absurd(&values, self.sizes.nodes), gradient)
             })?,
             Some(device) => {
@@ -123,18 +122,15 @@ impl Simulator {
         let asked = Asked::<R>::new(&self.sizes, arrays, span, projection)?;
         let along = Asked::<R>::new(&self.sizes, tangents, asked.span.clone(), "none")?;
         let products = self.products(py, &asked, |robot| {
-            let tangents = along.inputs(robot % along.robots);
-            let goals = asked.components(robot).into_iter();
-            let goals: Vec<_> = goals.map(Dual::constant).collect();
-            let (values, slopes) = asked.inputs(robot).jvp(&tangents, |inputs| {
-                seen(
-                    &self.task,
-                    &asked.mixing[robot],
-                    inputs,
-                    &goals,
-                    &asked.span,
-                )
-            });
+            let mixing = &asked.mixing[robot];
+            let function = |inputs: &Inputs<_>, others: &[_]| {
+                seen(&self.task, &self.sizes, mixing, inputs, others, &asked.span)
+            };
+            let same = robot % along.robots;
+            let others = [asked.others(robot), along.others(same)];
+            let (values, slopes) = asked
+                .inputs(robot)
+                .jvp(&along.inputs(same), others, function);
             let is_absurd = ends_absurd(&values, self.sizes.nodes);
             (is_absurd, [values, slopes].concat())
         })?;

@@ -1,6 +1,6 @@
 //! The class `Simulator`. Arrays from Python have an axis for robots in front.
 
-use crate::arrays::{Sizes, array};
+use crate::arrays::{FACTORS, Others, Sizes, array};
 use crate::device::Device;
 use crate::errors::{caught, raised};
 use crate::rollouts::Pair;
@@ -58,20 +58,60 @@ impl Simulator {
         })
     }
 
-    /// Returns a simulator for rollouts in which the goal changes after these numbers of steps, which ascend. The goals
-    /// are one more array, of shape `(robots, goals, 2)`: along the ground and normal to it, m.
-    fn with_changes(&self, changes: Vec<usize>) -> PyResult<Self> {
+    /// Returns a simulator whose robots have these arrays besides those of [`shapes`](Self::shapes), in this order:
+    ///
+    /// - If `driven` is a number of steps, activations of shape `(robots, driven, edges)`, in place of a controller.
+    /// - If `changes` is given, goals of shape `(robots, goals, 2)`, along the ground and normal to it, m. The goal changes
+    ///   after these numbers of steps, which ascend.
+    /// - The arrays `physics`, which are names with lengths.
+    fn with_others(
+        &self,
+        driven: Option<usize>,
+        changes: Option<Vec<usize>>,
+        physics: Vec<(String, usize)>,
+    ) -> PyResult<Self> {
         caught(|| {
-            let mut sizes = self.sizes.clone();
-            let goals = vec![0.0; 2 + 2 * changes.len()];
-            sizes.changes = Some(changes);
+            let (mut sizes, mut task) = (self.sizes.clone(), self.task.clone());
+            if driven.is_some() {
+                sizes.blocks.clear();
+            }
+            let goals = changes.as_ref().map_or(0, |changes| 1 + changes.len());
+            if let Some(changes) = changes {
+                sizes.changes = Some(changes);
+                task = task.with_goals(&sizes.goals(&vec![0.0; 2 * goals]));
+            }
+            sizes.others = Others {
+                driven,
+                goals,
+                physics,
+            };
             Ok(Self {
                 scene: self.scene.clone(),
-                task: self.task.with_goals(&sizes.goals(&goals)),
+                task,
                 sizes,
                 on_gpu: self.on_gpu,
             })
         })
+    }
+
+    /// The names of the arrays that change the physics: those of single numbers with their values in the scene, and those
+    /// of factors with the number of edges or nodes.
+    #[getter]
+    fn physics(&self) -> (Vec<(String, f64)>, Vec<(&'static str, usize)>) {
+        let surroundings = self.task.simulator.surroundings::<f64>();
+        let numbers = surroundings
+            .iter()
+            .filter(|(name, _)| !name.starts_with("goal."));
+        let Sizes { edges, nodes, .. } = self.sizes;
+        (
+            numbers
+                .map(|(name, value)| (name.to_owned(), value))
+                .collect(),
+            FACTORS
+                .into_iter()
+                .zip([edges, edges, edges, nodes])
+                .collect(),
+        )
     }
 
     /// The point from which Python counts goals: the payload at the start, along the ground and normal to it, in

@@ -19,7 +19,7 @@ WRONG: dict[str, tuple[Call, list[str]]] = {
     "too few arrays": (lambda sim, i, t: sim.rollout(i[:3], 32), ["expected Inputs", "found 3"]),
     "another controller": (
         lambda sim, i, t: sim.rollout(i._replace(controller={"w3": i.z}), 32),
-        ["controller", "expected the blocks w1, b1, w2, b2, found w3"],
+        ["controller", "expected the blocks w1, b1, w2, b2, or only activations; found w3"],
     ),
     "complex": (lambda sim, i, t: sim.rollout(changed(i, w2=1j * i.controller["w2"])), ["w2", "complex128"]),
     "objects": (lambda sim, i, t: sim.rollout(changed(i, b1=None)), ["b1", "object"]),

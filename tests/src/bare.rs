@@ -32,6 +32,7 @@ impl Bare {
             stiffness: springs.iter().map(|spring| spring.2).collect(),
             strain: vec![0.0; springs.len()],
             largest_strain: 1.0,
+            rest_length: Vec::new(),
             mass: masses.to_vec(),
             presence: Vec::new(),
             marker: Marker::default(),

@@ -70,7 +70,7 @@ impl Function for ByNumber<'_> {
 
 /// Robots with laws that have settings. For each robot, also the numbers of its surroundings that the tests vary, by
 /// name.
-fn with_settings() -> [(Case, &'static [&'static str]); 4] {
+fn with_settings() -> [(Case, &'static [&'static str]); 5] {
     let sliding = robot(
         "[physics]\ncontact = \"coulomb\"\nfriction = 0.3\nincline_deg = 10.0\n\
          forces = [\"tether\", \"damper\", \"stiffening\", \"bending\"]\n[tether]\nstiffness = 0.3\ndamping = 0.01",
@@ -83,6 +83,9 @@ fn with_settings() -> [(Case, &'static [&'static str]); 4] {
         "[physics]\ncontact = \"coulomb\"\nfriction = 0.3\n[ground]\nprofile = \"points\"\n\
          points = [[-1.0, 0.0], [0.15, -0.002], [2.0, -0.002]]",
     );
+    let implicit = robot(
+        "[physics]\nintegrator = \"implicit\"\ncontact = \"coulomb\"\nfriction = 0.3\nincline_deg = 10.0",
+    );
     let with_goals = robot(
         "[controller]\ngoals = \"given\"\ngoal_scale = 3.0\n[objective]\ntask = \"reach\"\n[physics]\nincline_deg = 10.0",
     );
@@ -91,6 +94,7 @@ fn with_settings() -> [(Case, &'static [&'static str]); 4] {
             sliding,
             &[
                 "physics.gravity",
+                "physics.damping",
                 "physics.friction",
                 "tether.stiffness",
                 "tether.damping",
@@ -103,7 +107,14 @@ fn with_settings() -> [(Case, &'static [&'static str]); 4] {
             bouncing,
             &["physics.gravity", "bounce.restitution", "stops.stiffness"],
         ),
-        (over_terrain, &["physics.gravity", "physics.friction"]),
+        (
+            over_terrain,
+            &["physics.gravity", "physics.damping", "physics.friction"],
+        ),
+        (
+            implicit,
+            &["physics.gravity", "physics.damping", "physics.friction"],
+        ),
         (
             with_goals,
             &["goal.0.along", "goal.1.along", "goal.2.above"],

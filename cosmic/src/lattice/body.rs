@@ -14,6 +14,8 @@ pub struct Body<R> {
     pub strain: Vec<R>,
     /// The [largest strain](crate::scene::MaterialSettings::largest_strain) of the actuator material.
     pub largest_strain: f64,
+    /// The rest length of each edge, in m. Empty if the edges have the rest lengths of the lattice.
+    pub rest_length: Vec<R>,
     /// The mass of each node, in kg.
     pub mass: Vec<R>,
     /// The presence of each node, from 0 to 1: its weight in the mean position and in the observation. A node without a
@@ -44,17 +46,19 @@ impl<R: Copy> Body<R> {
             stiffness: each(&self.stiffness),
             strain: each(&self.strain),
             largest_strain: self.largest_strain,
+            rest_length: each(&self.rest_length),
             mass: each(&self.mass),
             presence: each(&self.presence),
             marker: self.marker.map(f),
         }
     }
 
-    /// All numbers of the body: stiffnesses, strains, masses, presences and the weights of the marker.
+    /// All numbers of the body: stiffnesses, strains, rest lengths, masses, presences and the weights of the marker.
     pub fn numbers(&self) -> Vec<R> {
         [
             &self.stiffness[..],
             &self.strain,
+            &self.rest_length,
             &self.mass,
             &self.presence,
             &self.marker.weights,
@@ -77,6 +81,7 @@ impl<R: Copy> Body<R> {
             stiffness: next(&self.stiffness),
             strain: next(&self.strain),
             largest_strain: self.largest_strain,
+            rest_length: next(&self.rest_length),
             mass: next(&self.mass),
             presence: next(&self.presence),
             marker: Marker {

@@ -7,7 +7,7 @@ use autodiff::{Array, Program};
 use super::contact::{Contact, Flat, Flying};
 use super::hold::{Grip, Landing};
 use super::law::{StepInput, step_inputs};
-use super::motion::{Flight, Particle};
+use super::motion::{Drift, Particle};
 use super::terrain::Terrain;
 use crate::geometry::Vector;
 use crate::settings::Settings;
@@ -24,7 +24,7 @@ pub(crate) trait AnyContact: Debug + Send + Sync {
     fn fly(
         &self,
         p: &mut Program,
-        flight: Flight,
+        drift: Drift,
         terrain: Option<&Terrain>,
         pushed: FlightInputs,
     ) -> Particle<Array>;
@@ -48,7 +48,7 @@ pub(crate) struct FlightInputs<'a, const D: usize = 2> {
     pub(crate) impulses: Vector<Array, D>,
     /// 1 / mass, 1/kg.
     pub(crate) inverse_mass: Array,
-    /// The velocity that gravity adds (m/s), then the settings of the contact law, in arrays of one number.
+    /// The numbers of a [`Push`](super::Push), then the settings of the contact law, in arrays of one number.
     pub(crate) uniforms: &'a [Array],
 }
 
@@ -89,7 +89,7 @@ impl<C: Contact> AnyContact for C {
     fn fly(
         &self,
         p: &mut Program,
-        flight: Flight,
+        drift: Drift,
         terrain: Option<&Terrain>,
         pushed: FlightInputs,
     ) -> Particle<Array> {
@@ -100,7 +100,7 @@ impl<C: Contact> AnyContact for C {
             p,
             terrain,
             |ground| Flying {
-                flight,
+                drift,
                 contact,
                 ground
             },

@@ -6,7 +6,7 @@ use autodiff::arrays::{MOST_UNIFORMS, constants, pulled_back, seeded, vjp_by_dua
 use autodiff::{Kernel, Pullback, Real};
 
 use super::law::Law;
-use super::motion::{Drift, Flight, Particle};
+use super::motion::{Drift, Particle, Push};
 use super::terrain::{IMPACTS, NONE, RemainingDrift, Route, Terrain};
 use crate::geometry::{Plane, Rotation, Vector};
 use crate::kernel;
@@ -293,12 +293,12 @@ impl Surface for Terrain {
 }
 
 /// The kernel of one step of a node: a push that changes the velocity, then a drift that changes the position. It maps
-/// `[x, y, vx, vy, impulse x, impulse y, 1 / mass]` to the new `[x, y, vx, vy]`. The uniform inputs are the two
-/// components of the velocity that gravity adds (m/s), then the law's settings.
+/// `[x, y, vx, vy, impulse x, impulse y, 1 / mass]` to the new `[x, y, vx, vy]`. The uniform inputs are those of a [`Push`],
+/// then the law's settings.
 #[derive(Clone, Debug)]
 pub struct Flying<C, G = Flat> {
-    /// The numbers that determine the push and the drift.
-    pub flight: Flight,
+    /// The drift after the push.
+    pub drift: Drift,
     /// The contact law.
     pub contact: C,
     /// The ground.
@@ -307,11 +307,11 @@ pub struct Flying<C, G = Flat> {
 
 #[kernel]
 impl<C: Contact, G: Surface> Kernel<7, 4> for Flying<C, G> {
-    const UNIFORMS: usize = 2 + C::COUNT;
+    const UNIFORMS: usize = Push::<f64>::COUNT + C::COUNT;
 
     fn eval<R: Real>(&self, node: [R; 7], given: &[R]) -> [R; 4] {
         let (law, node, _) = self.before(node, given);
-        let node = G::drift::<C, R, 2>(&self.ground, &law, &self.flight.drift, node);
+        let node = G::drift::<C, R, 2>(&self.ground, &law, &self.drift, node);
         node.array()
     }
 
@@ -323,7 +323,7 @@ impl<C: Contact, G: Surface> Kernel<7, 4> for Flying<C, G> {
 impl<C: Contact, G: Surface> OverGround<C, 7> for Flying<C, G> {
     #[inline(always)]
     fn drift(&self) -> Drift {
-        self.flight.drift
+        self.drift
     }
 
     #[inline(always)]
@@ -333,9 +333,8 @@ impl<C: Contact, G: Surface> OverGround<C, 7> for Flying<C, G> {
         given: &[R],
     ) -> (C::Of<R>, Particle<R>, R) {
         let (node, impulse) = (Particle::new([x, y, vx, vy]), Vector::new([jx, jy]));
-        let gravity = Vector::new([given[0], given[1]]);
-        let v = (self.flight).velocity(node.v, impulse, inverse_mass, gravity);
-        let law = self.contact.of(&given[2..]);
+        let v = Push::of(given).velocity(node.v, impulse, inverse_mass);
+        let law = self.contact.of(&given[Push::<R>::COUNT..]);
         (law, Particle { v, ..node }, R::lit(NONE))
     }
 

@@ -63,27 +63,41 @@ impl Drift {
     }
 }
 
-/// The numbers that determine one step of a node: the push, which changes its velocity, and the drift after it.
+/// What every push does to a node besides impulses. Kernels get these numbers as their first [`COUNT`](Self::COUNT) uniform
+/// inputs.
 #[derive(Clone, Copy, Debug)]
-pub struct Flight {
-    /// The drift after the push.
-    pub drift: Drift,
+pub struct Push<R, const D: usize = 2> {
+    /// The velocity that gravity adds, m/s.
+    pub gravity: Vector<R, D>,
     /// The factor `exp(-damping h)`, by which damping multiplies a velocity in a substep of length `h`.
-    pub decay: f64,
+    pub decay: R,
 }
 
-impl Flight {
-    /// Computes the velocity `v*` (m/s) that a node has after the push and before contact. The inputs are the velocity
-    /// before the step, the impulse (N s), 1 / mass (1/kg) and the velocity that gravity adds (m/s).
+impl<R: Real> Push<R> {
+    /// The number of uniform inputs.
+    pub const COUNT: usize = 3;
+
+    /// Reads the first uniform inputs of a kernel.
     #[inline(always)]
-    pub fn velocity<R: Real, const D: usize>(
+    pub fn of(uniforms: &[R]) -> Self {
+        Self {
+            gravity: Vector::new([uniforms[0], uniforms[1]]),
+            decay: uniforms[2],
+        }
+    }
+}
+
+impl<R: Real, const D: usize> Push<R, D> {
+    /// Computes the velocity `v*` (m/s) that a node has after the push and before contact. The inputs are the velocity
+    /// before the step, the impulse (N s) and 1 / mass (1/kg).
+    #[inline(always)]
+    pub fn velocity(
         &self,
         v: Vector<R, D>,
         impulse: Vector<R, D>,
         inverse_mass: R,
-        gravity: Vector<R, D>,
     ) -> Vector<R, D> {
-        let pushed = impulse.fma(inverse_mass, gravity);
-        v.fma(R::lit(self.decay), pushed)
+        let pushed = impulse.fma(inverse_mass, self.gravity);
+        v.fma(self.decay, pushed)
     }
 }

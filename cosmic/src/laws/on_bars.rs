@@ -28,7 +28,8 @@ impl<L: BarForce> OnBars<L> {
         let given = [
             pose.activation.get(edge).copied().unwrap_or(0.0),
             pose.body.stiffness[edge],
-            pose.lattice.rest_length[edge],
+            (pose.body.rest_length.get(edge))
+                .map_or(pose.lattice.rest_length[edge], |&length| length),
             pose.body.strain[edge],
         ];
         let length = between.length(pose.lattice.softening());

@@ -155,6 +155,7 @@ impl NodeBounds {
             stiffness: vec![0.0; edges],
             strain: vec![0.0; edges],
             largest_strain: 1.0,
+            rest_length: Vec::new(),
             mass: vec![physics.node_mass; lattice.nodes()],
             presence: Vec::new(),
             marker: Marker::default(),

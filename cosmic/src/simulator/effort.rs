@@ -9,7 +9,7 @@ use super::parameters::Parameters;
 use crate::geometry::Vector;
 use crate::kernel;
 use crate::lattice::Body;
-use crate::laws::{Flight, Force, Step, Tensions};
+use crate::laws::{Force, Push, Step, Tensions};
 
 /// What the bars of a robot do in the step that ends at an observed state. Each list has a number for every edge. At the
 /// start of a rollout all numbers are 0.
@@ -120,7 +120,7 @@ pub(super) fn tension(
 ) -> Array {
     let sum = forces
         .iter()
-        .zip(&given.forces)
+        .zip(&given.mechanics.forces)
         .fold(None, |sum: Option<Tensions>, (force, given)| {
             force.record_slopes(p, step, given, sum).or(sum)
         });
@@ -141,17 +141,16 @@ impl Kernel<6, 2> for Work {
 }
 
 /// The kernel of the mean of a node's velocities before and after an explicit push (m/s), from the velocity before, the
-/// impulse (N s) and 1 / mass (1/kg). The uniform inputs are the velocity that gravity adds (m/s).
-pub(super) struct MeanVelocity(pub(super) Flight);
+/// impulse (N s) and 1 / mass (1/kg). The uniform inputs are those of a [`Push`].
+pub(super) struct MeanVelocity;
 
 #[kernel]
 impl Kernel<5, 2> for MeanVelocity {
-    const UNIFORMS: usize = 2;
+    const UNIFORMS: usize = Push::<f64>::COUNT;
 
-    fn eval<R: Real>(&self, [vx, vy, jx, jy, inverse_mass]: [R; 5], gravity: &[R]) -> [R; 2] {
+    fn eval<R: Real>(&self, [vx, vy, jx, jy, inverse_mass]: [R; 5], push: &[R]) -> [R; 2] {
         let (v, impulse) = (Vector::new([vx, vy]), Vector::new([jx, jy]));
-        let gravity = Vector::new([gravity[0], gravity[1]]);
-        let after = self.0.velocity(v, impulse, inverse_mass, gravity);
+        let after = Push::of(push).velocity(v, impulse, inverse_mass);
         ((v + after) * R::lit(0.5)).array()
     }
 }

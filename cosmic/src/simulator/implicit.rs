@@ -14,13 +14,11 @@ use crate::geometry::Vector;
 use crate::kernel;
 use crate::laws::{
     AnyContact, Equation, FindGround, FirstPass, Flat, Force, FreeEquation, GroundBelow, Impulse,
-    Linear, NextPass, NodeContacts, Particle, Reaction, Step, Terrain, add,
+    Linear, NextPass, NodeContacts, Particle, Push, Reaction, Step, Terrain, add,
 };
 
 /// An implicit step of all nodes, as it is recorded.
 pub(super) struct Implicit<'a> {
-    /// The factor by which damping multiplies a velocity in the step.
-    pub(super) decay: f64,
     pub(super) contact: &'a dyn AnyContact,
     /// The profile of the ground; `None` if the ground is a straight line.
     pub(super) terrain: Option<&'a Terrain>,
@@ -73,12 +71,12 @@ struct Bars {
 impl Implicit<'_> {
     /// Records the step, and returns the nodes after it. If a meter is given, it is advanced.
     pub(super) fn record(&self, p: &mut Program, meter: Option<&mut Meter>) -> Particle<Array> {
-        let (nodes, falling) = (self.step.nodes, FreeVelocity(self.decay));
-        let free = Vector::new(p.map(falling, nodes.v.array(), &self.given.contact[..2]));
+        let nodes = self.step.nodes;
+        let free = Vector::new(p.map(FreeVelocity, nodes.v.array(), &self.given.mechanics.push));
         // The kernel of the grip does not read its input; a rest length has no derivative.
         let any = p.gather(self.step.rest_length, &[Some(0)]);
         let has_ground = self.contact.has_ground();
-        let grip = has_ground.then(|| self.contact.grip(p, any, &self.given.contact[2..]));
+        let grip = has_ground.then(|| self.contact.grip(p, any, &self.given.mechanics.contact));
         let none = p.gather(any, &vec![None; self.step.graph.nodes()]);
         let start = Start { free, grip, none };
         let first = Particle { v: free, ..nodes };
@@ -193,7 +191,7 @@ impl Implicit<'_> {
     fn bars(&self, p: &mut Program, base: Particle<Array>, from_start: bool) -> Bars {
         let (at, mut sum, mut others) = (self.at(base), None, Vec::new());
         for (k, force) in self.forces.iter().enumerate() {
-            match force.record_slopes(p, &at, &self.given.forces[k], sum) {
+            match force.record_slopes(p, &at, &self.given.mechanics.forces[k], sum) {
                 Some(tensions) => sum = Some(tensions),
                 None => others.push(k),
             }
@@ -227,7 +225,7 @@ impl Implicit<'_> {
         let of_bars = p.map_edges(self.step.graph, Impulse, change.array(), &per_edge, &[]);
         let at = self.at(base);
         (bars.others.iter()).fold(Vector::new(of_bars), |sum, &k| {
-            let own = self.forces[k].record(p, &at, &self.given.forces[k]);
+            let own = self.forces[k].record(p, &at, &self.given.mechanics.forces[k]);
             add(p, Some(sum), own)
         })
     }
@@ -381,7 +379,7 @@ impl Implicit<'_> {
             contacts.slid,
         ];
         let (contact, terrain) = (self.contact, self.terrain);
-        contact.land(p, dt, terrain, node, &self.given.contact[2..])
+        contact.land(p, dt, terrain, node, &self.given.mechanics.contact)
     }
 }
 
@@ -390,17 +388,17 @@ fn both(a: Vector<Array>, b: Vector<Array>) -> [Array; 4] {
     Particle { x: a, v: b }.array()
 }
 
-/// The kernel of the velocity without bars: damping by this factor, then the velocity that gravity adds (m/s), which is
-/// given by uniform inputs.
-struct FreeVelocity(f64);
+/// The kernel of the velocity without bars: damping, then the velocity that gravity adds. The uniform inputs are those of a
+/// [`Push`].
+struct FreeVelocity;
 
 #[kernel]
 impl Kernel<2, 2> for FreeVelocity {
-    const UNIFORMS: usize = 2;
+    const UNIFORMS: usize = Push::<f64>::COUNT;
 
-    fn eval<R: Real>(&self, v: [R; 2], gravity: &[R]) -> [R; 2] {
-        let gravity = Vector::new([gravity[0], gravity[1]]);
-        Vector::new(v).fma(R::lit(self.0), gravity).array()
+    fn eval<R: Real>(&self, v: [R; 2], push: &[R]) -> [R; 2] {
+        let Push { gravity, decay } = Push::of(push);
+        Vector::new(v).fma(decay, gravity).array()
     }
 }
 

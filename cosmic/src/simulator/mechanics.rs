@@ -6,13 +6,13 @@ use autodiff::{Array, Graph, Program, Real};
 
 use super::effort::{self, BarImpulse, MeanVelocity, Meter};
 use super::implicit::Implicit;
-use super::parameters::{ParameterSink, Parameters};
+use super::parameters::{MechanicsParameters, ParameterSink, Parameters};
 use super::surroundings::Surroundings;
 use crate::geometry::{Ground, Vector};
 use crate::lattice::Lattice;
 use crate::laws::{
-    AnyContact, Drift, Flight, FlightInputs, Force, ForceParameters, Particle, Step, StepInput,
-    Terrain, add,
+    AnyContact, Drift, FlightInputs, Force, ForceParameters, Particle, Step, StepInput, Terrain,
+    add,
 };
 use crate::scene::{Integrator, PhysicsSettings};
 
@@ -31,15 +31,21 @@ pub(super) struct Mechanics {
     first: Option<Drift>,
     /// The time for which the forces push in a substep, s.
     pub(super) push: f64,
+    /// The drift after the push.
+    drift: Drift,
+    /// The length of a substep, s.
+    h: f64,
+    /// The damping of the scene, 1/s.
+    damping: f64,
     /// The softening of lengths, m^2.
     softening: f64,
-    pub(super) flight: Flight,
     contact: Arc<dyn AnyContact>,
     /// The profile of the ground above the ground line; `None` if the ground is a straight line.
     terrain: Option<Terrain>,
     pub(super) forces: Vec<Arc<dyn Force>>,
     ground: Ground,
-    /// Gravity (m/s^2), then the settings of the contact law, then the settings of each force.
+    /// Gravity (m/s^2), damping (1/s) unless leapfrog takes it as a constant, then the settings of the contact law, then the
+    /// settings of each force.
     pub(super) inputs: Arc<[StepInput]>,
 }
 
@@ -52,16 +58,20 @@ pub(super) struct Actuation {
     pub(super) time: Option<Array>,
 }
 
+/// The factor by which damping (1/s) multiplies a velocity in a time `h` (s).
+fn decay<R: Real>(damping: R, h: f64) -> R {
+    (-damping * R::lit(h)).exp()
+}
+
 impl Mechanics {
     pub(super) fn new(lattice: &Lattice, physics: &PhysicsSettings) -> Self {
         let h = physics.dt / physics.substeps as f64;
-        let decay = (-physics.damping * h).exp();
         // Leapfrog applies half of the damping after the push. This half also reduces the velocity that the push adds.
         let (first, drift, push) = match physics.integrator {
             Integrator::SymplecticEuler | Integrator::Implicit => (None, Drift { dt: h }, h),
             Integrator::Leapfrog => {
                 let half = Drift { dt: 0.5 * h };
-                (Some(half), half, h * decay.sqrt())
+                (Some(half), half, h * decay(physics.damping, h).sqrt())
             }
         };
         let mechanics = Self {
@@ -69,8 +79,10 @@ impl Mechanics {
             passes: (physics.integrator == Integrator::Implicit).then_some(physics.passes),
             first,
             push,
+            drift,
+            h,
+            damping: physics.damping,
             softening: lattice.softening(),
-            flight: Flight { drift, decay },
             contact: physics.contact_law().into(),
             terrain: Terrain::new(&physics.ground.resolved()),
             forces: physics.forces_on(lattice),
@@ -78,6 +90,11 @@ impl Mechanics {
             inputs: Arc::new([]),
         };
         mechanics.with_inputs(physics.gravity)
+    }
+
+    /// The factor by which damping multiplies a velocity in a substep.
+    pub(super) fn decay(&self) -> f64 {
+        decay(self.damping, self.h)
     }
 
     /// The velocity that gravity adds to a node in a push, m/s. `gravity` is the acceleration (m/s^2).
@@ -92,14 +109,19 @@ impl Mechanics {
     }
 
     fn with_inputs(self, gravity: f64) -> Self {
-        let gravity = StepInput {
-            name: "physics.gravity".to_owned(),
-            value: gravity,
-        };
+        let own = [
+            ("physics.gravity", gravity),
+            ("physics.damping", self.damping),
+        ];
+        let own = own.into_iter().take(1 + self.damps());
+        let own = own.map(|(name, value)| StepInput {
+            name: name.to_owned(),
+            value,
+        });
         let of_forces = self.forces.iter().flat_map(|force| force.inputs());
         let of_laws = self.contact.inputs().into_iter().chain(of_forces);
         Self {
-            inputs: [gravity].into_iter().chain(of_laws).collect(),
+            inputs: own.chain(of_laws).collect(),
             ..self
         }
     }
@@ -113,30 +135,41 @@ impl Mechanics {
         .with_inputs(self.inputs[0].value)
     }
 
+    /// The number of inputs for damping: 1, or 0 for leapfrog, which applies a part of the damping to impulses.
+    fn damps(&self) -> usize {
+        usize::from(self.first.is_none())
+    }
+
     /// True if a force reads the time.
     pub(super) fn needs_time(&self) -> bool {
         self.forces.iter().any(|force| force.needs_time())
     }
 
-    /// Declares the parameters of the contact law and of the forces, in the order of [`inputs`](Mechanics::inputs).
-    pub(super) fn parameters<P: ParameterSink>(
-        &self,
-        p: &mut P,
-    ) -> (Vec<P::Array>, Vec<ForceParameters<P::Array>>) {
+    /// Declares the parameters of the pushes, the contact law and the forces, in the order of [`inputs`](Mechanics::inputs).
+    pub(super) fn parameters<P: ParameterSink>(&self, p: &mut P) -> MechanicsParameters<P::Array> {
         let velocity = |s: &Surroundings<P::Number>| self.gravity(s.numbers[0]);
-        let axes = [0, 1].map(|axis| p.of_surroundings(|s| [velocity(s)[axis]]));
-        let mut place = 0;
+        let [gx, gy] = [0, 1].map(|axis| p.of_surroundings(|s| [velocity(s)[axis]]));
+        let kept = match self.damps() {
+            0 => p.shared(&[self.decay()]),
+            _ => p.of_surroundings(|s| [decay(s.numbers[1], self.h)]),
+        };
+        let mut place = self.damps();
         let mut next = |p: &mut P| {
             place += 1;
             p.of_surroundings(|s| [s.numbers[place]])
         };
-        let of_contact = self.contact.inputs().into_iter().map(|_| next(p));
-        let contact = axes.into_iter().chain(of_contact).collect();
+        let contact = self.contact.inputs().into_iter().map(|_| next(p));
+        let contact = contact.collect();
         let force = |force: &Arc<dyn Force>| ForceParameters {
             constants: force.constants().iter().map(|a| p.shared(a)).collect(),
             inputs: force.inputs().iter().map(|_| next(p)).collect(),
         };
-        (contact, self.forces.iter().map(force).collect())
+        MechanicsParameters {
+            forces: self.forces.iter().map(force).collect(),
+            push: [gx, gy, kept],
+            one: self.first.map(|_| p.shared(&[1.0])),
+            contact,
+        }
     }
 
     /// Records the mechanical part of a step and returns the nodes after it. `meter` is advanced if it is given.
@@ -151,8 +184,8 @@ impl Mechanics {
     ) -> Particle<Array> {
         let terrain = self.terrain.as_ref();
         for _ in 0..self.substeps {
-            if let Some(drift) = self.first {
-                nodes = self.drifted(p, drift, nodes, given);
+            if let (Some(drift), Some(one)) = (self.first, given.mechanics.one) {
+                nodes = self.drifted(p, drift, nodes, given, one);
             }
             let step = Step {
                 graph,
@@ -170,7 +203,6 @@ impl Mechanics {
             };
             if let Some(passes) = self.passes {
                 let implicit = Implicit {
-                    decay: self.flight.decay,
                     contact: &*self.contact,
                     terrain,
                     forces: &self.forces,
@@ -182,7 +214,7 @@ impl Mechanics {
                 continue;
             }
             let mut impulses = None;
-            for (force, given) in self.forces.iter().zip(&given.forces) {
+            for (force, given) in self.forces.iter().zip(&given.mechanics.forces) {
                 let own = force.record(p, &step, given);
                 impulses = Some(add(p, impulses, own));
             }
@@ -194,32 +226,31 @@ impl Mechanics {
                 nodes,
                 impulses,
                 inverse_mass: given.inverse_mass,
-                uniforms: &given.contact,
+                uniforms: &[&given.mechanics.push, &given.mechanics.contact[..]].concat(),
             };
-            nodes = self.contact.fly(p, self.flight, terrain, pushed);
+            nodes = self.contact.fly(p, self.drift, terrain, pushed);
         }
         nodes
     }
 
-    /// Records a drift, which is a flight without a push.
+    /// Records a drift, which is a flight without a push. `one` is the number 1.
     fn drifted(
         &self,
         p: &mut Program,
         drift: Drift,
         nodes: Particle<Array>,
         given: &Parameters<Array>,
+        one: Array,
     ) -> Particle<Array> {
-        let (inverse_mass, decay) = (given.inverse_mass, 1.0);
-        let [zero, zeros] =
-            [1, inverse_mass.len()].map(|n| p.gather(given.contact[0], &vec![None; n]));
+        let inverse_mass = given.inverse_mass;
+        let [zero, zeros] = [1, inverse_mass.len()].map(|n| p.gather(one, &vec![None; n]));
         let pushed = FlightInputs {
             nodes,
             impulses: Vector::new([zeros; 2]),
             inverse_mass,
-            uniforms: &[&[zero; 2], &given.contact[2..]].concat(),
+            uniforms: &[&[zero, zero, one], &given.mechanics.contact[..]].concat(),
         };
-        let flight = Flight { drift, decay };
-        self.contact.fly(p, flight, self.terrain.as_ref(), pushed)
+        self.contact.fly(p, drift, self.terrain.as_ref(), pushed)
     }
 
     /// Records the meter after an explicit push in which nodes get these impulses (N s).
@@ -240,7 +271,7 @@ impl Mechanics {
         let pulls = p.map_each_edge(step.graph, pulling, positions, &[tension], &[]);
         let ([vx, vy], [jx, jy]) = (step.nodes.v.array(), impulses.array());
         let node = [vx, vy, jx, jy, given.inverse_mass];
-        let moving = p.map(MeanVelocity(self.flight), node, &given.contact[..2]);
+        let moving = p.map(MeanVelocity, node, &given.mechanics.push);
         before.after(p, step.graph, Vector::new(moving), pulls, tension)
     }
 }

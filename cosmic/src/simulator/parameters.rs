@@ -20,15 +20,26 @@ pub(super) struct Parameters<A> {
     pub(super) inverse_mass: A,
     /// The presence of every node (its weight in means and observations), from 0 to 1; `None` if all nodes are present.
     pub(super) presence: Option<A>,
-    /// Activations that stay constant during a rollout, one per slot of the graph. They take the place of a policy.
-    pub(super) held: Option<A>,
+    /// The activations of a step, one per slot of the graph, for robots that are driven by given activations. They take the
+    /// place of a policy.
+    pub(super) activation: Option<A>,
     /// For a robot without feedback: the positions and velocities that the policy sees in every step. `None` for a
     /// robot with feedback, whose policy sees the current ones.
     pub(super) seen: Option<Particle<A>>,
     /// The goals of the rollout in order, two numbers each, m. They are measured from the point of the ground from which
     /// positions are measured. Empty if the goal is a number of the controller.
     pub(super) goals: Vec<A>,
-    /// The velocity that gravity adds (m/s), then the settings of the contact law, in arrays of one number.
+    /// The parameters of the mechanics.
+    pub(super) mechanics: MechanicsParameters<A>,
+}
+
+/// The parameters of pushes and drifts. All but those of the forces are arrays of one number.
+pub(super) struct MechanicsParameters<A> {
+    /// The numbers of a [`Push`](crate::laws::Push).
+    pub(super) push: [A; 3],
+    /// The number 1, for an integrator that drifts before it pushes.
+    pub(super) one: Option<A>,
+    /// The settings of the contact law.
     pub(super) contact: Vec<A>,
     /// The arrays that each force declares.
     pub(super) forces: Vec<ForceParameters<A>>,
@@ -54,8 +65,8 @@ pub(super) trait ParameterSink {
         numbers: impl Fn(&Surroundings<Self::Number>) -> [Self::Number; N],
     ) -> Self::Array;
 
-    /// Adds a parameter that the caller gives for each start. It has `len` numbers.
-    fn of_start(&mut self, len: usize) -> Self::Array;
+    /// Adds numbers that the caller gives for each start and each step: `len` for a step.
+    fn of_step(&mut self, len: usize) -> Self::Array;
 
     /// Adds a parameter that is the same for all robots.
     fn shared(&mut self, numbers: &[f64]) -> Self::Array;
@@ -75,8 +86,8 @@ impl ParameterSink for Program {
     ) -> Array {
         self.parameter(N)
     }
-    fn of_start(&mut self, len: usize) -> Array {
-        self.parameter(len)
+    fn of_step(&mut self, len: usize) -> Array {
+        self.control(len)
     }
     fn shared(&mut self, numbers: &[f64]) -> Array {
         self.parameter(numbers.len())
@@ -88,8 +99,8 @@ impl ParameterSink for Program {
 pub(super) struct Filled<'a, R> {
     pub(super) bodies: &'a [Body<R>],
     pub(super) surroundings: &'a [Surroundings<R>],
-    /// The numbers that the caller gives for each start.
-    pub(super) of_starts: Vec<Vec<R>>,
+    /// The numbers that the caller gives for each start: those of all steps, one step after the other.
+    pub(super) of_steps: Vec<Vec<R>>,
     pub(super) numbers: Vec<Vec<Vec<R>>>,
 }
 
@@ -104,8 +115,8 @@ impl<R: Real> ParameterSink for Filled<'_, R> {
         let numbers = self.surroundings.iter().map(|s| numbers(s).to_vec());
         self.numbers.push(numbers.collect());
     }
-    fn of_start(&mut self, _: usize) {
-        self.numbers.push(std::mem::take(&mut self.of_starts));
+    fn of_step(&mut self, _: usize) {
+        self.numbers.push(std::mem::take(&mut self.of_steps));
     }
     fn shared(&mut self, numbers: &[f64]) {
         let numbers = numbers.iter().map(|&x| R::lit(x)).collect();

@@ -55,13 +55,14 @@ impl<'a, R> Robots<'a, R> {
     }
 
     /// Panics unless there is one entry of each kind, or one for each start.
-    pub(super) fn check(&self, starts: usize) {
+    pub(super) fn check(&self, starts: usize, is_driven: bool) {
         let counts = [
             ("surroundings", self.surroundings.len()),
             ("bodies", self.bodies.len()),
             ("controllers", self.controllers.len()),
         ];
-        for (what, count) in counts {
+        // Robots with given activations have no controllers.
+        for (what, count) in counts.into_iter().take(if is_driven { 2 } else { 3 }) {
             assert!(
                 count == 1 || count == starts,
                 "{count} {what} for {starts} starts; expected one for all, or one for each"
@@ -143,13 +144,13 @@ impl Simulator {
         Planned { model, numbers }
     }
 
-    /// The numbers of all parameters: for each parameter one list per robot, or one list that all robots share. `held` has
-    /// the activations of each start, one per slot of the graph, for robots that are driven by them.
+    /// The numbers of all parameters: for each parameter one list per robot, or one list that all robots share. `activations`
+    /// has those of each start, one per step and slot of the graph, for robots that are driven by them.
     pub(super) fn numbers<R: Real>(
         &self,
         model: &Robot,
         robots: &Robots<R>,
-        held: Vec<Vec<R>>,
+        activations: Vec<Vec<R>>,
     ) -> Vec<Vec<Vec<R>>> {
         let fits = |given: &Surroundings<R>| given.fits(&self.robot.inputs);
         assert!(
@@ -159,7 +160,7 @@ impl Simulator {
         let mut filled = Filled {
             bodies: robots.bodies,
             surroundings: robots.surroundings,
-            of_starts: held,
+            of_steps: activations,
             numbers: Vec::new(),
         };
         model.parameters(&mut filled);

@@ -163,6 +163,9 @@ impl Simulator {
             if !body.presence.is_empty() {
                 fits("presence", body.presence.len(), nodes);
             }
+            if !body.rest_length.is_empty() {
+                fits("rest lengths", body.rest_length.len(), edges);
+            }
         }
         for start in starts {
             fits("initial positions", start.x.len(), nodes);

@@ -201,7 +201,7 @@ impl ParameterSink for Kinds {
     fn of_surroundings<const N: usize>(&mut self, _: impl Fn(&Surroundings<f64>) -> [f64; N]) {
         self.0.push(Kind::Surroundings);
     }
-    fn of_start(&mut self, _: usize) {
+    fn of_step(&mut self, _: usize) {
         self.0.push(Kind::Fixed);
     }
     fn shared(&mut self, _: &[f64]) {

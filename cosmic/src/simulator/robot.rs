@@ -40,6 +40,8 @@ pub(super) struct Robot {
     pub(super) inputs: Arc<[StepInput]>,
     /// True if bodies state the presence (weight) of their nodes.
     weighs: bool,
+    /// True if bodies state the rest lengths of their edges.
+    has_rest_lengths: bool,
     /// The largest strain of the actuator material.
     largest_strain: f64,
     /// For a robot without feedback: the state that the policy sees in every step, as x, y, x velocity and y velocity
@@ -55,8 +57,8 @@ pub(super) struct Robot {
 pub(super) enum Drive {
     /// A policy, which computes the activations in every step.
     Policy(Driver),
-    /// Activations that stay constant, one per slot of the graph.
-    Held,
+    /// Given activations, one per step and slot of the graph.
+    Given,
 }
 
 /// A policy, with the blocks of numbers of a controller and the parameters that the policy declares.
@@ -85,12 +87,13 @@ impl Robot {
             graph,
             mirror: lattice.mirror.clone().map(Arc::new),
             actuated,
-            drive: Drive::Held,
+            drive: Drive::Given,
             settings: controller.clone(),
             goals: (controller.goals == GoalKind::Given)
                 .then(|| Goals::at(Vector::new(controller.goal))),
             inputs: Arc::new([]),
             weighs: false,
+            has_rest_lengths: false,
             largest_strain: 1.0,
             seen: None,
             mechanics: Mechanics::new(lattice, physics),
@@ -140,10 +143,11 @@ impl Robot {
     }
 
     /// A copy of this robot with all of its edges, and with the largest strain of these bodies. If one of them states the
-    /// presence (weight) of its nodes, the steps use it.
+    /// presence (weight) of its nodes or the rest lengths of its edges, the steps use them.
     pub(super) fn for_all_edges<R: Real>(&self, bodies: &[Body<R>]) -> Self {
         Self {
             weighs: bodies.iter().any(|body| !body.presence.is_empty()),
+            has_rest_lengths: bodies.iter().any(|body| !body.rest_length.is_empty()),
             largest_strain: bodies.first().map_or(1.0, |body| body.largest_strain),
             ..self.clone()
         }
@@ -181,10 +185,10 @@ impl Robot {
         state
     }
 
-    /// A copy of this robot with constant activations in place of a policy.
-    pub(super) fn held(self) -> Self {
+    /// A copy of this robot with given activations in place of a policy.
+    pub(super) fn driven(self) -> Self {
         Self {
-            drive: Drive::Held,
+            drive: Drive::Given,
             ..self
         }
     }
@@ -260,17 +264,19 @@ impl Robot {
     pub(super) fn parameters<P: ParameterSink>(&self, p: &mut P) -> Parameters<P::Array> {
         let (graph, slots, nodes) = (&self.graph, self.graph.slots(), self.graph.nodes());
         let inverse = |mass: &P::Number| mass.recip();
-        let (contact, forces) = self.mechanics.parameters(p);
+        let mechanics = self.mechanics.parameters(p);
         let first = self.mechanics.inputs.len();
         let origin = Vector::lit(self.mechanics.origin());
         let goals = (0..self.goals.as_ref().map_or(0, Goals::count))
             .map(|k| p.of_surroundings(|s| (s.goal(first, k) - origin).array()));
         Parameters {
             goals: goals.collect(),
-            contact,
-            forces,
+            mechanics,
             stiffness: p.of_body(slots, |body| graph.to_slots(&body.stiffness)),
-            rest_length: p.shared(&self.rest_length),
+            rest_length: match self.has_rest_lengths {
+                true => p.of_body(slots, |body| graph.to_slots(&body.rest_length)),
+                false => p.shared(&self.rest_length),
+            },
             strain: p.of_body(slots, |body| graph.to_slots(&body.strain)),
             largest_strain: self.largest_strain,
             inverse_mass: p.of_body(nodes, |body| body.mass.iter().map(inverse).collect()),
@@ -280,7 +286,7 @@ impl Robot {
                 (false, Some(_)) => Some(p.shared(&vec![1.0; nodes])),
                 (false, None) => None,
             },
-            held: matches!(self.drive, Drive::Held).then(|| p.of_start(slots)),
+            activation: matches!(self.drive, Drive::Given).then(|| p.of_step(slots)),
             seen: (self.seen.as_ref()).map(|seen| {
                 Particle::new([0, 1, 2, 3].map(|k| p.shared(&seen[k * nodes..][..nodes])))
             }),
@@ -324,10 +330,10 @@ impl Robot {
         clock: &[Array],
     ) -> Array {
         let driver = match &self.drive {
-            Drive::Held => {
+            Drive::Given => {
                 return given
-                    .held
-                    .expect("a robot with constant activations declares them as a parameter");
+                    .activation
+                    .expect("a robot with given activations declares them");
             }
             Drive::Policy(_) if self.actuated.is_empty() => return given.strain,
             Drive::Policy(driver) => driver,

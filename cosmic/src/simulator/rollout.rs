@@ -30,7 +30,7 @@ impl Simulator {
         span: &Span,
     ) -> Vec<Trajectory<R>> {
         let starts: Vec<&State<R>> = starts.iter().map(Borrow::borrow).collect();
-        robots.check(starts.len());
+        robots.check(starts.len(), false);
         if robots.controllers.len() > 1 {
             let alone = |(k, start): (usize, &&State<R>)| {
                 let (surroundings, body, controller) = robots.member(k);
@@ -59,34 +59,41 @@ impl Simulator {
         self.rollouts(&robot, &[start], span).remove(0)
     }
 
-    /// Like [`rollouts`](Simulator::rollouts), for robots whose activations the caller sets in place of a controller, as in
-    /// reinforcement learning. They share one body. `activations` has one list per start, with a number from -1 to 1 for
-    /// each edge, which stays constant.
+    /// Like [`rollouts`](Simulator::rollouts), for robots whose activations the caller gives in place of controllers, as in
+    /// trajectory optimisation and reinforcement learning. `activations` has one list per start, with a number from -1 to 1
+    /// for each step of the span and each edge: step by step, or once if the activations stay constant. The trajectories
+    /// can be differentiated with respect to them too.
     ///
     /// # Panics
     /// Like [`rollouts`](Simulator::rollouts), and if the number of lists or their lengths are wrong.
-    pub fn rollouts_held(
+    pub fn driven<R: Real>(
         &self,
-        body: &Body<f64>,
-        activations: &[&[f64]],
-        starts: &[State<f64>],
+        surroundings: &[Surroundings<R>],
+        bodies: &[Body<R>],
+        activations: &[&[R]],
+        starts: &[impl Borrow<State<R>>],
         span: &Span,
-    ) -> Vec<Trajectory<f64>> {
-        let surroundings = [self.surroundings()];
+    ) -> Vec<Trajectory<R>> {
         let robots = Robots {
-            surroundings: &surroundings,
-            bodies: std::slice::from_ref(body),
+            surroundings,
+            bodies,
             controllers: &[],
         };
-        let starts: Vec<&State<f64>> = starts.iter().collect();
+        let starts: Vec<&State<R>> = starts.iter().map(Borrow::borrow).collect();
+        robots.check(starts.len(), true);
         self.check(robots.bodies, &starts);
         self.fits("lists of activations", activations.len(), starts.len());
-        for held in activations {
-            self.fits("activations", held.len(), body.strain.len());
-        }
-        let model = self.robot.for_bodies(robots.bodies).held();
-        let slots = activations.iter().map(|held| model.graph.to_slots(held));
-        let numbers = self.numbers(&model, &robots, slots.collect());
+        let (edges, steps) = (self.lattice.edges.len(), span.steps());
+        let model = self.robot.for_bodies(robots.bodies).driven();
+        let of_steps = activations.iter().map(|given| {
+            let is_constant = given.len() == edges;
+            let expected = if is_constant { edges } else { edges * steps };
+            self.fits("activations", given.len(), expected);
+            let of_step = |step| if is_constant { 0 } else { edges * step };
+            let steps = (0..steps).map(|step| &given[of_step(step)..][..edges]);
+            steps.flat_map(|step| model.graph.to_slots(step)).collect()
+        });
+        let numbers = self.numbers(&model, &robots, of_steps.collect());
         self.trajectories(&Planned { model, numbers }, &robots, &starts, span)
     }
 

@@ -3,8 +3,8 @@
 use autodiff::arrays::Fixed;
 use autodiff::emit::{adjoint, assert_fresh};
 use cosmic::laws::{
-    BarForce, Bump, Contact, Coulomb, Drift, Equation, FirstPass, Flat, Flight, Flying, Hooke,
-    Impulse, Linear, NextPass, NoGround, Sticking, Sum, Tension, Total,
+    BarForce, Bump, Contact, Coulomb, Drift, Equation, FirstPass, Flat, Flying, Hooke, Impulse,
+    Linear, NextPass, NoGround, Push, Sticking, Sum, Tension, Total,
 };
 
 const HEADER: &str = "\
@@ -25,26 +25,31 @@ use super::slopes::{Impulse, Linear};
 use super::sticking::Sticking;
 ";
 
-/// The expressions for the uniform inputs of a contact kernel in the generated code: both components of gravity, then
-/// one setting of the contact law.
-const UNIFORMS: [&str; 3] = ["at.uniforms[0]", "at.uniforms[1]", "at.uniforms[2]"];
+/// The expressions for the uniform inputs of a contact kernel in the generated code: those of a [`Push`], then one setting of
+/// the contact law.
+const UNIFORMS: [&str; 4] = [
+    "at.uniforms[0]",
+    "at.uniforms[1]",
+    "at.uniforms[2]",
+    "at.uniforms[3]",
+];
 
 /// Generates the code of the adjoint function of a step for the contact law `name`.
 fn of_contact<C: Contact>(name: &str) -> String {
     let (contact, ground) = (C::default(), Flat);
     let flying = |v: &[f64]| Fixed {
         kernel: Flying {
-            flight: Flight {
-                drift: Drift { dt: v[0] },
-                decay: v[1],
-            },
+            drift: Drift { dt: v[0] },
             contact: contact.clone(),
             ground,
         },
-        uniforms: v[2..].to_vec(),
+        uniforms: v[1..].to_vec(),
     };
-    let of_flight = ["self.flight.drift.dt", "self.flight.decay"];
-    let of_flight = [&of_flight, &UNIFORMS[..2 + C::COUNT]].concat();
+    let of_flight = [
+        &["self.drift.dt"],
+        &UNIFORMS[..Push::<f64>::COUNT + C::COUNT],
+    ]
+    .concat();
     adjoint(&format!("Flying<{name}>"), &of_flight, flying)
 }
 

@@ -8,8 +8,7 @@ use autodiff::{Kernel, Real};
 use cosmic::geometry::{Profile, Vector};
 use cosmic::kernel;
 use cosmic::laws::{
-    Contact, Coulomb, Drift, Flat, Flight, Flying, Impact, Law, NoGround, Sticking, Surface,
-    Terrain,
+    Contact, Coulomb, Drift, Flat, Flying, Impact, Law, NoGround, Sticking, Surface, Terrain,
 };
 
 use super::kernels::{DT, Drifting, adjoint, is_right, values, verdict};
@@ -18,9 +17,9 @@ fn flying<C: Contact, G: Surface>(contact: C, ground: G) -> Fixed<Flying<C, G>> 
     let drift = Drift { dt: DT };
     let decay = (-20.0 * DT).exp();
     Fixed {
-        uniforms: [vec![-0.003, -0.009], values(&contact)].concat(),
+        uniforms: [vec![-0.003, -0.009, decay], values(&contact)].concat(),
         kernel: Flying {
-            flight: Flight { drift, decay },
+            drift,
             contact,
             ground,
         },

@@ -4,7 +4,7 @@ use autodiff::arrays::Fixed;
 use autodiff::check::{Along, Claim, Options, Verdict, check_directions};
 use autodiff::{DoubleDouble, Dual, Kernel, Pullback, Real};
 use cosmic::kernel;
-use cosmic::laws::{Contact, Drift, Flight, Flying, Law, Surface};
+use cosmic::laws::{Contact, Drift, Flying, Law, Surface};
 
 /// The time step of the tests, s.
 pub(super) const DT: f64 = 0.002;
@@ -77,12 +77,9 @@ pub(super) struct Drifting<C, G>(Fixed<Flying<C, G>>);
 impl<C: Contact, G: Surface> Drifting<C, G> {
     pub(super) fn new(contact: C, ground: G) -> Self {
         Self(Fixed {
-            uniforms: [vec![0.0; 2], values(&contact)].concat(),
+            uniforms: [vec![0.0, 0.0, 1.0], values(&contact)].concat(),
             kernel: Flying {
-                flight: Flight {
-                    drift: Drift { dt: DT },
-                    decay: 1.0,
-                },
+                drift: Drift { dt: DT },
                 contact,
                 ground,
             },

@@ -42,6 +42,7 @@ fn walk() -> Trajectory<f64> {
         stiffness: vec![400.0; 2],
         strain: vec![0.0, 0.1],
         largest_strain: 0.1,
+        rest_length: Vec::new(),
         mass: vec![1.5, 0.5],
         presence: Vec::new(),
         marker: Marker::default(),

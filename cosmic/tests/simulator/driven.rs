@@ -1,3 +1,5 @@
+use autodiff::check::{Options, Verdict, check_gradient};
+use autodiff::{Function, Real};
 use cosmic::case::Case;
 use cosmic::design::Design;
 use cosmic::scene::Scene;
@@ -41,7 +43,7 @@ fn case_of(force: &str, held: impl Fn(usize) -> f64) -> (Case, Vec<f64>) {
 
 /// With every force, a robot with given activations moves like a robot whose controller outputs them.
 #[test]
-fn held_activations_drive_as_a_controller_that_gives_them() {
+fn constant_activations_drive_as_a_controller_that_gives_them() {
     let span = Span::from_start(vec![200]);
     let mut all = Vec::new();
     for force in forces() {
@@ -49,9 +51,12 @@ fn held_activations_drive_as_a_controller_that_gives_them() {
             .map(|scale: f64| case_of(&force, move |edge| scale * HELD[edge % HELD.len()]));
         let (case, _) = &robots[0];
         let driven = case.task().simulator;
-        let held = robots.each_ref().map(|(_, held)| &held[..]);
+        let (scene, held) = (
+            [driven.surroundings()],
+            robots.each_ref().map(|(_, held)| &held[..]),
+        );
         let starts = [(); 3].map(|()| case.start.clone());
-        let seen = driven.rollouts_held(&case.body(), &held, &starts, &span);
+        let seen = driven.driven(&scene, &[case.body()], &held, &starts, &span);
         let controllers = robots.each_ref().map(|(case, _)| case.controller.clone());
         let by_controllers = Robots {
             surroundings: &[driven.surroundings()],
@@ -72,7 +77,7 @@ fn held_activations_drive_as_a_controller_that_gives_them() {
             // 1e-10.
             let far = apart(&controlled, seen);
             assert!(far < 1e-10, "{force:?}, robot {k}: {far}");
-            let alone = driven.rollouts_held(&case.body(), &[held], &starts[..1], &span);
+            let alone = driven.driven(&scene, &[case.body()], &[held], &starts[..1], &span);
             assert_eq!(alone[0].states, seen.states, "{force:?}, robot {k} alone");
         }
         assert!(apart(&seen[0], &seen[1]) > 1e-3, "{force:?}");
@@ -91,27 +96,90 @@ fn held_activations_drive_as_a_controller_that_gives_them() {
 
 #[test]
 #[should_panic(expected = "activations of a robot of 6 nodes")]
-fn there_must_be_one_held_activation_per_edge() {
+fn there_must_be_one_activation_per_edge() {
     let (case, held) = case_of("", |_| 0.0);
     let driven = case.task().simulator;
     let start = std::slice::from_ref(&case.start);
-    let _ = driven.rollouts_held(
-        &case.body(),
+    let _ = driven.driven(
+        &[driven.surroundings()],
+        &[case.body()],
         &[&held[1..]],
         start,
         &Span::from_start(vec![1]),
     );
 }
 
+/// The number of steps of [`Moved`].
+const STEPS: usize = 60;
+
+/// The position of node 0 after [`STEPS`] steps, as a function of the stiffnesses, strains, rest lengths and masses of a
+/// robot and of its activations in every step.
+struct Moved(Case);
+
+impl Moved {
+    fn inputs(&self) -> Vec<f64> {
+        let mut body = self.0.body();
+        body.rest_length = self.0.lattice.rest_length.clone();
+        let edges = body.strain.len();
+        let activation = |k: usize| 0.8 * (k as f64 * 0.7).sin();
+        [body.numbers(), (0..STEPS * edges).map(activation).collect()].concat()
+    }
+
+    fn end<R: Real>(&self, body: &[R], activations: &[R], steps: [usize; 2]) -> Vec<R> {
+        let simulator = self.0.task().simulator;
+        let mut like = self.0.body();
+        like.rest_length = self.0.lattice.rest_length.clone();
+        let body = like.with_numbers(body);
+        let (mut state, edges) = (self.0.start.map(R::lit), body.strain.len());
+        // The rollout in two parts, of which the second continues the first.
+        for (first, count) in [(0, steps[0]), (steps[0], steps[1])] {
+            let span = Span {
+                first,
+                ..Span::from_start(vec![count])
+            };
+            let given = &activations[first * edges..][..count * edges];
+            let seen = simulator.driven(
+                &[simulator.surroundings()],
+                std::slice::from_ref(&body),
+                &[given],
+                &[state],
+                &span,
+            );
+            state = seen.into_iter().next().unwrap().states.remove(0);
+        }
+        state.to_columns()
+    }
+}
+
+impl Function for Moved {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let (body, activations) = x.split_at(x.len() - STEPS * self.0.lattice.edges.len());
+        self.end(body, activations, [STEPS, 0])[0]
+    }
+}
+
+/// Derivatives with respect to the body and to the activations of all steps agree in reverse mode, forward mode and finite
+/// differences, and a rollout in two parts ends like the whole.
 #[test]
-#[should_panic(expected = "2 bodies for 3 starts")]
-fn there_must_be_one_body_or_one_per_start() {
-    let (case, _) = case_of("", |_| 0.0);
-    let simulator = case.task().simulator;
-    let robots = Robots {
-        surroundings: &[simulator.surroundings()],
-        bodies: &[case.body(), case.body()],
-        controllers: std::slice::from_ref(&case.controller),
-    };
-    let _ = simulator.rollouts(&robots, &[&case.start; 3], &Span::from_start(vec![1]));
+fn a_rollout_is_differentiated_by_its_body_and_by_given_activations() {
+    let (case, _) = case_of(
+        "physics.forces = [\"damper\"]\nphysics.contact = \"coulomb\"",
+        |_| 0.0,
+    );
+    let moved = Moved(case);
+    let inputs = moved.inputs();
+    let report = check_gradient(&moved, &inputs, &Options::default());
+    assert_eq!(report.verdict, Verdict::Smooth, "{report}");
+    assert_eq!(report.control, Some(Verdict::Wrong), "{report}");
+    let (body, activations) = inputs.split_at(inputs.len() - STEPS * moved.0.lattice.edges.len());
+    let [whole, parts] = [[STEPS, 0], [STEPS / 3, STEPS - STEPS / 3]]
+        .map(|steps| moved.end(body, activations, steps));
+    let far = whole.iter().zip(&parts).map(|(a, b)| (a - b).abs());
+    // The state between the parts is converted to the world's frame and back, which rounds at 1e-16.
+    assert!(far.fold(0.0, f64::max) < 1e-12, "{whole:?} {parts:?}");
+    // The last activations have an effect.
+    let other: Vec<f64> = activations.iter().map(|x| x * 0.9).collect();
+    let last = (STEPS - 1) * moved.0.lattice.edges.len();
+    let other = [&activations[..last], &other[last..]].concat();
+    assert_ne!(moved.end(body, &other, [STEPS, 0]), whole);
 }

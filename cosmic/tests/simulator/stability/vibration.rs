@@ -48,6 +48,7 @@ fn the_largest_of_two_nearly_equal_frequencies_is_found() {
             stiffness: vec![50.0, 50.0 * (1.0 + excess)],
             strain: vec![0.0; 2],
             largest_strain: 1.0,
+            rest_length: Vec::new(),
             mass: vec![0.01; 4],
             presence: Vec::new(),
             marker: Marker::default(),

@@ -1,0 +1,175 @@
+"""Rollouts with other physics and with given activations, and their derivatives."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import cosmic
+import numpy as np
+import pytest
+from common import SHORT, airborne, like, like_robot, pairs, robot, same
+from cosmic._simulator import DRIVEN, leaves, tree
+
+SPAN = (48, 16)
+#: A robot that slides on the ground, with laws that have settings.
+SLIDING: dict[str, Any] = {
+    **SHORT,
+    "physics.contact": "coulomb",
+    "physics.friction": 0.3,
+    "physics.forces": ["damper", "stops"],
+    "stops.at": 0.1,
+}
+#: Other physics, with a factor for all edges or nodes, and one for each.
+NUMBERS = ("physics.gravity", "physics.damping", "physics.friction", "damper.time", "stops.stiffness")
+FACTORS = ("bars.stiffness", "bars.strain", "bars.rest_length", "nodes.mass")
+
+
+def pairing(a: Any, b: Any) -> float:
+    """The inner product of two trees of arrays."""
+    return float(sum(np.sum(x * y) for x, y in pairs(a, b)))
+
+
+@pytest.fixture(scope="module", params=["explicit", "implicit"])
+def sliding(request: pytest.FixtureRequest) -> cosmic.Simulator:
+    integrator = {} if request.param == "explicit" else {"physics.integrator": "implicit"}
+    return cosmic.Simulator({**SLIDING, **integrator}, "performance")
+
+
+def all_physics(sim: cosmic.Simulator, seed: int = 0, each: bool = True) -> dict[str, np.ndarray]:
+    """All that may be changed, a little off the values of the scene."""
+    random = np.random.default_rng(seed)
+    sizes = {name: (count if each else ()) for name, count in sim.factors.items()}
+    return {
+        name: value * random.uniform(0.98, 1.02, sizes.get(name, ())) for name, value in sim.physics.items()
+    }
+
+
+def test_physics_are_the_numbers_of_the_scene(sliding: cosmic.Simulator) -> None:
+    assert set(sliding.physics) == {*NUMBERS, *FACTORS, "stops.at"}
+    assert (sliding.physics["physics.friction"], sliding.physics["bars.stiffness"]) == (0.3, 1.0)
+    inputs = robot(sliding, 0)
+    like_scene = inputs._replace(physics={name: np.array(x) for name, x in sliding.physics.items()})
+    # A factor of 1 changes no bit.
+    assert same(sliding.rollout(like_scene, *SPAN), sliding.rollout(inputs, *SPAN))
+
+
+@pytest.mark.parametrize("name", NUMBERS[:3])
+def test_a_number_acts_as_in_the_scene(sliding: cosmic.Simulator, name: str) -> None:
+    inputs = robot(sliding, 0)
+    value = 0.9 * sliding.physics[name]
+    other = cosmic.Simulator({"scene": sliding.scene, name: value}, "performance")
+    changed = sliding.rollout(inputs._replace(physics={name: np.array(value)}), *SPAN)
+    assert same(changed, other.rollout(inputs, *SPAN))
+    assert not same(changed, sliding.rollout(inputs, *SPAN))
+
+
+@pytest.mark.parametrize("each", [True, False], ids=["each", "all"])
+def test_derivatives_by_physics_agree_with_differences(sliding: cosmic.Simulator, each: bool) -> None:
+    inputs = robot(sliding, 0)._replace(physics=all_physics(sliding, each=each))
+    bars = cosmic.Trajectory(*like(sliding.rollout(inputs, *SPAN), 1))
+    gradient = sliding.vjp(inputs, bars, *SPAN)
+    for name, array in inputs.physics.items():
+        assert gradient.physics[name].shape == array.shape
+        (direction,) = like([array], 2)
+        tangents = tree({key: np.zeros_like(own) for key, own in leaves(inputs).items()})
+        tangents.physics[name] = direction
+        _, along = sliding.jvp(inputs, tangents, *SPAN)
+        slope = float(np.sum(gradient.physics[name] * direction))
+        # Both are exact up to rounding, which grows over the 48 steps.
+        assert pairing(along, bars) == pytest.approx(slope, rel=1e-8)
+        h = 1e-6 * max(1e-3, float(np.max(np.abs(array))))
+
+        def shifted(step: float) -> float:
+            moved = {**inputs.physics, name: array + step * direction}
+            return pairing(sliding.rollout(inputs._replace(physics=moved), *SPAN), bars)
+
+        difference = (shifted(h) - shifted(-h)) / (2.0 * h)
+        # Rounding errors of 1e-13 divided by h, and the curvature of the motion.
+        assert difference == pytest.approx(slope, rel=1e-4, abs=1e-6), name
+
+
+def test_robots_of_a_batch_may_have_other_physics(sliding: cosmic.Simulator) -> None:
+    inputs = robot(sliding, 0)
+    alone = [all_physics(sliding, seed) for seed in range(5)]
+    batch = {name: np.stack([own[name] for own in alone]) for name in alone[0]}
+    together = sliding.rollout(inputs._replace(physics=batch), *SPAN)
+    bars = cosmic.Trajectory(*like(together, 1))
+    gradient = sliding.vjp(inputs._replace(physics=batch), bars, *SPAN)
+    for k, own in enumerate(alone):
+        of_one = inputs._replace(physics=own)
+        assert same(sliding.rollout(of_one, *SPAN), (together.x[k], together.v[k]))
+        by_own = sliding.vjp(of_one, cosmic.Trajectory(bars.x[k], bars.v[k]), *SPAN)
+        assert same(by_own.physics, {name: array[k] for name, array in gradient.physics.items()})
+
+
+def driven(sim: cosmic.Simulator, steps: int, seed: int = 0) -> cosmic.Inputs:
+    """A robot with given activations, which never touches the ground."""
+    activations = np.random.default_rng(seed).uniform(-1.0, 1.0, (steps, len(sim.edges)))
+    return airborne(sim, seed)._replace(controller={DRIVEN: activations})
+
+
+def test_given_activations_have_derivatives(sim: cosmic.Simulator) -> None:
+    inputs = driven(sim, SPAN[0])
+    tangents = like_robot(inputs, 1)
+    seen, along = sim.jvp(inputs, tangents, *SPAN)
+    bars = cosmic.Trajectory(*like(seen, 2))
+    gradient = sim.vjp(inputs, bars, *SPAN)
+    assert gradient.controller[DRIVEN].shape == inputs.controller[DRIVEN].shape
+    # As above.
+    assert pairing(along, bars) == pytest.approx(pairing(gradient, tangents), rel=1e-10)
+    (direction,), h = like([inputs.controller[DRIVEN]], 3), 1e-6
+
+    def shifted(step: float) -> float:
+        moved = {DRIVEN: inputs.controller[DRIVEN] + step * direction}
+        return pairing(sim.rollout(inputs._replace(controller=moved), *SPAN), bars)
+
+    slope = float(np.sum(gradient.controller[DRIVEN] * direction))
+    assert (shifted(h) - shifted(-h)) / (2.0 * h) == pytest.approx(slope, rel=1e-6)
+
+
+def test_steps_one_after_the_other_are_a_rollout(sim: cosmic.Simulator) -> None:
+    robots = [driven(sim, 12, seed) for seed in range(3)]
+    batch = cosmic.Inputs(
+        robots[0].z,
+        {DRIVEN: np.stack([robot.controller[DRIVEN] for robot in robots])},
+        *(np.stack([getattr(robot, name) for robot in robots]) for name in ("x0", "v0")),
+    )
+    whole = sim.rollout(batch, observed=range(13))
+    x, v = batch.x0, batch.v0
+    for step in range(12):
+        x, v = sim.step(batch.z, x, v, batch.controller[DRIVEN][:, step], first=step)
+        # A step converts the state to the ground's frame and back, which rounds at 1e-16.
+        np.testing.assert_allclose(x, whole.x[:, step + 1], atol=1e-13)
+        np.testing.assert_allclose(v, whole.v[:, step + 1], atol=1e-11)
+    held = sim.step(batch.z, batch.x0[0], batch.v0[0], batch.controller[DRIVEN][0, 0], 5)
+    repeated = {DRIVEN: np.repeat(batch.controller[DRIVEN][0, :1], 5, axis=0)}
+    one = cosmic.Inputs(batch.z, repeated, batch.x0[0], batch.v0[0])
+    assert same(held, tuple(states[0] for states in sim.rollout(one, observed=[5])))
+
+
+def test_a_driven_robot_that_diverges_says_where(sim: cosmic.Simulator) -> None:
+    inputs = driven(sim, 48)._replace(physics={"bars.stiffness": np.array(1e9)})
+    with pytest.raises(cosmic.DivergedError, match="step .* under the given activations and physics"):
+        sim.rollout(inputs, *SPAN)
+    assert np.isnan(sim.rollout(inputs, *SPAN, check=False).x[-1]).all()
+
+
+def test_wrong_physics_and_activations_are_refused(sliding: cosmic.Simulator) -> None:
+    inputs, edges = robot(sliding, 0), len(sliding.edges)
+    leapfrog = cosmic.Simulator({**SHORT, "physics.integrator": "leapfrog"}, "performance")
+    for sim, wrong, says in [
+        (sliding, {"physics": {"physics.gravty": 1.0}}, "physics: 'physics.gravty': allowed: physics.gravity"),
+        (sliding, {"physics": {"gravity": 1.0}}, "expected a name of Simulator.physics"),
+        (sliding, {"physics": {"physics.gravity": np.ones((2, 2))}}, r"physics.gravity: expected the shape \[\]"),
+        (sliding, {"physics": {"bars.strain": np.ones(edges + 1)}}, "bars.strain: expected the shape"),
+        (sliding, {"physics": {"physics.gravity": "low"}}, "physics.gravity is of type"),
+        (sliding, {"physics": {"physics.gravity": np.nan}}, "expected finite numbers"),
+        (sliding, {"physics": 3}, "a dictionary physics"),
+        (leapfrog, {"physics": {"physics.damping": 1.0}}, "physics: 'physics.damping': allowed"),
+        (sliding, {"controller": {DRIVEN: np.zeros((47, edges))}}, r"activations: expected the shape \[48"),
+        (sliding, {"controller": {**inputs.controller, DRIVEN: np.zeros((48, edges))}}, "or only activations"),
+    ]:
+        with pytest.raises(cosmic.InputError, match=says):
+            sim.rollout(inputs._replace(**wrong), *SPAN)
+    with pytest.raises(cosmic.InputError, match="tangents: expected the arrays z, .*physics.gravity"):
+        sliding.jvp(inputs._replace(physics={"physics.gravity": 1.0}), inputs, *SPAN)
