@@ -97,21 +97,16 @@ impl Simulator {
     /// The names of the arrays that change the physics: those of single numbers with their values in the scene, and those
     /// of factors with the number of edges or nodes.
     #[getter]
-    fn physics(&self) -> (Vec<(String, f64)>, Vec<(&'static str, usize)>) {
-        let surroundings = self.task.simulator.surroundings::<f64>();
-        let numbers = surroundings
-            .iter()
-            .filter(|(name, _)| !name.starts_with("goal."));
-        let Sizes { edges, nodes, .. } = self.sizes;
-        (
-            numbers
-                .map(|(name, value)| (name.to_owned(), value))
-                .collect(),
-            FACTORS
-                .into_iter()
-                .zip([edges, edges, edges, nodes])
-                .collect(),
-        )
+    fn physics(&self) -> PyResult<(Vec<(String, f64)>, Vec<(&'static str, usize)>)> {
+        caught(|| {
+            let surroundings = self.task.simulator.surroundings::<f64>();
+            let numbers = surroundings.iter();
+            let numbers = numbers.filter(|(name, _)| !name.starts_with("goal."));
+            let numbers = numbers.map(|(name, value)| (name.to_owned(), value));
+            let Sizes { edges, nodes, .. } = self.sizes;
+            let counts = [edges, edges, edges, nodes];
+            Ok((numbers.collect(), FACTORS.into_iter().zip(counts).collect()))
+        })
     }
 
     /// The point from which Python counts goals: the payload at the start, along the ground and normal to it, in
