@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Optional
 
+from . import _core
 from ._goal import Goal, Goals, as_goals
 from ._simulator import Array, Inputs, Observed, Simulator, Trajectory, leaves, tree
 
@@ -28,10 +30,18 @@ class Plan:
         return (len(self.observed), *self.simulator.shapes["x0"])
 
     @property
-    def shapes(self) -> list[tuple[int, ...]]:
-        """The shapes of the arrays of one robot."""
-        goals = [] if self.changes is None else [(1 + len(self.changes), 2)]
-        return [*self.simulator.shapes.values(), *goals]
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """The shapes of the arrays of one robot, by name."""
+        goals = {} if self.changes is None else {"goal": (1 + len(self.changes), 2)}
+        return {**self.simulator.shapes, **goals}
+
+    @cached_property
+    def core(self) -> _core.Planned:
+        """The plan for XLA, which it can run as long as this object exists."""
+        core = self.simulator._core
+        core = core.with_changes(list(self.changes)) if self.changes else core
+        ranks = [(name, len(shape)) for name, shape in self.shapes.items()]
+        return _core.Planned(core, self.observed, self.first, self.bounded, ranks)
 
     def run(self, arrays: Sequence[Array]) -> Trajectory:
         """The rollout. A robot that diverges gets NaN."""
