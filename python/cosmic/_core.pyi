@@ -41,7 +41,8 @@ GPU: bool
 class Simulator:
     """Simulates robots on the lattice and in the world of a scene."""
 
-    def __init__(self, scene: Scene, on_gpu: bool) -> None: ...
+    def __init__(self, scene: Scene, on_gpu: bool, projection: str) -> None: ...
+    projection: str
     dt: float
     steps: int
     shapes: list[tuple[str, list[int]]]
@@ -53,6 +54,7 @@ class Simulator:
     def with_others(
         self, driven: Optional[int], changes: Optional[list[int]], physics: list[tuple[str, int]]
     ) -> Simulator: ...
+    def choose(self, z: _Array, lost: list[bool]) -> str: ...
     def initial(self, seed: int) -> _Floats: ...
     def rollout(
         self, arrays: Sequence[_Array], observed: list[int], first: int, projection: str, check: bool
@@ -77,6 +79,21 @@ class Simulator:
         projection: str,
         check: bool,
     ) -> _Array: ...
+
+class Planned:
+    """A rollout that JAX can compile. As long as this object exists, XLA finds it by its number."""
+
+    def __init__(
+        self,
+        simulator: Simulator,
+        observed: Sequence[int],
+        first: int,
+        bounded: bool,
+        arrays: Sequence[tuple[str, int]],
+    ) -> None: ...
+    id: int
+
+def xla_handler(minor: int) -> object: ...
 
 class Driven:
     """Robots with given design vectors, whose activations come from the caller."""

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Optional
 
+from . import _core
 from ._goal import Goal, Goals, as_goals
 from ._simulator import Array, Inputs, Observed, Simulator, Trajectory, leaves, tree, with_goal
 
@@ -21,13 +23,25 @@ class Plan:
     bounded: bool
     changes: Optional[tuple[int, ...]]
     """The numbers of steps at which goals change, or None if there are no goals."""
-    shapes: tuple[tuple[str, tuple[int, ...]], ...]
+    arrays: tuple[tuple[str, tuple[int, ...]], ...]
     """The arrays of one robot: names and shapes."""
 
     @property
     def states(self) -> tuple[int, ...]:
         """The shape of the positions of one robot."""
         return (len(self.observed), *self.simulator.shapes["x0"])
+
+    @property
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """The shapes of the arrays of one robot, by name."""
+        return dict(self.arrays)
+
+    @cached_property
+    def core(self) -> _core.Planned:
+        """The plan for XLA, which it can run as long as this object exists."""
+        core = self.simulator.core_for(self.shapes, self.changes)
+        ranks = [(name, len(shape)) for name, shape in self.arrays]
+        return _core.Planned(core, self.observed, self.first, self.bounded, ranks)
 
     def run(self, arrays: Sequence[Array]) -> Trajectory:
         """The rollout. A robot that diverges gets NaN."""
@@ -43,10 +57,10 @@ class Plan:
         pulled: Any = self.simulator.vjp(inputs, bars, observed=self.observed, **options)
         of_inputs, by_goal = (pulled, None) if goal is None else pulled
         named = {**leaves(of_inputs), "goal": by_goal}
-        return [named[name] for name, _ in self.shapes]
+        return [named[name] for name in self.shapes]
 
     def _given(self, arrays: Sequence[Array]) -> tuple[Inputs, Optional[Goals]]:
-        named = dict(zip((name for name, _ in self.shapes), arrays))
+        named = dict(zip((name for name in self.shapes), arrays))
         points = named.pop("goal", None)
         return tree(named), None if self.changes is None else Goals(list(self.changes), points)
 

@@ -155,13 +155,10 @@ class Simulator:
             if value not in choices:
                 allowed = ", ".join(map(repr, choices))
                 raise InputError(f"{name}: {value!r}: allowed: {allowed}")
-        self.projection = projection
-        """How rows of ``z`` become a robot; ``"auto"`` until the first robot decides."""
         self.device = device
-        self._is_automatic = projection == "auto"
         self._sizes = self.scene.sizes
         check_simulator(self._sizes)
-        self._core = _core.Simulator(self.scene, device == "gpu")
+        self._core = _core.Simulator(self.scene, device == "gpu", projection)
         self.dt: float = self._core.dt
         """Length of a step, s."""
         self.steps: int = self._core.steps
@@ -184,6 +181,11 @@ class Simulator:
         """Rest length of every edge, m."""
         self.along: npt.NDArray[np.float64] = np.array(self._core.along)
         """The unit vector along the ground, in which distances are measured."""
+
+    @property
+    def projection(self) -> str:
+        """How rows of ``z`` become a robot; ``"auto"`` until the first robot decides."""
+        return self._core.projection
 
     def initial(self, seed: int = 0) -> Inputs:
         """The inputs that an optimisation with this seed starts with."""
@@ -489,31 +491,7 @@ class Simulator:
     def _projection(self, robots: _Robots) -> str:
         """The projection of these robots. The first call decides what ``"auto"`` is. Robots that are ``lost`` do not
         count, because their rows are not finite."""
-        z = robots.arrays[0]
-        if self._is_automatic:
-            finished = (((z == 0) | (z == 1)).all(axis=-1) & (z.sum(axis=-1) == 1)).all(axis=-1)
-            finished = np.broadcast_to(finished, robots.lost.shape)[~robots.lost]
-            if not finished.size:
-                return "performance" if self.projection == "auto" else self.projection
-            if finished.any() and not finished.all():
-                raise InputError(
-                    "z: the batch has finished robots, whose rows are zeros and ones, and others; simulate "
-                    "them with two simulators"
-                )
-            if self.projection == "auto":
-                self.projection = "layout" if finished.all() else "performance"
-            if finished.all() and self.projection != "layout":
-                raise InputError(
-                    "z: this is a finished robot, and the first robots of this simulator were design vectors; "
-                    'use another simulator, or choose the projection, for example Simulator(scene, "layout")'
-                )
-        if self.projection == "layout" and not (z.max(axis=-1) > 0.5).all():
-            row = z[z.max(axis=-1) <= 0.5][0].tolist()
-            raise InputError(
-                f'z: a row is {row}; this simulator is for finished robots (projection="layout"), so one number '
-                "of every row must be above 0.5; use another Simulator for other designs"
-            )
-        return self.projection
+        return robots.core.choose(robots.arrays[0], robots.lost.tolist())
 
     def __reduce__(self) -> tuple[type[Simulator], tuple[Scene, str, str]]:
         return Simulator, (self.scene, self.projection, self.device)

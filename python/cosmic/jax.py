@@ -8,14 +8,11 @@
 >>> gradient = jax.jit(jax.grad(height))(sim.initial())
 >>> gradient.z.shape
 (110, 3)
-
-In JAX a rollout is a callback on the CPU. On a machine with one core, callbacks can wait for one another
-forever, for example under ``jit(vmap(...))`` with 128 robots or more. On such a machine, start Python
-with ``XLA_FLAGS=--xla_force_host_platform_device_count=2`` in the environment.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, Optional
@@ -23,66 +20,177 @@ from typing import Any, Optional
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.interpreters import ad, batching, mlir
 
+from . import _core
 from ._errors import InputError
 from ._goal import Goal
 from ._loss import Loss, Steps
+from ._memory import check_rollouts
 from ._plan import Plan, planned
 from ._simulator import Inputs, Observed, Simulator, Trajectory
 
+try:
+    import jax.extend.core
+    import jax.ffi
+except ImportError:
+    raise ImportError(
+        f"cosmic.jax needs jax 0.5.0 or newer, found {jax.__version__}; pip install 'jax>=0.5'"
+    ) from None
+
 __all__ = ["loss", "rollout"]
 
-
-def _run(plan: Plan, *arrays: Any) -> Trajectory:
-    inputs, _, batch = _one_axis(arrays, plan)
-    if 0 in batch:
-        return Trajectory(*(np.zeros(batch + plan.states, arrays[0].dtype),) * 2)
-    return Trajectory(*(_axes_again(array, batch, 3) for array in plan.run(inputs)))
+_NAME = "cosmic_rollout"
 
 
-def _pull(plan: Plan, *arrays: Any) -> tuple[Any, ...]:
-    inputs, bars, batch = _one_axis(arrays, plan, 2)
-    if 0 in batch:
-        return tuple(np.zeros(batch + shape, arrays[0].dtype) for _, shape in plan.shapes)
-    pairs = zip(plan.pull(inputs, Trajectory(*bars)), (shape for _, shape in plan.shapes))
-    return tuple(_axes_again(array, batch, len(shape)) for array, shape in pairs)
+def _register() -> None:
+    """Registers the handler of rollouts. Some versions of XLA accept only handlers for their own version of the
+    interface. For rollouts, all versions are alike."""
+    why: Any = None
+    for minor in (3, 2, 1):
+        try:
+            jax.ffi.register_ffi_target(_NAME, _core.xla_handler(minor), platform="cpu")
+            return
+        except Exception as error:
+            why = error
+    raise ImportError(f"cosmic.jax cannot work with jax {jax.__version__}: {why}")
 
 
-_Arrays = list[Any]
+_register()
+
+#: What a call of the library computes: the states of a rollout, their derivatives in a direction of the arrays, or the
+#: gradients of states times cotangents by the arrays.
+_STATES, _PUSHED, _PULLED = range(3)
+
+#: A call of the library. Its arguments are the arrays of a plan, and then those of a direction or of cotangents. Each may
+#: have one more axis in front for several robots. Robots share an array without it, except for cotangents.
+_call: Any = jax.extend.core.Primitive(_NAME)
+_call.multiple_results = True
 
 
-def _one_axis(
-    arrays: tuple[Any, ...], plan: Plan, bars: int = 0
-) -> tuple[_Arrays, _Arrays, tuple[int, ...]]:
-    """Merges the axes in front of each array into one. Returns the inputs, the cotangents, and the
-    shape of the merged axes. The last ``bars`` arrays are cotangents; an input whose axes in front all
-    have length 1 is shared by all robots."""
-    bases = [len(shape) for _, shape in plan.shapes]
-    given = [np.asarray(array) for array in arrays]
-    cores = [array.shape[array.ndim - base :] for array, base in zip(given, bases + [3] * bars)]
-    axes = [array.shape[: array.ndim - len(core)] for array, core in zip(given, cores)]
-    batch = np.broadcast_shapes(*axes)
-    if not batch:
-        return given[: len(bases)], given[len(bases) :], batch
-
-    def spread(k: int) -> Any:
-        return np.broadcast_to(given[k], batch + cores[k]).reshape((-1, *cores[k]))
-
-    is_shared = [all(length == 1 for length in axes[k]) for k in range(len(bases))]
-    # At least one input must have the axis, because it sets the number of robots.
-    is_shared[-1] = is_shared[-1] and not all(is_shared)
-    inputs = [given[k].reshape(cores[k]) if is_shared[k] else spread(k) for k in range(len(bases))]
-    return inputs, [spread(len(bases) + k) for k in range(bars)], batch
+def _shapes(plan: Plan, mode: int) -> list[tuple[int, ...]]:
+    """The shapes of the arguments for one robot."""
+    own = list(plan.shapes.values())
+    others = {_STATES: [], _PUSHED: own, _PULLED: [plan.states] * 2}
+    return own + others[mode]
 
 
-def _axes_again(array: Any, batch: tuple[int, ...], base: int) -> Any:
-    return array.reshape(batch + array.shape[array.ndim - base :]) if batch else array
+def _robots(plan: Plan, mode: int, arrays: Sequence[Any]) -> tuple[int, ...]:
+    """The number of robots; empty if no argument has an axis for robots."""
+    for array, shape in zip(arrays, _shapes(plan, mode)):
+        if len(array.shape) > len(shape):
+            return (array.shape[0],)
+    return ()
+
+
+@_call.def_abstract_eval
+def _results(*arrays: Any, plan: Plan, mode: int) -> list[Any]:
+    shapes = list(plan.shapes.values()) if mode == _PULLED else [plan.states] * 2
+    robots = _robots(plan, mode, arrays)
+    return [jax.core.ShapedArray(robots + shape, arrays[0].dtype) for shape in shapes]
+
+
+@_call.def_impl
+@partial(jax.jit, static_argnames=("plan", "mode"))
+def _run(*arrays: Any, plan: Plan, mode: int) -> Any:
+    return _call.bind(*arrays, plan=plan, mode=mode)
+
+
+def _compiled(context: Any, *operands: Any, plan: Plan, mode: int) -> Any:
+    simulator, arrays = plan.simulator, context.avals_in
+    if mode == _PUSHED and simulator.device == "gpu":
+        raise InputError('forward mode: not on a GPU; use a Simulator with device="cpu"')
+    check_rollouts(
+        simulator._sizes,
+        *(_robots(plan, mode, arrays) or (1,)),
+        arrays[0].dtype.itemsize,
+        len(plan.observed),
+        copies=4 if mode == _PUSHED else 1,
+        steps=plan.observed[-1] if mode == _PULLED else None,
+    )
+    # XLA finds the simulator as long as the compiled function exists.
+    context.module_context.add_keepalive(plan.core)
+    rule = jax.ffi.ffi_lowering(_NAME)
+    return rule(context, *operands, plan=np.int32(plan.core.id), mode=np.int32(mode))
+
+
+def _elsewhere(*_: Any, **__: Any) -> Any:
+    raise InputError(
+        "cosmic.jax.rollout needs the CPU backend of JAX; use jax.default_device(jax.devices('cpu')[0]), or "
+        "jax.config.update('jax_platforms', 'cpu')"
+    )
+
+
+mlir.register_lowering(_call, _elsewhere)
+mlir.register_lowering(_call, _compiled, platform="cpu")
+
+
+def _mapped(arrays: Sequence[Any], axes: Sequence[Any], plan: Plan, mode: int) -> tuple[Any, Any]:
+    """The rule of ``vmap``: merges its axis with the axis for robots. What all robots share stays shared."""
+    shapes, given = _shapes(plan, mode), len(plan.shapes)
+    own = [array.ndim - len(shape) - (axis is not None) for array, axis, shape in zip(arrays, axes, shapes)]
+    merged: list[Any] = []
+    inner: tuple[int, ...] = ()
+    size = 0
+    for array, axis, is_own in zip(arrays, axes, own):
+        if axis is not None:
+            size = array.shape[axis]
+        if is_own:
+            inner = (array.shape[0 if axis != 0 else 1],)
+    for k, (array, axis, is_own, shape) in enumerate(zip(arrays, axes, own, shapes)):
+        if axis is not None:
+            array = jnp.moveaxis(array, axis, 0)
+        elif is_own or mode == _PULLED and k >= given:
+            array = jnp.broadcast_to(array, (size, *array.shape))
+        else:
+            merged.append(array)
+            continue
+        if inner and not is_own:
+            array = jnp.broadcast_to(array[:, None], (size, *inner, *shape))
+        merged.append(array.reshape(math.prod((size, *inner)), *shape))
+    results = _call.bind(*merged, plan=plan, mode=mode)
+    return [array.reshape(size, *inner, *array.shape[1:]) for array in results], [0] * len(results)
+
+
+def _differentiated(arrays: Any, tangents: Any, plan: Plan, mode: int) -> tuple[Any, Any]:
+    """The rule of derivatives."""
+    count = len(plan.shapes)
+    given, others = arrays[:count], tangents[count:]
+    if mode == _STATES:
+        others = tangents
+    elif any(type(tangent) is not ad.Zero for tangent in tangents[:count]):
+        raise InputError("second derivatives of a rollout are not supported; use differences of gradients")
+    derivatives = _call.bind(
+        *given, *map(ad.instantiate_zeros, others), plan=plan, mode=mode or _PUSHED
+    )
+    return _call.bind(*arrays, plan=plan, mode=mode), derivatives
+
+
+def _transposed(bars: Any, *arrays: Any, plan: Plan, mode: int) -> list[Any]:
+    """The rule of reverse mode: the transpose of derivatives in a direction are gradients."""
+    count = len(plan.shapes)
+    given, others = arrays[:count], arrays[count:]
+    bars = map(ad.instantiate_zeros, bars)
+    results = _call.bind(*given, *bars, plan=plan, mode=_PULLED if mode == _PUSHED else _PUSHED)
+    own: list[Any] = [None] * count
+    for result, other in zip(results, others):
+        if not ad.is_undefined_primal(other):
+            own.append(None)
+        else:
+            # The gradient by an array that robots share is the sum over the robots.
+            is_shared = result.ndim > len(other.aval.shape)
+            own.append(result.sum(0) if is_shared else result)
+    return own
+
+
+batching.primitive_batchers[_call] = _mapped
+ad.primitive_jvps[_call] = _differentiated
+ad.primitive_transposes[_call] = _transposed
 
 
 def _check(plan: Plan, arrays: Sequence[Any]) -> None:
-    """Checks that the arrays have the shapes of one robot. The check is here and not in the callback, because
-    JAX would wrap the exception."""
-    for (name, shape), array in zip(plan.shapes, arrays):
+    """Checks that the arrays have the shapes of one robot, before JAX compiles anything."""
+    for (name, shape), array in zip(plan.arrays, arrays):
         if not any(jnp.issubdtype(array.dtype, kind) for kind in (jnp.floating, jnp.integer)):
             raise InputError(f"{name} is of type {array.dtype}: expected float32 or float64")
         if array.shape != shape:
@@ -90,53 +198,6 @@ def _check(plan: Plan, arrays: Sequence[Any]) -> None:
                 f"{name}: expected the shape {list(shape)}, found {list(array.shape)}; "
                 "use jax.vmap for several robots"
             )
-
-
-def _precision(plan: Plan, given: Sequence[Any]) -> Any:
-    """The number type of the computation: double precision if any input has it, otherwise single."""
-    inputs = [own for (name, _), own in zip(plan.shapes, given) if name != "goal"]
-    return jnp.float64 if jnp.result_type(*inputs, float) == jnp.float64 else jnp.float32
-
-
-#: The arrays of a rollout: the inputs, and then the goals if there are any.
-_Given = tuple[Any, ...]
-
-
-@partial(jax.custom_vjp, nondiff_argnums=(0,))
-def _rollout(plan: Plan, given: _Given) -> Trajectory:
-    dtype = _precision(plan, given)
-    shape: Any = jax.ShapeDtypeStruct(plan.states, dtype)
-    arrays = [jnp.asarray(array, dtype) for array in given]
-    # Arrays that vmap does not map over arrive with an axis of length 1, and stay shared.
-    seen: Trajectory = jax.pure_callback(
-        partial(_run, plan), Trajectory(shape, shape), *arrays, vmap_method="expand_dims"
-    )
-    return seen
-
-
-def _forward(plan: Plan, given: _Given) -> tuple[Trajectory, _Given]:
-    return _rollout(plan, given), given
-
-
-def _backward(plan: Plan, given: _Given, cotangents: Trajectory) -> tuple[_Given]:
-    dtype = _precision(plan, given)
-    arrays = [jnp.asarray(array, dtype) for array in given]
-    cotangents = Trajectory(*(jnp.asarray(bar, dtype) for bar in cotangents))
-    shapes: Any = tuple(jax.ShapeDtypeStruct(shape, dtype) for _, shape in plan.shapes)
-    gradient = jax.pure_callback(
-        partial(_pull, plan), shapes, *arrays, *cotangents, vmap_method="expand_dims"
-    )
-    return (tuple(map(_cotangent, gradient, given)),)
-
-
-def _cotangent(gradient: Any, of: Any) -> Any:
-    """Converts a gradient to the type of its input. For integers, JAX expects zeros of the type float0."""
-    if not jnp.issubdtype(of.dtype, jnp.floating):
-        return np.zeros(of.shape, jax.dtypes.float0)
-    return gradient.astype(of.dtype)
-
-
-_rollout.defvjp(_forward, _backward)
 
 
 def rollout(
@@ -155,7 +216,10 @@ def rollout(
     Computes in double precision if the inputs are in double precision, which JAX allows after
     ``jax.config.update("jax_enable_x64", True)``. If a robot diverges, its later states and its
     gradient are NaN. If its inputs are not finite, everything is NaN. Other robots of the same
-    ``vmap`` are unaffected. For ``bounded`` see :meth:`cosmic.Simulator.vjp`.
+    ``vmap`` are unaffected. ``bounded`` is for reverse mode, see :meth:`cosmic.Simulator.vjp`.
+
+    Reverse mode (``grad``, ``vjp``, ``jacrev``) and forward mode (``jvp``, ``linearize``, ``jacfwd``) work,
+    but not second derivatives.
     """
 
     def numbers(point: Any) -> Any:
@@ -168,10 +232,12 @@ def rollout(
         return array
 
     plan, arrays = planned(simulator, inputs, steps, observed, first, bounded, goal, numbers, jnp)
-    given: Any = tuple(map(jnp.asarray, arrays))
+    given = [jnp.asarray(array) for array in arrays]
     _check(plan, given)
-    seen: Trajectory = _rollout(plan, given)
-    return seen
+    # The computation is in double precision if any input is, otherwise in single precision.
+    inputs = [array for name, array in zip(plan.shapes, given) if name != "goal"]
+    dtype: Any = jnp.float64 if jnp.result_type(*inputs, float) == jnp.float64 else jnp.float32
+    return Trajectory(*_call.bind(*(array.astype(dtype) for array in given), plan=plan, mode=_STATES))
 
 
 def loss(

@@ -86,6 +86,20 @@ impl<R: Number> Asked<R> {
         let counts: Vec<usize> = arrays.iter().map(|array| array.shape()[0]).collect();
         let data = arrays.iter().map(|array| Ok(array.as_slice()?));
         let data: Vec<&[R]> = data.collect::<PyResult<_>>()?;
+        let robots = counts.iter().copied().max().unwrap_or(0);
+        Ok(Self::of(sizes, &data, &counts, robots, span, projection))
+    }
+
+    /// As [`Asked::new`], from the numbers of each array, and how many robots each array describes: all, or 1 if all share
+    /// it.
+    pub(crate) fn of(
+        sizes: &Sizes,
+        data: &[&[R]],
+        counts: &[usize],
+        robots: usize,
+        span: Span,
+        projection: &str,
+    ) -> Self {
         let part = |array: usize, robot: usize| {
             let length = data[array].len() / counts[array];
             &data[array][robot % counts[array] * length..][..length]
@@ -101,9 +115,8 @@ impl<R: Number> Asked<R> {
         let z: Vec<_> = differ(0..1)
             .map(|robot| part(0, robot).as_chunks().0.to_vec())
             .collect();
-        let robots = differ(0..counts.len()).end;
         let mixing = (0..robots).map(|robot| Mixing::of(projection, &z[robot % z.len()]));
-        Ok(Self {
+        Self {
             mixing: mixing.collect(),
             z,
             // Robots with given activations share a controller without blocks.
@@ -120,7 +133,7 @@ impl<R: Number> Asked<R> {
             sizes: sizes.clone(),
             robots,
             span,
-        })
+        }
     }
 
     /// Returns the controller of all robots, if they share one.

@@ -129,7 +129,7 @@ impl Driven {
                 (task.simulator).driven(&surroundings, bodies, held, starts, &span)
             })
         };
-        let seen = caught(|| whole(in_pool(py, robots, work)?))?;
+        let seen = caught(|| whole(py.detach(|| in_pool(robots, work))?))?;
         let seen: Vec<Trajectory<f64>> = seen.into_iter().flatten().collect();
         let diverged = seen.iter().map(|seen| seen.states[0].is_absurd()).collect();
         let [x, v] = flattened(&seen);

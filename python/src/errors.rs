@@ -72,10 +72,13 @@ pub(crate) fn caught<T>(entry: impl FnOnce() -> PyResult<T>) -> PyResult<T> {
 
 /// Converts a panic to an exception.
 pub(crate) fn panicked(panic: &(dyn Any + Send)) -> PyErr {
+    InternalError::new_err(bug(panic))
+}
+
+/// Describes a panic.
+pub(crate) fn bug(panic: &(dyn Any + Send)) -> String {
     let says = panic.downcast_ref::<String>().map(String::as_str);
     let says = says.or(panic.downcast_ref::<&str>().copied());
     let says = says.unwrap_or("no message");
-    InternalError::new_err(format!(
-        "bug in the library: {says}; please report it, together with the call that caused it"
-    ))
+    format!("bug in the library: {says}; please report it, together with the call that caused it")
 }

@@ -13,6 +13,7 @@ mod asked;
 mod device;
 mod rollouts;
 mod simulator;
+mod ffi;
 mod environment;
 mod loss;
 mod optimise;
@@ -24,6 +25,8 @@ mod sweep;
 mod _core {
     #[pymodule_export]
     use crate::environment::Driven;
+    #[pymodule_export]
+    use crate::ffi::{Planned, xla_handler};
     #[pymodule_export]
     use crate::optimise::{deliver_so_far, optimise, resume};
     #[pymodule_export]

@@ -5,7 +5,7 @@ use crate::asked::{Asked, ends_absurd, seen, write};
 use crate::device::Device;
 use crate::errors::of_class;
 use crate::simulator::Simulator;
-use crate::work::{Stop, each, in_pool, whole};
+use crate::work::{Interruptible, Stop, each, in_pool, whole};
 use cosmic::inputs::{ALL, Inputs};
 use cosmic::simulator::Span;
 use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
@@ -20,7 +20,7 @@ pub(crate) type Pair<'py> = [Bound<'py, PyAny>; 2];
 const IN_POOL: usize = 2;
 
 /// For each robot, whether its last state is absurd, and numbers.
-type Products<R> = Vec<(bool, Vec<R>)>;
+pub(crate) type Products<R> = Vec<(bool, Vec<R>)>;
 
 impl Simulator {
     /// The GPU, if rollouts run there.
@@ -35,6 +35,67 @@ impl Simulator {
             1 => of_class(&error, error.within()),
             _ => of_class(&error, format!("robot {robot}: {}", error.within())),
         }
+    }
+
+    /// Simulates all robots into the arrays `x` and `v`, as [`Asked::fill`] does. The thread must not have the
+    /// interpreter's lock.
+    pub(crate) fn filled<R: Number>(
+        &self,
+        asked: &Asked<R>,
+        places: [&mut [R]; 2],
+    ) -> PyResult<Interruptible<Option<usize>>> {
+        let Some(device) = self.device()? else {
+            return in_pool(asked.robots, |stop| asked.fill(&self.task, places, stop));
+        };
+        let (walks, interrupt) = in_pool(IN_POOL, |_| device.rollouts(&self.task, asked))?;
+        let walks = walks.map_err(|why| device.failed(&why))?;
+        Ok((write(&walks, places), interrupt))
+    }
+
+    /// For each robot, the gradient of its states times `bars`, by all inputs and then by its other inputs. The thread must not
+    /// have the interpreter's lock.
+    pub(crate) fn pulled<R: Number>(
+        &self,
+        asked: &Asked<R>,
+        bars: [&[R]; 2],
+    ) -> PyResult<Products<R>> {
+        if let Some(device) = self.device()? {
+            let pulled = whole(in_pool(IN_POOL, |_| {
+                device.pulled(&self.task, asked, bars)
+            })?)?;
+            return pulled.map_err(|why| device.failed(&why));
+        }
+        products(asked, |robot| {
+            let length = bars[0].len() / asked.robots;
+            let cotangents = bars.map(|bar| &bar[robot * length..][..length]).concat();
+            let mixing = &asked.mixing[robot];
+            let function = |inputs: &Inputs<_>, others: &[_]| {
+                seen(&self.task, &self.sizes, mixing, inputs, others, &asked.span)
+            };
+            let (inputs, others) = (asked.inputs(robot), asked.others(robot));
+            let (values, gradient) = inputs.vjp(ALL, others, function, &cotangents);
+            (ends_absurd(&values, self.sizes.nodes), gradient)
+        })
+    }
+
+    /// For each robot its states, and then their derivatives in the direction `along`. The thread must not have the
+    /// interpreter's lock.
+    pub(crate) fn pushed<R: Number>(
+        &self,
+        asked: &Asked<R>,
+        along: &Asked<R>,
+    ) -> PyResult<Products<R>> {
+        products(asked, |robot| {
+            let mixing = &asked.mixing[robot];
+            let function = |inputs: &Inputs<_>, others: &[_]| {
+                seen(&self.task, &self.sizes, mixing, inputs, others, &asked.span)
+            };
+            let others = [asked, along].map(|of| of.others(robot));
+            let tangents = along.inputs(robot);
+            let (values, slopes) = asked.inputs(robot).jvp(&tangents, others, function);
+            let is_absurd = ends_absurd(&values, self.sizes.nodes);
+            (is_absurd, [values, slopes].concat())
+        })
     }
 
     pub(crate) fn rollout_in<'py, R: Number>(
@@ -53,15 +114,7 @@ impl Simulator {
         let (x, v) = (zeros::<R>(py, &shape)?, zeros::<R>(py, &shape)?);
         let (mut x_place, mut v_place) = (x.readwrite(), v.readwrite());
         let places = [x_place.as_slice_mut()?, v_place.as_slice_mut()?];
-        let (absurd, interrupt) = match self.device()? {
-            None => in_pool(py, robots, |stop| asked.fill(&self.task, places, stop))?,
-            Some(device) => {
-                let walk = |_: &Stop| device.rollouts(&self.task, &asked);
-                let (walks, interrupt) = in_pool(py, IN_POOL, walk)?;
-                let walks = walks.map_err(|why| device.failed(&why))?;
-                (write(&walks, places), interrupt)
-            }
-        };
+        let (absurd, interrupt) = py.detach(|| self.filled(&asked, places))?;
         drop((x_place, v_place));
         if let Some(error) = interrupt {
             // The finished states become an attribute of the exception, if it accepts attributes.
@@ -88,24 +141,7 @@ impl Simulator {
         let [x, v] = bars.map(|bar| bar.extract::<PyReadonlyArrayDyn<R>>());
         let (x, v) = (x?, v?);
         let bars = [x.as_slice()?, v.as_slice()?];
-        let products = match self.device()? {
-            None => self.products(py, &asked, |robot| {
-                let length = bars[0].len() / asked.robots;
-                let cotangents = bars.map(|bar| &bar[robot * length..][..length]).concat();
-                let mixing = &asked.mixing[robot];
-                let function = |inputs: &Inputs<_>, others: &[_]| {
-                    seen(&self.task, &self.sizes, mixing, inputs, others, &asked.span)
-                };
-                let (inputs, others) = (asked.inputs(robot), asked.others(robot));
-                let (values, gradient) = inputs.vjp(ALL, others, function, &cotangents);
-                (ends_absurd(&values, self.sizes.nodes), gradient)
-            })?,
-            Some(device) => {
-                let pull = |_: &Stop| device.pulled(&self.task, &asked, bars);
-                let pulled = whole(in_pool(py, IN_POOL, pull)?)?;
-                pulled.map_err(|why| device.failed(&why))?
-            }
-        };
+        let products = py.detach(|| self.pulled(&asked, bars))?;
         self.rows(py, &asked, products, check)
     }
 
@@ -121,31 +157,8 @@ impl Simulator {
     ) -> PyResult<Bound<'py, PyAny>> {
         let asked = Asked::<R>::new(&self.sizes, arrays, span, projection)?;
         let along = Asked::<R>::new(&self.sizes, tangents, asked.span.clone(), "none")?;
-        let products = self.products(py, &asked, |robot| {
-            let mixing = &asked.mixing[robot];
-            let function = |inputs: &Inputs<_>, others: &[_]| {
-                seen(&self.task, &self.sizes, mixing, inputs, others, &asked.span)
-            };
-            let same = robot % along.robots;
-            let others = [asked.others(robot), along.others(same)];
-            let (values, slopes) = asked
-                .inputs(robot)
-                .jvp(&along.inputs(same), others, function);
-            let is_absurd = ends_absurd(&values, self.sizes.nodes);
-            (is_absurd, [values, slopes].concat())
-        })?;
+        let products = py.detach(|| self.pushed(&asked, &along))?;
         self.rows(py, &asked, products, check)
-    }
-
-    fn products<R: Number>(
-        &self,
-        py: Python,
-        asked: &Asked<R>,
-        of: impl Fn(usize) -> (bool, Vec<R>) + Sync + Send,
-    ) -> PyResult<Products<R>> {
-        let robots = asked.robots;
-        let all = |stop: &Stop| each(robots, 1, stop, |robot| of(robot.start));
-        whole(in_pool(py, robots, all)?)
     }
 
     /// Makes an array with a row for each robot. The numbers of a robot that diverged are NaN, or an exception if `check`
@@ -168,6 +181,16 @@ impl Simulator {
         let numbers = products.into_iter().flat_map(|(_, numbers)| numbers);
         Ok(array(py, numbers.collect(), &shape)?.into_any())
     }
+}
+
+/// Applies a function to every robot.
+fn products<R: Number>(
+    asked: &Asked<R>,
+    of: impl Fn(usize) -> (bool, Vec<R>) + Sync + Send,
+) -> PyResult<Products<R>> {
+    let robots = asked.robots;
+    let all = |stop: &Stop| each(robots, 1, stop, |robot| of(robot.start));
+    whole(in_pool(robots, all)?)
 }
 
 /// Returns an array of zeros, or NumPy's exception if there is no memory for it.

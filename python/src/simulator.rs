@@ -1,8 +1,8 @@
 //! The class `Simulator`. Arrays from Python have an axis for robots in front.
 
-use crate::arrays::{FACTORS, Others, Sizes, array};
+use crate::arrays::{FACTORS, Number, Others, Sizes, array};
 use crate::device::Device;
-use crate::errors::{caught, raised};
+use crate::errors::{InputError, caught, raised};
 use crate::rollouts::Pair;
 use crate::scene::Scene;
 use autodiff::CotangentBound;
@@ -11,8 +11,9 @@ use cosmic::inputs::ALL;
 use cosmic::scene;
 use cosmic::simulator::Span;
 use cosmic::task::Task;
-use numpy::PyArrayDyn;
+use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
+use std::sync::{Arc, OnceLock};
 
 /// Simulates robots on the lattice and in the world of a scene.
 #[pyclass(frozen, module = "cosmic._core")]
@@ -22,10 +23,69 @@ pub(crate) struct Simulator {
     pub(crate) sizes: Sizes,
     /// Whether rollouts run on the GPU.
     pub(crate) on_gpu: bool,
+    /// Whether the first robots choose the projection.
+    is_automatic: bool,
+    projection: Arc<OnceLock<String>>,
+}
+
+impl Simulator {
+    /// The span of a gradient. If it is `bounded`, cotangents are limited as the scene says.
+    pub(crate) fn backwards(&self, span: Span, bounded: bool) -> Span {
+        let every = scene::GradientSettings::COTANGENT_EVERY;
+        let bound = self.scene.gradient.cotangent_bound.filter(|_| bounded);
+        Span {
+            cotangent_bound: bound.map(|norm| CotangentBound { norm, every }),
+            ..span
+        }
+    }
+
+    /// The projection of robots with these numbers `z`, which all robots may share. The first call decides what `"auto"`
+    /// is. The robots that are `lost` do not count, because their inputs are not finite.
+    pub(crate) fn projection_of<R: Number>(&self, z: &[R], lost: &[bool]) -> PyResult<&str> {
+        let rows = z.as_chunks().0.iter();
+        let rows: Vec<[f64; 3]> = rows.map(|row: &[R; 3]| row.map(Into::into)).collect();
+        let is_chosen = |row: &[f64; 3]| {
+            row.iter().all(|&share| share == 0.0 || share == 1.0) && row.iter().sum::<f64>() == 1.0
+        };
+        if self.is_automatic {
+            let robots = rows.chunks(self.sizes.edges);
+            let finished: Vec<bool> = robots.map(|rows| rows.iter().all(is_chosen)).collect();
+            let counted = (0..lost.len()).filter(|&robot| !lost[robot]);
+            let counted: Vec<bool> = counted
+                .map(|robot| finished[robot % finished.len()])
+                .collect();
+            let Some(&is_finished) = counted.first() else {
+                return Ok(self.projection.get().map_or("performance", String::as_str));
+            };
+            if counted.contains(&!is_finished) {
+                return Err(InputError::new_err(
+                    "z: the batch has finished robots, whose rows are zeros and ones, and others; simulate them with \
+                     two simulators",
+                ));
+            }
+            let own = if is_finished { "layout" } else { "performance" };
+            let projection = self.projection.get_or_init(|| own.to_owned());
+            if is_finished && projection != "layout" {
+                return Err(InputError::new_err(
+                    "z: this is a finished robot, and the first robots of this simulator were design vectors; use \
+                     another simulator, or choose the projection, for example Simulator(scene, \"layout\")",
+                ));
+            }
+        }
+        let projection = self.projection();
+        let is_vague = |row: &&[f64; 3]| !row.iter().any(|&share| share > 0.5);
+        match rows.iter().find(is_vague) {
+            Some(row) if projection == "layout" => Err(InputError::new_err(format!(
+                "z: a row is {row:?}; this simulator is for finished robots (projection=\"layout\"), so one number of \
+                 every row must be above 0.5; use another Simulator for other designs"
+            ))),
+            _ => Ok(projection),
+        }
+    }
 }
 
 /// The rollout that starts after `first` steps and is observed after `observed` further steps.
-fn span(observed: Vec<usize>, first: usize) -> Span {
+pub(crate) fn span(observed: Vec<usize>, first: usize) -> Span {
     Span {
         first,
         ..Span::from_start(observed)
@@ -41,7 +101,7 @@ fn is_single(arrays: &[Bound<PyAny>]) -> bool {
 impl Simulator {
     /// Prepares rollouts in a scene, on the GPU or on the processor.
     #[new]
-    fn new(scene: &Scene, on_gpu: bool) -> PyResult<Self> {
+    fn new(scene: &Scene, on_gpu: bool, projection: String) -> PyResult<Self> {
         caught(|| {
             if on_gpu {
                 Device::shared()?;
@@ -54,6 +114,11 @@ impl Simulator {
                 scene,
                 task,
                 on_gpu,
+                is_automatic: projection == "auto",
+                projection: Arc::new(match &*projection {
+                    "auto" => OnceLock::new(),
+                    _ => OnceLock::from(projection),
+                }),
             })
         })
     }
@@ -90,6 +155,8 @@ impl Simulator {
                 task,
                 sizes,
                 on_gpu: self.on_gpu,
+                is_automatic: self.is_automatic,
+                projection: Arc::clone(&self.projection),
             })
         })
     }
@@ -106,6 +173,22 @@ impl Simulator {
             let Sizes { edges, nodes, .. } = self.sizes;
             let counts = [edges, edges, edges, nodes];
             Ok((numbers.collect(), FACTORS.into_iter().zip(counts).collect()))
+        })
+    }
+
+    /// How rows of `z` become a robot; `"auto"` until the first robot decides.
+    #[getter]
+    fn projection(&self) -> &str {
+        self.projection.get().map_or("auto", String::as_str)
+    }
+
+    /// Returns the projection of robots with these arrays `z`. See [`Simulator::projection_of`].
+    fn choose(&self, z: &Bound<PyAny>, lost: Vec<bool>) -> PyResult<&str> {
+        caught(|| match z.extract::<PyReadonlyArrayDyn<f32>>() {
+            Ok(z) => self.projection_of(z.as_slice()?, &lost),
+            Err(_) => {
+                self.projection_of(z.extract::<PyReadonlyArrayDyn<f64>>()?.as_slice()?, &lost)
+            }
         })
     }
 
@@ -199,12 +282,7 @@ impl Simulator {
         bounded: bool,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let every = scene::GradientSettings::COTANGENT_EVERY;
-        let bound = self.scene.gradient.cotangent_bound.filter(|_| bounded);
-        let span = Span {
-            cotangent_bound: bound.map(|norm| CotangentBound { norm, every }),
-            ..span(observed, first)
-        };
+        let span = self.backwards(span(observed, first), bounded);
         let bars = [x_bar, v_bar];
         caught(|| match is_single(&arrays) {
             true => self.vjp_in::<f32>(py, &arrays, bars, span, projection, check),

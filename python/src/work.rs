@@ -89,18 +89,34 @@ pub(crate) fn attended<E: Send, T: Send>(
 /// A flag that becomes true when the work must stop. Robots that have not begun by then are skipped.
 pub(crate) type Stop = AtomicBool;
 
-/// Runs `work` without the interpreter's lock. If there are several robots, it runs in the thread pool, and a signal
-/// stops it after the robots in progress.
+/// Runs `work` in a thread without the interpreter's lock. If there are several robots, it runs in the thread pool, and a
+/// signal stops it after the robots in progress. Only the main thread of Python notices signals. It takes the lock for
+/// this, but not before the work has taken some time.
 pub(crate) fn in_pool<T: Send>(
-    py: Python,
     robots: usize,
     work: impl FnOnce(&Stop) -> T + Send,
 ) -> PyResult<Interruptible<T>> {
     let stop = Stop::new(false);
     if robots == 1 {
-        return Ok((py.detach(|| work(&stop)), None));
+        return Ok((work(&stop), None));
     }
-    attended(py, &*shared()?, &stop, Ok, |_events| work(&stop))
+    let pool = shared()?;
+    let (running, ended) = channel::<()>();
+    thread::scope(|scope| {
+        let worker = scope.spawn(|| {
+            let _until_the_end = running;
+            pool.install(|| work(&stop))
+        });
+        let mut raised = None;
+        while ended.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
+            if let Some(Err(error)) = Python::try_attach(|py| py.check_signals()) {
+                stop.store(true, Ordering::Relaxed);
+                raised.get_or_insert(error);
+            }
+        }
+        let done = worker.join().map_err(|panic| panicked(&*panic))?;
+        Ok((done, raised))
+    })
 }
 
 /// Returns the result of work. If a signal interrupted the work, drops the partial result and returns the exception.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import subprocess
 import sys
@@ -9,7 +10,21 @@ import sys
 import cosmic
 import numpy as np
 import pytest
-from common import SCENE, SEED, airborne, changed, is_same_run, is_shared, mapped, one_of, pairs, robot, same, stacked
+from common import (
+    SCENE,
+    SEED,
+    airborne,
+    changed,
+    is_same_run,
+    is_shared,
+    like_robot,
+    mapped,
+    one_of,
+    pairs,
+    robot,
+    same,
+    stacked,
+)
 from cosmic._simulator import leaves, tree
 
 jax = pytest.importorskip("jax")
@@ -39,10 +54,10 @@ def number(sim: cosmic.Simulator):
     return of
 
 
-def test_all_gradients_at_once(sim: cosmic.Simulator) -> None:
+def test_all_derivatives_at_once(sim: cosmic.Simulator) -> None:
     # JAX uses a step of about 1e-6 in double precision. The third derivative of a projection is about 20**3
     # times the first, so the difference errs by 1e-8; rounding adds 1e-9.
-    check_grads(number(sim), (airborne(sim),), order=1, modes=["rev"], rtol=1e-5, atol=1e-6, eps=1e-6)
+    check_grads(number(sim), (airborne(sim),), order=1, modes=["fwd", "rev"], rtol=1e-5, atol=1e-6, eps=1e-6)
 
 
 def test_states_and_gradients_equal_those_of_numpy(sim: cosmic.Simulator) -> None:
@@ -146,12 +161,73 @@ def test_nested_vmap(sim: cosmic.Simulator) -> None:
             assert np.array_equal(grid[i, j], of(designs[i], starts[j]))
 
 
-def test_unsupported_derivatives_are_refused(sim: cosmic.Simulator) -> None:
+def test_forward_mode_equals_that_of_numpy(sim: cosmic.Simulator) -> None:
+    inputs, along = robot(sim, 0), like_robot(robot(sim, 0), 1)
+
+    def of(inputs: cosmic.Inputs) -> cosmic.Trajectory:
+        return cosmic.jax.rollout(sim, inputs, *SPAN)
+
+    _, slopes = sim.jvp(inputs, along, *SPAN)
+    seen, pushed = jax.jit(lambda *pair: jax.jvp(of, *pair))((inputs,), (along,))
+    assert same(seen, sim.rollout(inputs, *SPAN)) and same(pushed, slopes)
+    seen, linear = jax.linearize(of, inputs)
+    assert same(linear(along), slopes)
+    # A direction of one array only, and several directions at once.
+    by_x0 = tree({name: along.x0 if name == "x0" else 0.0 * array for name, array in leaves(along).items()})
+    _, alone = jax.jvp(lambda x0: of(inputs._replace(x0=x0)), (inputs.x0,), (along.x0,))
+    assert same(alone, sim.jvp(inputs, by_x0, *SPAN)[1])
+    many = jax.vmap(linear)(stacked([along, by_x0]))
+    assert same((many.x[0], many.v[1]), (slopes.x, alone.v))
+
+
+def test_forward_and_reverse_mode_give_the_same_jacobian(sim: cosmic.Simulator) -> None:
+    inputs = robot(sim, 0)
+
+    def last(v0):
+        return cosmic.jax.rollout(sim, inputs._replace(v0=v0), *SPAN).x[-1, :2]
+
+    forward, reverse = (jax.jit(of(last))(inputs.v0) for of in (jax.jacfwd, jax.jacrev))
+    np.testing.assert_allclose(forward, reverse, rtol=1e-9, atol=1e-13)
+    # Robots with their own directions, which share all other arrays.
+    starts = jnp.stack([robot(sim, seed).v0 for seed in range(2)])
+    for of in (jax.jacfwd, jax.jacrev):
+        many = jax.vmap(of(last))(starts)
+        for k in range(2):
+            np.testing.assert_allclose(many[k], of(last)(starts[k]), rtol=1e-9, atol=1e-13)
+
+
+def test_a_loop_of_short_rollouts(sim: cosmic.Simulator) -> None:
+    inputs = robot(sim, 0)
+
+    def of(inputs: cosmic.Inputs) -> cosmic.Trajectory:
+        def on(state, _):
+            seen = cosmic.jax.rollout(sim, inputs._replace(x0=state[0], v0=state[1]), observed=[8])
+            return (seen.x[-1], seen.v[-1]), seen.x[-1]
+
+        return jax.lax.scan(on, (jnp.asarray(inputs.x0), jnp.asarray(inputs.v0)), length=3)
+
+    state = inputs
+    for _ in range(3):
+        seen = sim.rollout(state, observed=[8])
+        state = state._replace(x0=seen.x[-1], v0=seen.v[-1])
+    assert same(jax.jit(of)(inputs)[0], (state.x0, state.v0))
+
+    def number(inputs: cosmic.Inputs):
+        return jnp.sum(jnp.sin(of(inputs)[1]))
+
+    check_grads(number, (airborne(sim),), order=1, modes=["fwd", "rev"], rtol=1e-5, atol=1e-6, eps=1e-6)
+    gradients = jax.jit(jax.vmap(jax.grad(number)))(stacked([inputs] * 2))
+    for a, b in pairs(jax.grad(number)(inputs), gradients):
+        np.testing.assert_allclose(b, [a] * 2, rtol=1e-9, atol=1e-13)
+
+
+def test_second_derivatives_are_refused(sim: cosmic.Simulator) -> None:
     inputs, of = robot(sim, 0), number(sim)
-    with pytest.raises(TypeError, match="forward-mode"):
-        jax.jvp(of, (inputs,), (inputs,))
-    with pytest.raises(ValueError, match="do not support JVP"):
-        jax.grad(lambda z: jnp.sum(jax.grad(of)(inputs._replace(z=z)).z))(inputs.z)
+    for outer in (jax.grad, jax.jacfwd):
+        with pytest.raises(cosmic.InputError, match="second derivatives of a rollout are not supported"):
+            outer(lambda z: jnp.sum(jax.grad(of)(inputs._replace(z=z)).z))(inputs.z)
+    with pytest.raises(cosmic.InputError, match="second derivatives"):
+        jax.eval_shape(jax.hessian(lambda z: of(inputs._replace(z=z))), inputs.z)
 
 
 def test_a_rollout_that_diverges_is_nan(sim: cosmic.Simulator) -> None:
@@ -160,6 +236,8 @@ def test_a_rollout_that_diverges_is_nan(sim: cosmic.Simulator) -> None:
     seen = cosmic.jax.rollout(sim, fast)
     assert np.all(np.isnan(seen.x[1:]))
     assert all(np.all(np.isnan(g)) for g in leaves(jax.grad(number(sim))(fast)).values())
+    _, pushed = jax.jvp(lambda inputs: cosmic.jax.rollout(sim, inputs), (fast,), (inputs,))
+    assert np.all(np.isnan(pushed.x)) and np.all(np.isnan(pushed.v))
 
 
 @pytest.mark.parametrize(("name", "lost"), [("v0", 1e9), ("b2", np.nan), ("z", np.inf)])
@@ -173,7 +251,9 @@ def test_a_diverging_robot_does_not_affect_the_others(
     batch = stacked(robots)
     many = jax.vmap(lambda inputs: cosmic.jax.rollout(sim, inputs, *SPAN))(batch)
     gradients = leaves(jax.vmap(jax.grad(number(sim)))(batch)).values()
+    _, slopes = jax.vmap(lambda inputs: jax.jvp(number(sim), (inputs,), (robots[0],)))(batch)
     assert np.all(np.isnan(many.x[1, 1:])) and all(np.all(np.isnan(g[1])) for g in gradients)
+    assert np.isnan(slopes).tolist() == [False, True, False]
     for k in (0, 2):
         assert same(sim.rollout(robots[k], *SPAN), (many.x[k], many.v[k]))
         assert all(np.all(np.isfinite(g[k])) for g in gradients)
@@ -184,6 +264,7 @@ def test_vmap_over_an_empty_batch(sim: cosmic.Simulator) -> None:
     none = mapped(lambda array: array[:0], batch)
     assert jax.vmap(lambda inputs: cosmic.jax.rollout(sim, inputs, *SPAN))(none).x.shape[0] == 0
     assert jax.vmap(jax.grad(number(sim)))(none).z.shape[0] == 0
+    assert jax.vmap(lambda inputs: jax.jvp(number(sim), (inputs,), (inputs,)))(none)[1].shape == (0,)
 
 
 @pytest.mark.parametrize(
@@ -217,6 +298,63 @@ def test_invalid_steps_are_refused_before_anything_runs(
 ) -> None:
     with pytest.raises(cosmic.InputError, match=says):
         jax.jit(lambda inputs: cosmic.jax.rollout(sim, inputs, **options))(robot(sim, 0))
+
+
+def test_too_much_memory_is_refused_before_anything_runs(sim: cosmic.Simulator) -> None:
+    many = mapped(lambda array: jax.ShapeDtypeStruct((1000, *array.shape), array.dtype), robot(sim, 0))
+
+    def pushed(inputs: cosmic.Inputs):
+        return jax.jvp(number(sim), (inputs,), (inputs,))
+
+    cosmic.limit_memory(1)
+    try:
+        for of, says in [(number(sim), "a rollout of 1000"), (jax.grad(number(sim)), "gradient"), (pushed, "1000")]:
+            with pytest.raises(cosmic.OutOfMemoryError, match=says):
+                jax.jit(jax.vmap(of)).lower(many)
+    finally:
+        cosmic.limit_memory()
+
+
+def test_other_backends_are_refused_before_anything_runs(sim: cosmic.Simulator) -> None:
+    with pytest.raises(cosmic.InputError, match="needs the CPU backend"):
+        jax.jit(number(sim)).trace(robot(sim, 0)).lower(lowering_platforms=("cuda",))
+
+
+def test_the_first_robot_decides_the_projection(sim: cosmic.Simulator) -> None:
+    soft = robot(sim, 0)
+    hard = soft._replace(z=np.eye(3)[soft.z.argmax(axis=1)])
+    for first, other in [(soft, hard), (hard, soft)]:
+        own, alone = cosmic.Simulator(sim.scene), cosmic.Simulator(sim.scene)
+        of = jax.jit(lambda inputs: cosmic.jax.rollout(own, inputs, *SPAN))
+        assert same(of(first), alone.rollout(first, *SPAN)) and own.projection == alone.projection
+        with pytest.raises(Exception, match="another simulator|another Simulator"):
+            jax.block_until_ready(of(other))
+        assert same(of(first), alone.rollout(first, *SPAN))
+
+
+def test_a_compiled_function_keeps_its_simulator(sim: cosmic.Simulator) -> None:
+    inputs = robot(sim, 0)
+    expected = sim.rollout(inputs, *SPAN)
+
+    def compiled():
+        own = cosmic.Simulator(sim.scene)
+        return jax.jit(lambda inputs: cosmic.jax.rollout(own, inputs, *SPAN)).lower(inputs).compile()
+
+    of = compiled()
+    jax.clear_caches()
+    gc.collect()
+    assert same(of(inputs), expected)
+
+
+def test_a_simulator_that_no_longer_exists(sim: cosmic.Simulator) -> None:
+    plan = cosmic._core.Planned(sim._core, [4], 0, False, [])
+    wrong = jax.ffi.ffi_call("cosmic_rollout", jax.ShapeDtypeStruct((), jnp.float32))
+    arguments = {"plan": np.int32(plan.id), "mode": np.int32(0)}
+    with pytest.raises(Exception, match="do not fit"):
+        jax.block_until_ready(wrong(**arguments))
+    del plan
+    with pytest.raises(Exception, match="the simulator of this compiled function no longer exists"):
+        jax.block_until_ready(wrong(**arguments))
 
 
 @pytest.mark.parametrize("dtype", ["float16", "bfloat16", "int32"])
@@ -263,16 +401,21 @@ import cosmic, cosmic.jax, jax, numpy as np
 
 sim = cosmic.Simulator("stability")
 first = sim.initial()
-of = jax.jit(jax.vmap(lambda inputs: cosmic.jax.rollout(sim, inputs, 64, 32).x.sum()))
-many = jax.tree.map(lambda array: np.stack([array] * 128), first)
-print(jax.block_until_ready(of(many)).shape)
+
+def of(inputs):
+    return cosmic.jax.rollout(sim, inputs, 64, 32).x.sum()
+
+for robots in (64, 128, 256):
+    many = jax.tree.map(lambda array: np.stack([array] * robots), first)
+    for each in (of, jax.grad(of)):
+        for _ in range(4):
+            seen = jax.block_until_ready(jax.jit(jax.vmap(each))(many))
+    print(seen.z.shape)
 """
 
 
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="needs a process on one core")
-def test_the_workaround_for_one_core_works() -> None:
-    # Without the flag this call waits forever, see docs/python.md.
-    flags = {**os.environ, "XLA_FLAGS": "--xla_force_host_platform_device_count=2"}
-    command = [sys.executable, "-c", ONE_CORE]
-    done = subprocess.run(command, capture_output=True, text=True, env=flags, timeout=120)
-    assert done.stdout.strip() == "(128,)", done.stderr
+def test_batches_on_one_core() -> None:
+    # Callbacks of JAX would wait for one another forever.
+    done = subprocess.run([sys.executable, "-c", ONE_CORE], capture_output=True, text=True, timeout=120)
+    assert done.stdout.splitlines() == [f"({robots}, 110, 3)" for robots in (64, 128, 256)], done.stderr
