@@ -179,27 +179,24 @@ impl<R: Real> Inputs<R> {
         inputs
     }
 
-    /// The values of a function with several results, and its vector-Jacobian product: the gradient of `sum_k
-    /// cotangent_k value_k` with respect to the numbers of `blocks` and then to `others`, which are further numbers that
-    /// the function depends on, such as goals.
+    /// The values of a function with several results, and its vector-Jacobian product: the gradient of `sum_k cotangent_k
+    /// value_k` with respect to the numbers of `blocks`.
     ///
     /// # Panics
     /// If the number of cotangents is not the number of results.
     pub fn vjp(
         &self,
         blocks: &[Block],
-        others: &[R],
-        function: impl FnOnce(&Inputs<Var<R>>, &[Var<R>]) -> Vec<Var<R>>,
+        function: impl FnOnce(&Inputs<Var<R>>) -> Vec<Var<R>>,
         cotangents: &[R],
     ) -> (Vec<R>, Vec<R>) {
-        let own = self.get(blocks);
-        let mut tape = Tape::new();
-        let values = tape.record(&[&own, others].concat(), |variables| {
-            let (own, others) = variables.split_at(own.len());
-            function(&self.with_variables(blocks, own), others)
-        });
-        let gradient = tape.pullback(&values, cotangents).to_vec();
-        (values.iter().map(|value| value.value()).collect(), gradient)
+        let alone = WithOthers {
+            inputs: self.clone(),
+            others: Vec::new(),
+        };
+        let of_one = |robots: &[WithOthers<_>]| function(&robots[0].inputs);
+        let (values, mut gradients) = vjp(&[alone], blocks, of_one, cotangents);
+        (values, gradients.remove(0))
     }
 
     /// The values of a function with several results, and its Jacobian-vector product: the derivatives of these values
@@ -208,7 +205,7 @@ impl<R: Real> Inputs<R> {
         &self,
         tangents: &Self,
         [others, by_others]: [&[R]; 2],
-        function: impl FnOnce(&Inputs<Dual<R, 1>>, &[Dual<R, 1>]) -> Vec<Dual<R, 1>>,
+        function: impl FnOnce(WithOthers<Dual<R, 1>>) -> Vec<Dual<R, 1>>,
     ) -> (Vec<R>, Vec<R>) {
         let mut inputs = self.map(Dual::constant);
         let duals = |values: &[R], tangents: &[R]| -> Vec<Dual<R, 1>> {
@@ -220,7 +217,8 @@ impl<R: Real> Inputs<R> {
             pairs.map(dual).collect()
         };
         inputs.set(ALL, &duals(&self.get(ALL), &tangents.get(ALL)));
-        let results = function(&inputs, &duals(others, by_others)).into_iter();
+        let others = duals(others, by_others);
+        let results = function(WithOthers { inputs, others }).into_iter();
         results.map(|y| (y.value, y.tangent[0])).unzip()
     }
 
@@ -241,6 +239,56 @@ impl<R: Real> Inputs<R> {
             (value.value(), gradient)
         })
     }
+}
+
+/// The inputs of a robot, and further numbers that a function depends on, such as goals.
+#[derive(Clone, Debug)]
+pub struct WithOthers<R> {
+    /// The inputs.
+    pub inputs: Inputs<R>,
+    /// The further numbers.
+    pub others: Vec<R>,
+}
+
+/// The values of a function of several robots, and its vector-Jacobian product: for each robot, the gradient of `sum_k
+/// cotangent_k value_k` with respect to the numbers of `blocks` and then to its other numbers.
+///
+/// # Panics
+/// If the number of cotangents is not the number of results.
+pub fn vjp<R: Real>(
+    robots: &[WithOthers<R>],
+    blocks: &[Block],
+    function: impl FnOnce(&[WithOthers<Var<R>>]) -> Vec<Var<R>>,
+    cotangents: &[R],
+) -> (Vec<R>, Vec<Vec<R>>) {
+    let own = |robot: &WithOthers<R>| [robot.inputs.get(blocks), robot.others.clone()].concat();
+    let numbers: Vec<Vec<R>> = robots.iter().map(own).collect();
+    let mut tape = Tape::new();
+    let values = tape.record(&numbers.concat(), |mut variables| {
+        let with_variables = |robot: &WithOthers<R>| {
+            let others = robot.others.len();
+            let inputs = robot.inputs.get(blocks).len();
+            let (own, rest) = variables.split_at(inputs + others);
+            variables = rest;
+            WithOthers {
+                inputs: robot.inputs.with_variables(blocks, &own[..inputs]),
+                others: own[inputs..].to_vec(),
+            }
+        };
+        let robots: Vec<_> = robots.iter().map(with_variables).collect();
+        function(&robots)
+    });
+    let mut gradient = tape.pullback(&values, cotangents);
+    let gradients = numbers.iter().map(|own| {
+        let (of_robot, rest) = gradient.split_at(own.len());
+        gradient = rest;
+        of_robot.to_vec()
+    });
+    let gradients = gradients.collect();
+    (
+        values.iter().map(|value| value.value()).collect(),
+        gradients,
+    )
 }
 
 impl Inputs<f64> {

@@ -69,6 +69,7 @@ class Simulator:
         projection: str,
         bounded: bool,
         check: bool,
+        by: int,
     ) -> _Array: ...
     def jvp(
         self,

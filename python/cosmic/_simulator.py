@@ -278,6 +278,7 @@ class Simulator:
         bounded: bool = False,
         check: bool = True,
         goal: None = None,
+        by: Optional[Iterable[str]] = None,
     ) -> Inputs: ...
     @overload
     def vjp(
@@ -291,6 +292,7 @@ class Simulator:
         bounded: bool = False,
         check: bool = True,
         goal: Goal,
+        by: Optional[Iterable[str]] = None,
     ) -> tuple[Inputs, Array]: ...
     def vjp(
         self,
@@ -303,6 +305,7 @@ class Simulator:
         bounded: bool = False,
         check: bool = True,
         goal: Optional[Goal] = None,
+        by: Optional[Iterable[str]] = None,
     ) -> Union[Inputs, tuple[Inputs, Array]]:
         """The vector-Jacobian product of :meth:`rollout`: the gradient of the sum of states times
         cotangents with respect to every input. Each robot of a batch has its own gradient, also
@@ -311,6 +314,9 @@ class Simulator:
         If ``goal`` is given, it is as in :meth:`rollout`, and the result is a pair: the gradient with
         respect to the inputs, and the gradient with respect to the goal along the ground and above it, of
         shape ``(goals, 2)`` with one row per goal, or ``(batch, goals, 2)``.
+
+        ``by`` names the arrays whose gradients are wanted, such as ``("activations", "x0")``; the others may be 0. This
+        saves time in short rollouts.
 
         ``bounded`` limits cotangents to the scene's ``gradient.cotangent_bound``. Long rollouts
         with contacts need this for useful gradients; without it the gradient is exact. On a GPU, the
@@ -330,7 +336,9 @@ class Simulator:
                 raise InputError(f"{name}: expected the shape {list(expected)}, found {list(bar.shape)}")
         projection = self._projection(robots)
         (gradient,) = robots.results(
-            robots.core.vjp(robots.arrays, x_bar, v_bar, seen, first, projection, bounded, check)
+            robots.core.vjp(
+                robots.arrays, x_bar, v_bar, seen, first, projection, bounded, check, wanted(by, robots.shapes)
+            )
         )
         arrays = split(gradient, robots.shapes)
         by_goal = arrays.pop("goal", None)
@@ -499,6 +507,23 @@ class Simulator:
     def __repr__(self) -> str:
         device = "" if self.device == "cpu" else f", device={self.device!r}"
         return f"Simulator({self.scene!r}, projection={self.projection!r}{device})"
+
+
+#: The bits with which the library is told whose gradients are wanted. Everything else has the next bit.
+_BITS = {"z": 1, "x0": 4, "v0": 8}
+
+
+def wanted(by: Optional[Iterable[str]], shapes: Mapping[str, tuple[int, ...]]) -> int:
+    """The bits of the arrays whose gradients are wanted, among those of these shapes."""
+    if by is None:
+        return 31
+    bits = 0
+    for name in by:
+        if name not in shapes:
+            raise InputError(f"by: {name!r}: allowed: {', '.join(shapes)}")
+        is_other = "." in name or name in (DRIVEN, "goal")
+        bits |= _BITS.get(name, 16 if is_other else 2)
+    return bits
 
 
 def with_goal(named: Mapping[str, Any], goal: Any) -> dict[str, Any]:

@@ -28,7 +28,7 @@ from ._goal import Goal
 from ._loss import Loss, Steps
 from ._memory import check_rollouts
 from ._plan import Plan, planned
-from ._simulator import Inputs, Observed, Simulator, Trajectory
+from ._simulator import Inputs, Observed, Simulator, Trajectory, stepped, wanted
 
 try:
     import jax.extend.core
@@ -38,7 +38,7 @@ except ImportError:
         f"cosmic.jax needs jax 0.5.0 or newer, found {jax.__version__}; pip install 'jax>=0.5'"
     ) from None
 
-__all__ = ["loss", "rollout"]
+__all__ = ["loss", "rollout", "step"]
 
 _NAME = "cosmic_rollout"
 
@@ -84,34 +84,36 @@ def _robots(plan: Plan, mode: int, arrays: Sequence[Any]) -> tuple[int, ...]:
 
 
 @_call.def_abstract_eval
-def _results(*arrays: Any, plan: Plan, mode: int) -> list[Any]:
+def _results(*arrays: Any, plan: Plan, mode: int, by: int) -> list[Any]:
     shapes = list(plan.shapes.values()) if mode == _PULLED else [plan.states] * 2
     robots = _robots(plan, mode, arrays)
     return [jax.core.ShapedArray(robots + shape, arrays[0].dtype) for shape in shapes]
 
 
 @_call.def_impl
-@partial(jax.jit, static_argnames=("plan", "mode"))
-def _run(*arrays: Any, plan: Plan, mode: int) -> Any:
-    return _call.bind(*arrays, plan=plan, mode=mode)
+@partial(jax.jit, static_argnames=("plan", "mode", "by"))
+def _run(*arrays: Any, plan: Plan, mode: int, by: int) -> Any:
+    return _call.bind(*arrays, plan=plan, mode=mode, by=by)
 
 
-def _compiled(context: Any, *operands: Any, plan: Plan, mode: int) -> Any:
+def _compiled(context: Any, *operands: Any, plan: Plan, mode: int, by: int) -> Any:
     simulator, arrays = plan.simulator, context.avals_in
+    (robots,) = _robots(plan, mode, arrays) or (1,)
     if mode == _PUSHED and simulator.device == "gpu":
         raise InputError('forward mode: not on a GPU; use a Simulator with device="cpu"')
     check_rollouts(
         simulator._sizes,
-        *(_robots(plan, mode, arrays) or (1,)),
+        robots,
         arrays[0].dtype.itemsize,
         len(plan.observed),
         copies=4 if mode == _PUSHED else 1,
         steps=plan.observed[-1] if mode == _PULLED else None,
+        others=sum(math.prod(shape) for name, shape in plan.arrays if name not in simulator.shapes),
     )
     # XLA finds the simulator as long as the compiled function exists.
     context.module_context.add_keepalive(plan.core)
     rule = jax.ffi.ffi_lowering(_NAME)
-    return rule(context, *operands, plan=np.int32(plan.core.id), mode=np.int32(mode))
+    return rule(context, *operands, plan=np.int32(plan.core.id), mode=np.int32(mode), by=np.int32(by))
 
 
 def _elsewhere(*_: Any, **__: Any) -> Any:
@@ -125,7 +127,7 @@ mlir.register_lowering(_call, _elsewhere)
 mlir.register_lowering(_call, _compiled, platform="cpu")
 
 
-def _mapped(arrays: Sequence[Any], axes: Sequence[Any], plan: Plan, mode: int) -> tuple[Any, Any]:
+def _mapped(arrays: Sequence[Any], axes: Sequence[Any], plan: Plan, mode: int, by: int) -> tuple[Any, Any]:
     """The rule of ``vmap``: merges its axis with the axis for robots. What all robots share stays shared."""
     shapes, given = _shapes(plan, mode), len(plan.shapes)
     own = [array.ndim - len(shape) - (axis is not None) for array, axis, shape in zip(arrays, axes, shapes)]
@@ -148,11 +150,11 @@ def _mapped(arrays: Sequence[Any], axes: Sequence[Any], plan: Plan, mode: int) -
         if inner and not is_own:
             array = jnp.broadcast_to(array[:, None], (size, *inner, *shape))
         merged.append(array.reshape(math.prod((size, *inner)), *shape))
-    results = _call.bind(*merged, plan=plan, mode=mode)
+    results = _call.bind(*merged, plan=plan, mode=mode, by=by)
     return [array.reshape(size, *inner, *array.shape[1:]) for array in results], [0] * len(results)
 
 
-def _differentiated(arrays: Any, tangents: Any, plan: Plan, mode: int) -> tuple[Any, Any]:
+def _differentiated(arrays: Any, tangents: Any, plan: Plan, mode: int, by: int) -> tuple[Any, Any]:
     """The rule of derivatives."""
     count = len(plan.shapes)
     given, others = arrays[:count], tangents[count:]
@@ -161,17 +163,20 @@ def _differentiated(arrays: Any, tangents: Any, plan: Plan, mode: int) -> tuple[
     elif any(type(tangent) is not ad.Zero for tangent in tangents[:count]):
         raise InputError("second derivatives of a rollout are not supported; use differences of gradients")
     derivatives = _call.bind(
-        *given, *map(ad.instantiate_zeros, others), plan=plan, mode=mode or _PUSHED
+        *given, *map(ad.instantiate_zeros, others), plan=plan, mode=mode or _PUSHED, by=by
     )
-    return _call.bind(*arrays, plan=plan, mode=mode), derivatives
+    return _call.bind(*arrays, plan=plan, mode=mode, by=by), derivatives
 
 
-def _transposed(bars: Any, *arrays: Any, plan: Plan, mode: int) -> list[Any]:
+def _transposed(bars: Any, *arrays: Any, plan: Plan, mode: int, by: int) -> list[Any]:
     """The rule of reverse mode: the transpose of derivatives in a direction are gradients."""
     count = len(plan.shapes)
     given, others = arrays[:count], arrays[count:]
     bars = map(ad.instantiate_zeros, bars)
-    results = _call.bind(*given, *bars, plan=plan, mode=_PULLED if mode == _PUSHED else _PUSHED)
+    if mode == _PUSHED:
+        named = zip(plan.shapes, others)
+        by = wanted([name for name, other in named if ad.is_undefined_primal(other)], plan.shapes)
+    results = _call.bind(*given, *bars, plan=plan, mode=_PULLED if mode == _PUSHED else _PUSHED, by=by)
     own: list[Any] = [None] * count
     for result, other in zip(results, others):
         if not ad.is_undefined_primal(other):
@@ -235,9 +240,32 @@ def rollout(
     given = [jnp.asarray(array) for array in arrays]
     _check(plan, given)
     # The computation is in double precision if any input is, otherwise in single precision.
-    inputs = [array for name, array in zip(plan.shapes, given) if name != "goal"]
-    dtype: Any = jnp.float64 if jnp.result_type(*inputs, float) == jnp.float64 else jnp.float32
-    return Trajectory(*_call.bind(*(array.astype(dtype) for array in given), plan=plan, mode=_STATES))
+    own = [array for name, array in zip(plan.shapes, given) if name != "goal"]
+    dtype: Any = jnp.float64 if jnp.result_type(*own, float) == jnp.float64 else jnp.float32
+    return Trajectory(*_call.bind(*(array.astype(dtype) for array in given), plan=plan, mode=_STATES, by=wanted(None, {})))
+
+
+def step(
+    simulator: Simulator,
+    z: Any,
+    x: Any,
+    v: Any,
+    activations: Any,
+    steps: int = 1,
+    *,
+    first: int = 0,
+    physics: Any = {},
+) -> Trajectory:
+    """:meth:`cosmic.Simulator.step` as a function of JAX, for policies of your own:
+
+    >>> def walk(policy, state, _):
+    ...     held = policy(state)
+    ...     state = cosmic.jax.step(sim, z, *state, held, steps=10)
+    ...     return state, state
+    >>> end, seen = jax.lax.scan(partial(walk, policy), Trajectory(x0, v0), length=50)  # doctest: +SKIP
+    """
+    run = partial(rollout, simulator, first=first)
+    return stepped(run, z, x, v, activations, steps, physics, jnp)
 
 
 def loss(

@@ -1,12 +1,12 @@
 //! Requested rollouts of robots.
 
-use crate::arrays::{FACTORS, Number, Sizes, flattened};
+use crate::arrays::{FACTORS, Number, Others, Sizes, flattened};
 use crate::work::{Stop, group_size};
 use autodiff::Real;
 use cosmic::design::{Design, Material};
 use cosmic::error::Error;
 use cosmic::geometry::from_flat;
-use cosmic::inputs::Inputs;
+use cosmic::inputs::{ALL, Block, Inputs, WithOthers};
 use cosmic::lattice::{Body, State};
 use cosmic::policy::Controller;
 use cosmic::projection::Projection;
@@ -162,15 +162,36 @@ impl<R: Number> Asked<R> {
         others.map_or(&[], |others| others)
     }
 
-    /// True if all robots have the same design vectors.
-    #[cfg(feature = "gpu")]
-    pub(crate) fn shares_design(&self) -> bool {
-        self.z.len() < 2
+    /// True if all robots have the same surroundings.
+    pub(crate) fn shares_surroundings(&self) -> bool {
+        let Others { goals, physics, .. } = &self.sizes.others;
+        self.others.len() < 2 || *goals == 0 && physics.is_empty()
     }
 
-    /// True if all robots have the same other inputs.
-    pub(crate) fn shares_others(&self) -> bool {
-        self.others.len() < 2
+    /// True if all robots have the same body.
+    pub(crate) fn shares_body(&self) -> bool {
+        self.z.len() < 2 && (self.others.len() < 2 || self.sizes.others.physics.is_empty())
+    }
+
+    /// Returns a gradient of a robot by all inputs and other inputs. `gradient` has only the numbers of `blocks`, and those of
+    /// the other inputs if there are more numbers; the others are 0.
+    pub(crate) fn padded(&self, blocks: &[Block], robot: usize, mut gradient: &[R]) -> Vec<R> {
+        let inputs = self.inputs(robot);
+        let mut padded = Vec::new();
+        for block in ALL {
+            let length = inputs.block(*block).len();
+            match blocks.contains(block) {
+                true => {
+                    padded.extend_from_slice(&gradient[..length]);
+                    gradient = &gradient[length..];
+                }
+                false => padded.resize(padded.len() + length, R::zero()),
+            }
+        }
+        padded.extend_from_slice(gradient);
+        let length = padded.len() - gradient.len() + self.others(robot).len();
+        padded.resize(length, R::zero());
+        padded
     }
 
     pub(crate) fn inputs(&self, robot: usize) -> Inputs<R> {
@@ -189,29 +210,18 @@ impl<R: Number> Asked<R> {
 
     /// Simulates a range of robots together. If there are several, they must share one controller.
     fn group(&self, task: &Task, robots: Range<usize>) -> Vec<Trajectory<R>> {
-        let pairs = robots.clone().map(|robot| self.robot(task, robot));
-        let (mut surroundings, bodies): (Vec<_>, Vec<_>) = pairs.unzip();
-        if self.shares_others() {
-            surroundings.truncate(1);
-        }
-        let starts = robots.clone().map(|robot| self.start(robot));
-        let starts: Vec<&State<R>> = starts.collect();
-        if self.sizes.others.driven.is_some() {
-            let given = |robot| {
-                self.sizes
-                    .others
-                    .split(self.sizes.edges, self.others(robot))
-                    .0
-            };
-            let given: Vec<&[R]> = robots.map(given).collect();
-            return (task.simulator).driven(&surroundings, &bodies, &given, &starts, &self.span);
-        }
-        let robots = Robots {
+        let each = |is_shared: bool| robots.clone().take(if is_shared { 1 } else { usize::MAX });
+        let surroundings = each(self.shares_surroundings()).map(|k| self.robot(task, k).0);
+        let bodies = each(self.shares_body()).map(|k| self.robot(task, k).1);
+        let (surroundings, bodies): (Vec<_>, Vec<_>) = (surroundings.collect(), bodies.collect());
+        let starts: Vec<&State<R>> = robots.clone().map(|robot| self.start(robot)).collect();
+        let all = Robots {
             surroundings: &surroundings,
             bodies: &bodies,
             controllers: std::slice::from_ref(self.controller(robots.start)),
         };
-        task.simulator.rollouts(&robots, &starts, &self.span)
+        let others: Vec<&[R]> = robots.map(|robot| self.others(robot)).collect();
+        walks(task, &self.sizes, &all, &others, &starts, &self.span)
     }
 
     /// Simulates all robots and writes their positions and velocities into the arrays `x` and `v`. A robot that
@@ -267,7 +277,10 @@ impl<R: Number> Asked<R> {
             observed: (0..=steps).collect(),
             ..self.span.clone()
         };
-        let walk = walked(task, &self.sizes, &self.mixing[robot], &inputs, &of, &every);
+        let body = self.mixing[robot].body(task, &inputs.z);
+        let (surroundings, body) = in_surroundings(task, &self.sizes, body, &of);
+        let one = Robots::one(&surroundings, &body, &inputs.controller);
+        let walk = walks(task, &self.sizes, &one, &[&of], &[&inputs.start], &every).remove(0);
         let states = walk.states.iter().enumerate();
         let found = states.filter_map(|(k, state)| Some((k, state, state.absurd_node()?)));
         found
@@ -357,36 +370,59 @@ pub(crate) fn in_surroundings<R: Real>(
     (surroundings, body)
 }
 
-/// Simulates a robot with other inputs.
-fn walked<R: Real>(
+/// Simulates robots whose other inputs have the numbers `others`. If they have no given activations, they have the first of
+/// the controllers.
+fn walks<R: Real>(
     task: &Task,
     sizes: &Sizes,
-    mixing: &Mixing,
-    inputs: &Inputs<R>,
-    others: &[R],
+    robots: &Robots<R>,
+    others: &[&[R]],
+    starts: &[&State<R>],
     span: &Span,
-) -> Trajectory<R> {
-    let body = mixing.body(task, &inputs.z);
-    let (surroundings, body) = in_surroundings(task, sizes, body, others);
-    let starts = [&inputs.start];
-    let mut walks = if sizes.others.driven.is_some() {
-        let (activations, ..) = sizes.others.split(sizes.edges, others);
-        (task.simulator).driven(&[surroundings], &[body], &[activations], &starts, span)
-    } else {
-        let robot = Robots::one(&surroundings, &body, &inputs.controller);
-        task.simulator.rollouts(&robot, &starts, span)
-    };
-    walks.remove(0)
+) -> Vec<Trajectory<R>> {
+    if sizes.others.driven.is_none() {
+        return task.simulator.rollouts(robots, starts, span);
+    }
+    let given = others
+        .iter()
+        .map(|others| sizes.others.split(sizes.edges, others).0);
+    let given: Vec<&[R]> = given.collect();
+    (task.simulator).driven(robots.surroundings, robots.bodies, &given, starts, span)
 }
 
-/// Simulates a robot with other inputs. Returns one list: its observed positions, then its observed velocities.
+/// Simulates robots of a request, of which `first` is the number of the first. They must share a controller, unless there is
+/// only one. Returns one list: for each robot, its observed positions and then its observed velocities.
 pub(crate) fn seen<R: Real>(
     task: &Task,
-    sizes: &Sizes,
-    mixing: &Mixing,
-    inputs: &Inputs<R>,
-    others: &[R],
-    span: &Span,
+    asked: &Asked<impl Number>,
+    first: usize,
+    robots: &[WithOthers<R>],
 ) -> Vec<R> {
-    flattened(&[walked(task, sizes, mixing, inputs, others, span)]).concat()
+    // If the other inputs have no derivatives, the robots do not have them.
+    let lift = |k: usize| -> Vec<R> {
+        let others = asked.others(k).iter();
+        others.map(|&x| R::lit(x.into())).collect()
+    };
+    let others = robots.iter().zip(first..);
+    let others = others.map(|(robot, k)| match robot.others.is_empty() {
+        true => lift(k),
+        false => robot.others.clone(),
+    });
+    let others: Vec<Vec<R>> = others.collect();
+    let in_surroundings = |(place, robot): (usize, &WithOthers<R>)| {
+        let body = asked.mixing[first + place].body(task, &robot.inputs.z);
+        in_surroundings(task, &asked.sizes, body, &others[place])
+    };
+    let (surroundings, bodies): (Vec<_>, Vec<_>) =
+        robots.iter().enumerate().map(in_surroundings).unzip();
+    let all = Robots {
+        surroundings: &surroundings,
+        bodies: &bodies,
+        controllers: std::slice::from_ref(&robots[0].inputs.controller),
+    };
+    let others: Vec<&[R]> = others.iter().map(Vec::as_slice).collect();
+    let starts: Vec<&State<R>> = robots.iter().map(|robot| &robot.inputs.start).collect();
+    let walks = walks(task, &asked.sizes, &all, &others, &starts, &asked.span);
+    let numbers = walks.chunks(1).flat_map(|walk| flattened(walk).concat());
+    numbers.collect()
 }

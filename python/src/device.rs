@@ -92,10 +92,10 @@ fn batch<R: Number>(task: &Task, asked: &Asked<R>) -> Batch {
     Batch {
         simulator: task.simulator.clone(),
         span: asked.span.clone(),
-        surroundings: or_one(asked.shares_others()).map(surroundings).collect(),
-        bodies: or_one(asked.shares_design() && asked.shares_others())
-            .map(body)
+        surroundings: or_one(asked.shares_surroundings())
+            .map(surroundings)
             .collect(),
+        bodies: or_one(asked.shares_body()).map(body).collect(),
         controllers: or_one(asked.shared_controller().is_some())
             .map(|robot| asked.controller(robot).map(Into::into))
             .collect(),

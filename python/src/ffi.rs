@@ -200,9 +200,13 @@ unsafe fn answered(frame: *const Frame) -> Result<(), String> {
         return Err(format!("rollouts have no stage {}", frame.stage));
     }
     // SAFETY: the caller.
-    let (id, mode) = unsafe {
+    let (id, mode, by) = unsafe {
         let attributes = &frame.attributes;
-        (attributes.number("plan")?, attributes.number("mode")?)
+        (
+            attributes.number("plan")?,
+            attributes.number("mode")?,
+            attributes.number("by")?,
+        )
     };
     let plan = plans().get(&id).cloned();
     let plan = plan.ok_or("the simulator of this compiled function no longer exists; keep it")?;
@@ -210,8 +214,8 @@ unsafe fn answered(frame: *const Frame) -> Result<(), String> {
     let (arguments, results) = unsafe { (frame.arguments.all()?, frame.results.all()?) };
     // SAFETY: the caller. XLA gives no memory to two results.
     let done = match arguments.first().map(|array| array.dtype) {
-        Some(FLOAT32) => unsafe { plan.run::<f32>(mode, &arguments, &results)? },
-        _ => unsafe { plan.run::<f64>(mode, &arguments, &results)? },
+        Some(FLOAT32) => unsafe { plan.run::<f32>(mode, by as u32, &arguments, &results)? },
+        _ => unsafe { plan.run::<f64>(mode, by as u32, &arguments, &results)? },
     };
     let says = |error: PyErr| Python::try_attach(|py| error.value(py).to_string());
     done.map_err(|error| says(error).unwrap_or_else(|| "Python has ended".to_owned()))
@@ -372,6 +376,7 @@ impl Plan {
     unsafe fn run<R: Number>(
         &self,
         mode: i32,
+        by: u32,
         arguments: &[&Buffer],
         results: &[&Buffer],
     ) -> Result<PyResult<()>, String> {
@@ -403,12 +408,13 @@ impl Plan {
         if given.len() < ranks.len() + if mode == 0 { 0 } else { others.len() } {
             return Err("a rollout got too few arrays".to_owned());
         }
-        Ok(self.rollouts(mode, &given, &mut made))
+        Ok(self.rollouts(mode, by, &given, &mut made))
     }
 
     fn rollouts<R: Number>(
         &self,
         mode: i32,
+        by: u32,
         given: &[Given<R>],
         made: &mut [&mut [R]],
     ) -> PyResult<()> {
@@ -446,7 +452,7 @@ impl Plan {
                 let along = Asked::of(sizes, &numbers, &counts, robots, span, "none");
                 simulator.pushed(&asked, &along)?
             }
-            (2, [x, v], _) => simulator.pulled(&asked, [x.numbers, v.numbers])?,
+            (2, [x, v], _) => simulator.pulled(&asked, [x.numbers, v.numbers], by)?,
             _ => return Err(InputError::new_err("a rollout got arrays that do not fit")),
         };
         for (robot, is_lost) in lost.into_iter().enumerate() {

@@ -5,12 +5,13 @@ use crate::asked::{Asked, ends_absurd, seen, write};
 use crate::device::Device;
 use crate::errors::of_class;
 use crate::simulator::Simulator;
-use crate::work::{Interruptible, Stop, each, in_pool, whole};
-use cosmic::inputs::{ALL, Inputs};
+use crate::work::{Interruptible, Stop, each, group_size, in_pool, whole};
+use cosmic::inputs::{ALL, Block, WithOthers, vjp};
 use cosmic::simulator::Span;
 use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Two arrays, such as positions and velocities.
@@ -52,12 +53,14 @@ impl Simulator {
         Ok((write(&walks, places), interrupt))
     }
 
-    /// For each robot, the gradient of its states times `bars`, by all inputs and then by its other inputs. The thread must not
-    /// have the interpreter's lock.
+    /// For each robot, the gradient of its states times `bars`, by all inputs and then by its other inputs; 0 where it is not
+    /// wanted. `by` has a bit for each block of [`ALL`], and one for the other inputs: whether it is. The thread must not have
+    /// the interpreter's lock.
     pub(crate) fn pulled<R: Number>(
         &self,
         asked: &Asked<R>,
         bars: [&[R]; 2],
+        by: u32,
     ) -> PyResult<Products<R>> {
         if let Some(device) = self.device()? {
             let pulled = whole(in_pool(IN_POOL, |_| {
@@ -65,17 +68,40 @@ impl Simulator {
             })?)?;
             return pulled.map_err(|why| device.failed(&why));
         }
-        products(asked, |robot| {
-            let length = bars[0].len() / asked.robots;
-            let cotangents = bars.map(|bar| &bar[robot * length..][..length]).concat();
-            let mixing = &asked.mixing[robot];
-            let function = |inputs: &Inputs<_>, others: &[_]| {
-                seen(&self.task, &self.sizes, mixing, inputs, others, &asked.span)
-            };
-            let (inputs, others) = (asked.inputs(robot), asked.others(robot));
-            let (values, gradient) = inputs.vjp(ALL, others, function, &cotangents);
-            (ends_absurd(&values, self.sizes.nodes), gradient)
-        })
+        let is_wanted = |k: usize| by >> k & 1 == 1;
+        let blocks = (0..ALL.len()).filter(|&k| is_wanted(k)).map(|k| ALL[k]);
+        let blocks: Vec<Block> = blocks.collect();
+        let length = bars[0].len() / asked.robots;
+        let pull = |robots: Range<usize>| {
+            let bars = robots.clone().flat_map(|robot| {
+                let own = bars.map(|bar| &bar[robot * length..][..length]);
+                own.concat()
+            });
+            let all = robots.clone().map(|robot| WithOthers {
+                inputs: asked.inputs(robot),
+                others: match is_wanted(ALL.len()) {
+                    true => asked.others(robot).to_vec(),
+                    false => Vec::new(),
+                },
+            });
+            let all: Vec<_> = all.collect();
+            let (values, gradients) = vjp(
+                &all,
+                &blocks,
+                |all| seen(&self.task, asked, robots.start, all),
+                &bars.collect::<Vec<_>>(),
+            );
+            let values = values.chunks(2 * length);
+            let is_absurd = values.map(|values| ends_absurd(values, self.sizes.nodes));
+            let rows = gradients.iter().zip(robots);
+            let rows = rows.map(|(own, robot)| asked.padded(&blocks, robot, own));
+            is_absurd.zip(rows).collect::<Vec<_>>()
+        };
+        // Robots with a common controller cannot be simulated together, because each has its own gradient by it.
+        let size = group_size(asked.robots, self.sizes.others.driven.is_some());
+        let all = |stop: &Stop| each(asked.robots, size, stop, pull);
+        let products = whole(in_pool(asked.robots, all)?)?;
+        Ok(products.into_iter().flatten().collect())
     }
 
     /// For each robot its states, and then their derivatives in the direction `along`. The thread must not have the
@@ -86,13 +112,11 @@ impl Simulator {
         along: &Asked<R>,
     ) -> PyResult<Products<R>> {
         products(asked, |robot| {
-            let mixing = &asked.mixing[robot];
-            let function = |inputs: &Inputs<_>, others: &[_]| {
-                seen(&self.task, &self.sizes, mixing, inputs, others, &asked.span)
-            };
-            let others = [asked, along].map(|of| of.others(robot));
-            let tangents = along.inputs(robot);
-            let (values, slopes) = asked.inputs(robot).jvp(&tangents, others, function);
+            let [(own, others), (along, by_others)] =
+                [asked, along].map(|of| (of.inputs(robot), of.others(robot)));
+            let (values, slopes) = own.jvp(&along, [others, by_others], |robot_| {
+                seen(&self.task, asked, robot, &[robot_])
+            });
             let is_absurd = ends_absurd(&values, self.sizes.nodes);
             (is_absurd, [values, slopes].concat())
         })
@@ -127,7 +151,8 @@ impl Simulator {
         }
     }
 
-    /// The gradient of each robot's states times `bars`, by all inputs and then by its other inputs: a row per robot.
+    /// The gradients of [`pulled`](Self::pulled): a row per robot.
+    #[expect(clippy::too_many_arguments, reason = "the arguments of Python")]
     pub(crate) fn vjp_in<'py, R: Number>(
         &self,
         py: Python<'py>,
@@ -136,12 +161,13 @@ impl Simulator {
         span: Span,
         projection: &str,
         check: bool,
+        by: u32,
     ) -> PyResult<Bound<'py, PyAny>> {
         let asked = Asked::<R>::new(&self.sizes, arrays, span, projection)?;
         let [x, v] = bars.map(|bar| bar.extract::<PyReadonlyArrayDyn<R>>());
         let (x, v) = (x?, v?);
         let bars = [x.as_slice()?, v.as_slice()?];
-        let products = py.detach(|| self.pulled(&asked, bars))?;
+        let products = py.detach(|| self.pulled(&asked, bars, by))?;
         self.rows(py, &asked, products, check)
     }
 

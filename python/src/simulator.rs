@@ -268,7 +268,8 @@ impl Simulator {
         })
     }
 
-    /// Returns the cotangents of the arrays, given the cotangents of positions and velocities: a row per robot.
+    /// Returns the cotangents of the arrays, given the cotangents of positions and velocities: a row per robot. Only those that
+    /// `by` wants are computed; it has a bit each for `z`, the controller, `x0`, `v0` and everything else.
     #[expect(clippy::too_many_arguments, reason = "the signature of Python")]
     fn vjp<'py>(
         &self,
@@ -281,12 +282,13 @@ impl Simulator {
         projection: &str,
         bounded: bool,
         check: bool,
+        by: u32,
     ) -> PyResult<Bound<'py, PyAny>> {
         let span = self.backwards(span(observed, first), bounded);
         let bars = [x_bar, v_bar];
         caught(|| match is_single(&arrays) {
-            true => self.vjp_in::<f32>(py, &arrays, bars, span, projection, check),
-            false => self.vjp_in::<f64>(py, &arrays, bars, span, projection, check),
+            true => self.vjp_in::<f32>(py, &arrays, bars, span, projection, check, by),
+            false => self.vjp_in::<f64>(py, &arrays, bars, span, projection, check, by),
         })
     }
 

@@ -125,7 +125,7 @@ fn reverse_mode_forward_mode_and_differences_see_the_same_robot() {
         let inputs = case.inputs();
         let plain = seen(&case, &inputs);
         let cotangents = random(plain.len(), 0.1);
-        let (values, gradient) = inputs.vjp(ALL, &[], |inputs, _| seen(&case, inputs), &cotangents);
+        let (values, gradient) = inputs.vjp(ALL, |inputs| seen(&case, inputs), &cotangents);
         assert_eq!(values, plain, "{name}");
         for seed in [0.2, 0.3, 0.4] {
             let own = inputs.get(ALL);
@@ -138,7 +138,8 @@ fn reverse_mode_forward_mode_and_differences_see_the_same_robot() {
             };
             let mut tangents = inputs.clone();
             tangents.set(ALL, &direction);
-            let (values, along) = inputs.jvp(&tangents, [&[]; 2], |inputs, _| seen(&case, inputs));
+            let (values, along) =
+                inputs.jvp(&tangents, [&[]; 2], |robot| seen(&case, &robot.inputs));
             assert!(are_close(&values, &plain), "{name}");
             let (reverse, forward) = (
                 f64::dot(&gradient, &direction),
@@ -174,7 +175,7 @@ fn single_precision_has_the_same_gradient() {
     for (name, case) in robots() {
         let inputs = case.inputs();
         let bars = random(seen(&case, &inputs).len(), 0.5);
-        let (_, exact) = inputs.vjp(ALL, &[], |inputs, _| seen(&case, inputs), &bars);
+        let (_, exact) = inputs.vjp(ALL, |inputs| seen(&case, inputs), &bars);
         let narrow = |x: &f64| *x as f32;
         let single = Inputs {
             z: inputs.z.iter().map(|z| z.map(|z| z as f32)).collect(),
@@ -182,7 +183,7 @@ fn single_precision_has_the_same_gradient() {
             start: inputs.start.map(|x| x as f32),
         };
         let bars: Vec<f32> = bars.iter().map(narrow).collect();
-        let (_, gradient) = single.vjp(ALL, &[], |inputs, _| seen(&case, inputs), &bars);
+        let (_, gradient) = single.vjp(ALL, |inputs| seen(&case, inputs), &bars);
         let size = f64::dot(&exact, &exact).sqrt();
         let off: Vec<f64> = exact
             .iter()
@@ -235,8 +236,8 @@ fn robots_with_other_nodes_in_one_batch_have_their_own_gradients() {
             walks.iter().flat_map(numbers).collect()
         };
         let bars = random(2 * seen(&case, &inputs).len(), 0.6);
-        let (values, gradient) = inputs.vjp(ALL, &[], |inputs, _| together(inputs), &bars);
-        let (expected, of_each) = inputs.vjp(ALL, &[], |inputs, _| alone(inputs), &bars);
+        let (values, gradient) = inputs.vjp(ALL, |inputs| together(inputs), &bars);
+        let (expected, of_each) = inputs.vjp(ALL, |inputs| alone(inputs), &bars);
         assert!(are_close(&values, &expected), "{name}");
         let off: Vec<f64> = gradient.iter().zip(&of_each).map(|(a, b)| a - b).collect();
         // The sums are in another order, as in `are_close`, and stiff bars multiply the rounding.
