@@ -12,20 +12,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Optional, Union
 
-import gymnasium
 import numpy as np
 import numpy.typing as npt
-from gymnasium import spaces
-from gymnasium.vector import AutoresetMode, VectorEnv
-from gymnasium.vector.utils import batch_space
 
 from . import _core
-from ._errors import InputError
+from ._errors import InputError, extra
 from ._goal import Goals, as_goals
 from ._run import Run
 from ._scene import SceneLike
 from ._checks import whole
 from ._simulator import Simulator, ordered
+
+with extra("gym"):
+    import gymnasium
+    from gymnasium import spaces
+    from gymnasium.vector import AutoresetMode, VectorEnv
+    from gymnasium.vector.utils import batch_space
 
 __all__ = ["WalkEnv", "WalkVectorEnv"]
 

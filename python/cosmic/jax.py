@@ -20,15 +20,17 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, Optional
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
-from ._errors import InputError
+from ._errors import InputError, extra
 from ._goal import Goal
 from ._loss import Loss, Steps
 from ._plan import Plan, planned
 from ._simulator import Inputs, Observed, Simulator, Trajectory
+
+with extra("jax"):
+    import jax
+    import jax.numpy as jnp
 
 __all__ = ["loss", "rollout"]
 
