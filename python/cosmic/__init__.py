@@ -18,6 +18,7 @@ gradients through a differentiable simulator.
 from . import sweep
 from ._core import VERSION as __version__
 from ._core import Scene, scenes
+from ._docs import documented
 from ._errors import (
     DivergedError,
     Error,
@@ -60,3 +61,5 @@ __all__ = [
     "scenes",
     "sweep",
 ]
+
+documented(Design, Inputs, Run, Simulator, Trajectory)

@@ -1,9 +1,10 @@
-"""What comes with the package: the program, its version, its licences, and errors about packages that are missing."""
+"""What comes with the package: the program, the version, licences, docs, and errors about packages that are missing."""
 
 from __future__ import annotations
 
 import importlib.metadata
 import json
+import pydoc
 import signal
 import subprocess
 import sys
@@ -92,3 +93,12 @@ HIDDEN = "import importlib, sys; sys.modules[sys.argv[1]] = None; importlib.impo
 def test_a_module_whose_package_is_missing_names_the_extra(extra: str, package: str) -> None:
     code, _, errors = ended(sys.executable, "-c", HIDDEN, package, f"cosmic.{extra}")
     assert code == 1 and f"pip install 'cosmic-codesign[{extra}]'" in errors.splitlines()[-1]
+
+
+def test_help_shows_the_docs_of_attributes() -> None:
+    for owner, name, words in [
+        (cosmic.Simulator, "rest_length", "Rest length of every edge, m."),
+        (cosmic.Inputs, "x0", "Initial positions, ``(nodes, 2)``, m."),
+        (cosmic.Run, "times", "The times of these states, s."),
+    ]:
+        assert f" |  {name}\n |      {words}\n" in pydoc.render_doc(owner, renderer=pydoc.plaintext)
