@@ -26,6 +26,7 @@ from ._simulator import Simulator, ordered
 with extra("gym"):
     import gymnasium
     from gymnasium import spaces
+    from gymnasium.utils import seeding
     from gymnasium.vector import AutoresetMode, VectorEnv
     from gymnasium.vector.utils import batch_space
 
@@ -329,7 +330,7 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
 
     def _seeded(self, seeds: list[Optional[int]]) -> list[tuple[np.random.Generator, int]]:
         """The generators and seeds of all robots. A robot without a new seed keeps its generator."""
-        drawn = gymnasium.utils.seeding.np_random
+        drawn = seeding.np_random
         is_new = not self._random
         # Draws as the reset of a single environment does, so that robot k depends only on its seed.
         self._random = [
