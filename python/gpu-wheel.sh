@@ -6,7 +6,7 @@ set -euo pipefail
 cd "$(dirname "$0")"
 sources=$(mktemp -d)
 trap 'rm -rf "$sources"' EXIT
-cp -r cosmic README.md "$sources"
+cp -rL cosmic README.md LICENSE-* "$sources"
 sed 's|^name = "cosmic-codesign"|name = "cosmic-codesign-gpu"|; s|^\[tool.maturin\]|&\nmanifest-path = "'"$PWD"'/Cargo.toml"\nfeatures = ["gpu"]|' \
   pyproject.toml >"$sources/pyproject.toml"
 out=${CARGO_TARGET_DIR:-$PWD/../target}/wheels

@@ -9,13 +9,16 @@ gradients through a differentiable simulator.
 - :func:`optimize` designs a robot, :func:`load` reads a run's folder, :func:`resume` continues one.
 - :class:`Simulator` simulates one robot or many at once, with ``vjp`` and ``jvp``.
 - :mod:`cosmic.sweep` does many runs in any executor or on a cluster.
+- ``python -m cosmic`` is the program ``cosmic``, with all its commands.
 - :mod:`cosmic.jax` and :mod:`cosmic.torch` offer rollouts as differentiable functions and turn your
   functions into objectives. :mod:`cosmic.gym` has environments for reinforcement learning. Import
   them separately; each needs its package.
 """
 
 from . import sweep
+from ._core import VERSION as __version__
 from ._core import Scene, scenes
+from ._docs import documented
 from ._errors import (
     DivergedError,
     Error,
@@ -49,6 +52,7 @@ __all__ = [
     "Simulator",
     "Trajectory",
     "UnstableStepError",
+    "__version__",
     "as_scene",
     "limit_memory",
     "load",
@@ -57,3 +61,5 @@ __all__ = [
     "scenes",
     "sweep",
 ]
+
+documented(Design, Inputs, Run, Simulator, Trajectory)

@@ -35,6 +35,12 @@ class Scene:
 def scenes() -> list[str]:
     """The names of the built-in scenes, the default first."""
 
+VERSION: str
+"""The version of this package."""
+
+def program(arguments: list[str]) -> int:
+    """Runs a command of the program ``cosmic``, and returns its exit code. The first argument is the program's name."""
+
 GPU: bool
 """Whether this package has GPU support."""
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import shlex
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 
 class Error(Exception):
@@ -36,6 +38,16 @@ class OutOfMemoryError(Error, MemoryError):
 
 class InternalError(Error, RuntimeError):
     """A bug in the library. Please report it."""
+
+
+@contextmanager
+def extra(name: str) -> Iterator[None]:
+    """Imports the packages of the module ``cosmic.name``. If one is missing, the error says how to install it."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        says = f"cosmic.{name} needs more packages ({error}): pip install 'cosmic-codesign[{name}]'"
+        raise ImportError(says) from error
 
 
 #: A command of the program, with a folder or file (possibly quoted for a shell) and options.

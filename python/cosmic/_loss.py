@@ -91,7 +91,7 @@ class Loss:
         return float(value), np.concatenate([np.float64(array).ravel() for array in gradients])
 
 
-def as_loss(loss: Any) -> Optional[Loss]:
+def as_loss(loss: Union[Loss, ValueAndGradient, None]) -> Optional[Loss]:
     """Converts a function to a loss. A loss, or None, is returned as it is."""
     if loss is None or isinstance(loss, Loss):
         return loss

@@ -12,20 +12,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Optional, Union
 
-import gymnasium
 import numpy as np
 import numpy.typing as npt
-from gymnasium import spaces
-from gymnasium.vector import AutoresetMode, VectorEnv
-from gymnasium.vector.utils import batch_space
 
 from . import _core
-from ._errors import InputError
+from ._errors import InputError, extra
 from ._goal import Goals, as_goals
 from ._run import Run
 from ._scene import SceneLike
 from ._checks import whole
 from ._simulator import Simulator, ordered
+
+with extra("gym"):
+    import gymnasium
+    from gymnasium import spaces
+    from gymnasium.utils import seeding
+    from gymnasium.vector import AutoresetMode, VectorEnv
+    from gymnasium.vector.utils import batch_space
 
 __all__ = ["WalkEnv", "WalkVectorEnv"]
 
@@ -327,7 +330,7 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
 
     def _seeded(self, seeds: list[Optional[int]]) -> list[tuple[np.random.Generator, int]]:
         """The generators and seeds of all robots. A robot without a new seed keeps its generator."""
-        drawn = gymnasium.utils.seeding.np_random
+        drawn = seeding.np_random
         is_new = not self._random
         # Draws as the reset of a single environment does, so that robot k depends only on its seed.
         self._random = [

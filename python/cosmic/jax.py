@@ -17,18 +17,20 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, Optional
 
-import jax
-import jax.numpy as jnp
 import numpy as np
-from jax.interpreters import ad, batching, mlir
 
 from . import _core
-from ._errors import InputError
+from ._errors import InputError, extra
 from ._goal import Goal
 from ._loss import Loss, Steps
 from ._memory import check_rollouts
 from ._plan import Plan, planned
 from ._simulator import Inputs, Observed, Simulator, Trajectory, stepped, wanted
+
+with extra("jax"):
+    import jax
+    import jax.numpy as jnp
+    from jax.interpreters import ad, batching, mlir
 
 try:
     import jax.extend.core

@@ -16,12 +16,15 @@ from functools import partial
 from typing import Any, Optional
 
 import numpy as np
-import torch
 
+from ._errors import extra
 from ._goal import Goal
 from ._loss import Loss, Steps
 from ._plan import Plan, planned
 from ._simulator import Inputs, Observed, Simulator, Trajectory, leaves, tree
+
+with extra("torch"):
+    import torch
 
 __all__ = ["inputs", "loss", "rollout"]
 

@@ -24,6 +24,8 @@ from typing import Any, Optional, Union
 import numpy as np
 import numpy.typing as npt
 
+from ._errors import extra
+
 _Path = Union[str, "os.PathLike[str]"]
 _Floats = npt.NDArray[np.float64]
 #: Millimetres in a metre.
@@ -78,7 +80,8 @@ def write_dxf(folder: _Path, *, width: float = 12.0, hole: float = 4.0, gap: flo
     are ``gap`` mm apart, the longest one at the bottom. The layers ``SKELETON`` and ``ACTUATOR`` have the strips,
     ``ROBOT`` has the robot as lines between its nodes, and ``LABELS`` has the numbers: ``from [edge] to``.
     """
-    ezdxf = _needed("ezdxf")
+    with extra("workshop"):
+        import ezdxf
     bars = read_bars(folder)
     if not 0 < hole < width:
         raise ValueError(f"hole is {hole} mm; it must be above 0 and below the width, {width} mm")
@@ -138,7 +141,8 @@ def write_stl(folder: _Path, *, density: float = 1000.0, gap: float = 1.0) -> li
     the robot weighs what ``bars.csv`` says. The density of a part is higher than that of its material if
     ``parts.end_mass`` adds fittings.
     """
-    trimesh = _needed("trimesh")
+    with extra("workshop"):
+        import trimesh
     if not density > 0:
         raise ValueError(f"density is {density} kg/m3; it must be above 0")
     bars = read_bars(folder)
@@ -261,15 +265,6 @@ def _wall(low: int, high: int, k: npt.NDArray[Any], after: npt.NDArray[Any]) -> 
     first = np.stack([low + k, low + after, high + after], axis=1)
     second = np.stack([low + k, high + after, high + k], axis=1)
     return np.concatenate([first, second])
-
-
-def _needed(package: str) -> Any:
-    """Imports a package, or says how to install it."""
-    try:
-        return __import__(package)
-    except ImportError as error:
-        says = f"cosmic.workshop needs {package}: pip install 'cosmic-codesign[workshop]'"
-        raise ImportError(says) from error
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:

@@ -17,6 +17,7 @@ mod ffi;
 mod environment;
 mod loss;
 mod optimise;
+mod program;
 mod run;
 mod sweep;
 
@@ -30,9 +31,14 @@ mod _core {
     #[pymodule_export]
     use crate::optimise::{deliver_so_far, optimise, resume};
     #[pymodule_export]
+    use crate::program::program;
+    #[pymodule_export]
     use crate::run::{load, player_page, report};
     #[pymodule_export]
     use crate::scene::{Scene, scenes};
+    /// The version of this package.
+    #[pymodule_export]
+    const VERSION: &str = env!("CARGO_PKG_VERSION");
     /// Whether this wheel has GPU support.
     #[pymodule_export]
     const GPU: bool = crate::device::Device::IS_SUPPORTED;

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -35,6 +35,8 @@ GOALS: dict[str, Any] = {
     "controller": {"hidden": 6, "clock": "fixed", "goal": [2.0, 0.1], "goal_scale": 3.0},
     "goals": {"along": [-1.5, 1.5]},
 }
+#: The program `cosmic` of the package.
+PROGRAM = [sys.executable, "-m", "cosmic"]
 #: The names of the arrays of robots whose policy is the network `mlp`.
 NAMES = ("z", "w1", "b1", "w2", "b2", "x0", "v0")
 #: The files of a run that contain no wall time.
@@ -135,11 +137,3 @@ def is_same_run(a: Path, b: Path) -> bool:
     """True if the files of two runs are equal except for wall times."""
     exact = all((a / name).read_bytes() == (b / name).read_bytes() for name in EXACT)
     return exact and without_seconds(a / "history.jsonl") == without_seconds(b / "history.jsonl")
-
-
-def program() -> Path | None:
-    """The program `cosmic`, if it was built."""
-    target = Path(__file__).resolve().parents[2] / "target"
-    named = os.environ.get("COSMIC_PROGRAM")
-    places = [Path(named)] if named else [target / "release/cosmic", target / "debug/cosmic"]
-    return next((place for place in places if place.exists()), None)

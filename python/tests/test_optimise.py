@@ -12,17 +12,14 @@ from pathlib import Path
 import cosmic
 import numpy as np
 import pytest
-from common import SCENE, SEED, changed, is_same_run, program, same
+from common import PROGRAM, SCENE, SEED, changed, is_same_run, same
 
 
 def test_a_run_has_the_same_bytes_as_that_of_the_program(run: cosmic.Run, tmp_path: Path) -> None:
-    cosmic_program = program()
-    if cosmic_program is None:
-        pytest.skip("the program `cosmic` was not built: nothing to compare with")
     scene = tmp_path / "small.toml"
     scene.write_text(run.scene.to_toml())
     out = tmp_path / "run"
-    command = [cosmic_program, "optimize", scene, "--seed", str(SEED), "--out", out, "--quiet"]
+    command = [*PROGRAM, "optimize", scene, "--seed", str(SEED), "--out", out, "--quiet"]
     subprocess.run(command, check=True)
     assert is_same_run(run.folder, out)
 

@@ -200,15 +200,12 @@ impl Program {
     /// Runs the command given on the command line. Returns exit code 0, or the exit code of the error
     /// ([`cosmic::Error::exit_code`]).
     pub fn run(self) -> ExitCode {
-        self.run_with(std::env::args_os())
+        self.run_with(std::env::args_os()).into()
     }
 
-    /// Runs the command given by `arguments`, whose first element is the name of the program. One process can run
-    /// several programs, each with its own laws.
-    pub fn run_with(
-        self,
-        arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>,
-    ) -> ExitCode {
+    /// Runs the command given by `arguments`, whose first element is the name of the program, and returns the exit
+    /// code. One process can run several programs, each with its own laws.
+    pub fn run_with(self, arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> u8 {
         let Self { registry } = self;
         let mut command = command(&registry);
         let matches = command.try_get_matches_from_mut(arguments);
@@ -225,21 +222,21 @@ impl Program {
 
 /// Prints the text of a command line that is not run: help or the version (exit code 0), or the mistake in the
 /// arguments (exit code 2).
-fn refuse(request: &clap::Error) -> ExitCode {
+fn refuse(request: &clap::Error) -> u8 {
     let shown = request.print();
     if request.use_stderr() {
-        return ExitCode::from(2);
+        return 2;
     }
     exit_code(written(shown))
 }
 
 /// Returns the exit code of a command's result. Prints the error if there is one.
-fn exit_code(done: Result<()>) -> ExitCode {
+fn exit_code(done: Result<()>) -> u8 {
     let Err(error) = done else {
-        return ExitCode::SUCCESS;
+        return 0;
     };
     complain(&error);
-    ExitCode::from(error.exit_code())
+    error.exit_code()
 }
 
 /// Makes the code blocks of README.md doc tests of this crate.
