@@ -50,10 +50,10 @@ class Plan:
             inputs, observed=self.observed, first=self.first, check=False, goal=goal
         )
 
-    def pull(self, arrays: Sequence[Array], bars: Trajectory) -> list[Array]:
-        """The gradients with respect to the arrays."""
+    def pull(self, arrays: Sequence[Array], bars: Trajectory, by: Sequence[str]) -> list[Array]:
+        """The gradients with respect to the arrays; those that ``by`` does not name may be 0."""
         inputs, goal = self._given(arrays)
-        options: Any = {"first": self.first, "bounded": self.bounded, "check": False, "goal": goal}
+        options: Any = {"first": self.first, "bounded": self.bounded, "check": False, "goal": goal, "by": by}
         pulled: Any = self.simulator.vjp(inputs, bars, observed=self.observed, **options)
         of_inputs, by_goal = (pulled, None) if goal is None else pulled
         named = {**leaves(of_inputs), "goal": by_goal}

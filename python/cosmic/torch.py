@@ -21,12 +21,12 @@ from ._errors import extra
 from ._goal import Goal
 from ._loss import Loss, Steps
 from ._plan import Plan, planned
-from ._simulator import Inputs, Observed, Simulator, Trajectory, leaves, tree
+from ._simulator import Inputs, Observed, Simulator, Trajectory, leaves, stepped, tree
 
 with extra("torch"):
     import torch
 
-__all__ = ["inputs", "loss", "rollout"]
+__all__ = ["inputs", "loss", "rollout", "step"]
 
 
 class _Rollout(torch.autograd.Function):
@@ -39,9 +39,10 @@ class _Rollout(torch.autograd.Function):
     @staticmethod
     @torch.autograd.function.once_differentiable
     def backward(ctx: Any, *bars: Any) -> Any:
-        arrays = ctx.saved_tensors
+        arrays, plan = ctx.saved_tensors, ctx.plan
+        by = [name for name, array in zip(plan.shapes, arrays) if array.requires_grad]
         of_inputs = []
-        for g, array in zip(ctx.plan.pull(_numpy(arrays), Trajectory(*_numpy(bars))), arrays):
+        for g, array in zip(plan.pull(_numpy(arrays), Trajectory(*_numpy(bars)), by), arrays):
             own = torch.from_numpy(g)
             # The gradient of a shared array is the sum over the robots.
             own = own.sum(0) if own.dim() > array.dim() else own
@@ -82,6 +83,22 @@ def rollout(
 
     plan, arrays = planned(simulator, inputs, steps, observed, first, bounded, goal, numbers, torch)
     return Trajectory(*_Rollout.apply(plan, *map(torch.as_tensor, arrays)))
+
+
+def step(
+    simulator: Simulator,
+    z: Any,
+    x: Any,
+    v: Any,
+    activations: Any,
+    steps: int = 1,
+    *,
+    first: int = 0,
+    physics: Any = {},
+) -> Trajectory:
+    """:meth:`cosmic.Simulator.step` with torch tensors, for policies of your own."""
+    run = partial(rollout, simulator, first=first)
+    return stepped(run, z, x, v, activations, steps, physics, torch)
 
 
 def loss(

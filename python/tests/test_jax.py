@@ -419,3 +419,35 @@ def test_batches_on_one_core() -> None:
     # Callbacks of JAX would wait for one another forever.
     done = subprocess.run([sys.executable, "-c", ONE_CORE], capture_output=True, text=True, timeout=120)
     assert done.stdout.splitlines() == [f"({robots}, 110, 3)" for robots in (64, 128, 256)], done.stderr
+
+
+def test_physics_and_activations_have_derivatives(sim: cosmic.Simulator) -> None:
+    steps, edges = SPAN[0], len(sim.edges)
+    activations = np.random.default_rng(1).uniform(-1.0, 1.0, (steps, edges))
+    physics = {"physics.gravity": np.array(9.0), "bars.stiffness": np.array(1.1), "nodes.mass": np.full(6, 1.05)}
+    inputs = airborne(sim)._replace(controller={"activations": activations}, physics=physics)
+    # As for the other inputs.
+    check_grads(number(sim), (inputs,), order=1, modes=["fwd", "rev"], rtol=1e-5, atol=1e-6, eps=1e-6)
+    seen = jax.jit(number(sim))(inputs)
+    many = jax.vmap(lambda gravity: number(sim)(inputs._replace(physics={**physics, "physics.gravity": gravity})))
+    assert many(np.array([9.0, 3.0]))[0] == pytest.approx(float(seen), rel=1e-12)
+
+
+def test_a_policy_is_differentiated_through_steps(sim: cosmic.Simulator) -> None:
+    start, frames = airborne(sim), 6
+    weights = 0.3 * np.random.default_rng(2).normal(size=(len(sim.edges), 24))
+
+    def walk(weights):
+        def frame(state, _):
+            x, v = state
+            held = jnp.tanh(weights @ jnp.concatenate([x.ravel(), 0.1 * v.ravel()]))
+            return tuple(cosmic.jax.step(sim, start.z, x, v, held, 4)), None
+
+        (x, v), _ = jax.lax.scan(frame, (jnp.asarray(start.x0), jnp.asarray(start.v0)), length=frames)
+        return jnp.sum(jnp.sin(3.0 * x)) + jnp.sum(jnp.cos(v))
+
+    # As for the inputs.
+    check_grads(walk, (weights,), order=1, modes=["fwd", "rev"], rtol=1e-5, atol=1e-6, eps=1e-6)
+    both = jax.jit(jax.vmap(jax.grad(walk)))(np.stack([weights, 0.5 * weights]))
+    # XLA may sum in another order.
+    np.testing.assert_allclose(both[0], jax.grad(walk)(weights), rtol=1e-9, atol=1e-12)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cosmic
 import numpy as np
 import pytest
-from common import SCENE, SEED, is_same_run, mapped, robot, same, stacked
+from common import SCENE, SEED, airborne, is_same_run, mapped, robot, same, stacked
 from cosmic._simulator import leaves
 
 torch = pytest.importorskip("torch")
@@ -77,3 +77,17 @@ def test_an_objective_in_torch() -> None:
     own = cosmic.optimize(scene, SEED, loss=far, progress=False)
     # The same objective as the scene's: the same gradient, ones and zeros, and so the same bits.
     assert is_same_run(own.folder, cosmic.optimize(scene, SEED, progress=False).folder)
+
+
+def test_a_policy_is_differentiated_through_steps(sim: cosmic.Simulator) -> None:
+    start = cosmic.torch.inputs(airborne(sim))
+    weights = torch.full((len(sim.edges), 12), 0.1, dtype=torch.float64, requires_grad=True)
+
+    def walk(weights: torch.Tensor) -> torch.Tensor:
+        x, v = start.x0, start.v0
+        for _ in range(3):
+            x, v = cosmic.torch.step(sim, start.z, x, v, torch.tanh(weights @ x.ravel()), 4)
+        return torch.sin(3.0 * x).sum() + torch.cos(v).sum()
+
+    # torch takes differences with a step of 1e-6, as for the other inputs.
+    assert torch.autograd.gradcheck(walk, (weights,), atol=1e-5, rtol=1e-4)
