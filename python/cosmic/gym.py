@@ -222,8 +222,8 @@ class _Walk:
         seen = self.core.observe(
             self.x, self.v, self.done.tolist(), None if goals is None else goals.tolist()
         )
-        clipped: _Seen = np.clip(seen, -self.bound, self.bound).astype(self.observation_space.dtype)
-        return clipped
+        numbers: _Seen = seen.astype(self.observation_space.dtype, copy=False)
+        return numbers.clip(-self.bound, self.bound, out=numbers)
 
     def info(self) -> dict[str, Any]:
         """The numbers of all robots for the infos of an environment."""
