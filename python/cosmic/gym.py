@@ -9,7 +9,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Optional, Union
 
 import numpy as np
@@ -32,11 +32,20 @@ with extra("gym"):
 
 __all__ = ["WalkEnv", "WalkVectorEnv"]
 
-#: The bound on observations. Beyond 1e6 m or m/s a robot counts as diverged, and goals are at most 1e6 m away. An
-#: offset from the mean is then at most 2e6 m, rotated to a slope at most 3e6 m. Scales are at most 1e6.
-_BOUND = 1e13
+#: The kinds of observations, each with its bound and its type of numbers. Scaled observations are clipped. Those of the
+#: paper keep to their bound: beyond 1e6 m or m/s a robot counts as diverged, and goals are at most 1e6 m away. An offset
+#: from the mean is then at most 2e6 m, rotated to a slope at most 3e6 m. Scales are at most 1e6.
+_OBSERVATIONS: dict[str, tuple[float, type[np.floating[Any]]]] = {
+    "scaled": (10.0, np.float32),
+    "paper": (1e13, np.float64),
+}
+
+#: The terms of a reward.
+_TERMS = ("distance", "goal", "upright")
 
 _Floats = npt.NDArray[np.float64]
+#: Numbers in single precision, or in double precision as in the paper.
+_Seen = npt.NDArray[Any]
 
 
 class _Walk:
@@ -49,7 +58,13 @@ class _Walk:
         robots: int,
         frame_skip: int,
         scatter: float,
+        observation: str,
+        reward: Optional[Mapping[str, float]],
     ) -> None:
+        if observation not in _OBSERVATIONS:
+            allowed = ", ".join(map(repr, _OBSERVATIONS))
+            raise InputError(f"observation: {observation!r}: allowed: {allowed}")
+        self.observation = observation
         self.sim = Simulator(robot.scene if isinstance(robot, Run) else robot)
         first = self.sim.initial()
         if z is None:
@@ -58,7 +73,7 @@ class _Walk:
         if self.z.shape != self.sim.shapes["z"] or not np.isfinite(self.z).all():
             expected = list(self.sim.shapes["z"])
             raise InputError(f"z: expected the shape {expected} and finite numbers, found {list(self.z.shape)}")
-        self.core = _core.Driven(self.sim._core, self.z)
+        self.core = self.driven()
         if not self.core.actuators:
             raise InputError("the design has no actuator, so actions would have no effect; choose another design")
         self.frame_skip = whole("frame_skip", frame_skip, 1, self.sim.steps)
@@ -67,20 +82,39 @@ class _Walk:
         self.scatter = scatter
         self.seconds = self.frame_skip * self.sim.dt
         self.origin = self.sim._core.goal_origin
+        self.reward = self.weights(reward)
         self.rest = first.x0
         self.x = np.repeat(self.rest[None], robots, axis=0)
         self.v = np.zeros_like(self.x)
         self.done = np.zeros(robots, np.int64)
         self.goals: list[Optional[Goals]] = [None] * robots
         self.action_space = spaces.Box(-1.0, 1.0, (len(self.core.actuators),), np.float32)
-        self.observation_space = spaces.Box(-_BOUND, _BOUND, (self.core.inputs,), np.float64)
+        self.bound, kind = _OBSERVATIONS[observation]
+        self.observation_space = spaces.Box(-self.bound, self.bound, (self.core.inputs,), kind)
+
+    def driven(self) -> _core.Driven:
+        return _core.Driven(self.sim._core, self.z, self.observation == "scaled")
+
+    def weights(self, reward: Optional[Mapping[str, float]]) -> dict[str, float]:
+        """The weights of the terms of a reward. Raises :class:`InputError` if the scene lacks a term."""
+        terms = [term for term in _TERMS if term != "goal" or self.origin is not None]
+        if reward is None:
+            return {"distance" if self.origin is None else "goal": 1.0}
+        if not isinstance(reward, Mapping) or not reward or not all(term in terms for term in reward):
+            allowed = ", ".join(map(repr, terms))
+            given = "" if "goal" in terms else " ('goal' needs a scene with given goals)"
+            raise InputError(f"reward: {reward!r}: expected weights of the terms {allowed}{given}")
+        weights = {term: float(weight) for term, weight in reward.items()}
+        if not np.isfinite(list(weights.values())).all():
+            raise InputError(f"reward: {reward!r}: expected finite weights")
+        return weights
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in self.__dict__.items() if name != "core"}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
-        self.core = _core.Driven(self.sim._core, self.z)
+        self.core = self.driven()
 
     @property
     def frames_per_second(self) -> int:
@@ -142,35 +176,57 @@ class _Walk:
         return held
 
     def advance(self, held: _Floats) -> tuple[_Floats, npt.NDArray[np.bool_]]:
-        """Simulates one frame with constant activations. Returns the distance of each robot along the
-        ground, or by how much it came nearer to a given goal, and whether it diverged. Robots that diverge
-        keep their last state."""
+        """Simulates one frame with constant activations. Returns the reward of each robot, and whether it
+        diverged. Robots that diverge keep their last state, and get no reward."""
         before, goals = np.array(self.core.along(self.x)), self.towards()
         lost = np.zeros(len(self.done), np.bool_)
-        # Laws may depend on the time, so robots of the same age are grouped.
-        for first in np.unique(self.done):
-            those = np.flatnonzero(self.done == first)
-            steps = int(min(self.frame_skip, self.sim.steps - first))
+        frames = np.minimum(self.frame_skip, self.sim.steps - self.done)
+        # No law of this package depends on the time, so robots of any age are simulated together.
+        for steps in np.unique(frames):
+            those = np.flatnonzero(frames == steps)
+            first = int(self.done[those].min())
             x, v, diverged = self.core.advance(
-                held[those], self.x[those], self.v[those], int(first), steps
+                held[those], self.x[those], self.v[those], first, int(steps)
             )
             kept = ~np.array(diverged)
             self.x[those[kept]], self.v[those[kept]] = x[kept], v[kept]
             lost[those[~kept]] = True
-            self.done[those] += steps
+        self.done += frames
         after = np.array(self.core.along(self.x))
-        if goals is None:
-            return after - before, lost
-        return np.abs(goals[:, 0] - before) - np.abs(goals[:, 0] - after), lost
+        terms: dict[str, _Floats] = {"distance": after - before}
+        if goals is not None:
+            terms["goal"] = np.abs(goals[:, 0] - before) - np.abs(goals[:, 0] - after)
+        if "upright" in self.reward:
+            terms["upright"] = frames * self.sim.dt * self.upright()
+        made = np.zeros(len(lost))
+        for term, weight in self.reward.items():
+            made += weight * terms[term]
+        return np.where(lost, 0.0, made), lost
+
+    def upright(self) -> _Floats:
+        """The cosine of each robot's tilt: of the rotation that best turns its shape at rest into its shape now."""
+        weight = np.array(self.core.presence)[:, None]
+
+        def offsets(x: _Floats) -> _Floats:
+            offset: _Floats = x - (weight * x).sum(-2, keepdims=True) / weight.sum()
+            return offset
+
+        u, _, vt = np.linalg.svd(offsets(self.x).swapaxes(-1, -2) @ (weight * offsets(self.rest)))
+        u[..., -1] *= np.linalg.det(u @ vt)[:, None]
+        turned: _Floats = (u @ vt)[:, -1, -1]
+        return turned
 
     @property
     def is_over(self) -> npt.NDArray[np.bool_]:
         return self.done >= self.sim.steps
 
-    def observe(self) -> _Floats:
+    def observe(self) -> _Seen:
         goals = self.towards()
-        done = [int(done) for done in self.done]
-        return self.core.observe(self.x, self.v, done, None if goals is None else goals.tolist())
+        seen = self.core.observe(
+            self.x, self.v, self.done.tolist(), None if goals is None else goals.tolist()
+        )
+        numbers: _Seen = seen.astype(self.observation_space.dtype, copy=False)
+        return numbers.clip(-self.bound, self.bound, out=numbers)
 
     def info(self) -> dict[str, Any]:
         """The numbers of all robots for the infos of an environment."""
@@ -190,31 +246,66 @@ def _finite(goal: Any) -> _Floats:
     return numbers
 
 
-def _check_mode(render_mode: Optional[str]) -> None:
-    if render_mode not in (None, "rgb_array"):
-        raise InputError(f"render_mode: {render_mode!r}: allowed: None, 'rgb_array'")
+def _check_mode(render_mode: Optional[str], modes: Sequence[str]) -> None:
+    if render_mode not in (None, *modes):
+        allowed = ", ".join(map(repr, (None, *modes)))
+        raise InputError(f"render_mode: {render_mode!r}: allowed: {allowed}")
 
 
-class WalkEnv(gymnasium.Env[_Floats, npt.NDArray[np.float32]]):
+class _Window:
+    """A window that shows pictures, as many per second as in the simulated time."""
+
+    def __init__(self, frames_per_second: int) -> None:
+        try:
+            import pygame
+        except ImportError:
+            raise gymnasium.error.DependencyNotInstalled(
+                "render_mode='human' needs pygame: pip install pygame"
+            ) from None
+        self.pygame = pygame
+        self.rate = frames_per_second
+        self.clock = pygame.time.Clock()
+
+    def show(self, picture: npt.NDArray[np.uint8]) -> None:
+        columns_first = picture.swapaxes(0, 1)
+        screen = self.pygame.display.get_surface() or self.pygame.display.set_mode(columns_first.shape[:2])
+        self.pygame.surfarray.blit_array(screen, columns_first)
+        self.pygame.event.pump()
+        self.pygame.display.flip()
+        self.clock.tick(self.rate)
+
+    def close(self) -> None:
+        self.pygame.display.quit()
+
+
+class WalkEnv(gymnasium.Env[_Seen, npt.NDArray[np.float32]]):
     """One walking robot.
 
     - ``robot``: a run or a scene. The design is ``z``, shape ``(edges, 3)``; by default it is the
       design of the run, or the design that the scene starts with.
     - An action has an activation from -1 to 1 for every actuator, in the order of the edges; it is
       held for ``frame_skip`` steps.
-    - An observation has the numbers that the paper's controller observes: clocks, goal, offsets of
-      the nodes from their mean, velocities.
-    - The reward is the distance along the ground, m. An episode is a whole rollout of the scene; a
-      robot that diverges ends it, with no reward for that step.
-    - In a scene with given goals, the observed goal is relative to the robot, and the reward is by how
-      much the robot came nearer to its goal along the ground, m. ``reset`` draws the goals as
-      ``[goals]`` of the scene says, or takes them from ``options={"goal": ...}``, as
+    - An observation has the entries that the paper's controller observes: clocks, goal, offsets of the
+      nodes from their mean, velocities. With ``observation="scaled"`` they are about 1 and at most 10,
+      in single precision: offsets in units of half the robot's extent at rest, velocities in units of
+      the lattice's scale divided by its time scale (1 m/s for ten spacings of 0.1 m), and a fixed goal in
+      units of its distance from the origin. With ``"paper"`` they have the factors of the scene's
+      ``[controller]``, in double precision.
+    - An episode is a whole rollout of the scene; a robot that diverges ends it, with no reward for that
+      step.
+    - ``reward`` has the weights of the terms of the reward of a frame: ``distance``, the distance along
+      the ground, m; ``goal``, by how much the robot came nearer to a given goal along the ground, m;
+      ``upright``, the duration of the frame times the cosine of the robot's tilt, s. The default is
+      ``{"goal": 1.0}`` in a scene with given goals, and otherwise ``{"distance": 1.0}``.
+    - In a scene with given goals, the observed goal is relative to the robot. ``reset`` draws the goals
+      as ``[goals]`` of the scene says, or takes them from ``options={"goal": ...}``, as
       :meth:`cosmic.Simulator.rollout` does. A goal that changes within a frame counts from the next
       frame. The info ``goal`` is its position along the ground, measured like ``along``, m.
     - ``scatter``: at the start, every coordinate moves at random by at most this distance, m.
+    - ``render_mode``: ``"rgb_array"`` for pictures, or ``"human"`` for a window, which needs pygame.
     """
 
-    metadata = {"render_modes": ["rgb_array"], "render_fps": 50}
+    metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 50}
 
     def __init__(
         self,
@@ -223,30 +314,34 @@ class WalkEnv(gymnasium.Env[_Floats, npt.NDArray[np.float32]]):
         *,
         frame_skip: int = 10,
         scatter: float = 1e-3,
+        observation: str = "scaled",
+        reward: Optional[Mapping[str, float]] = None,
         render_mode: Optional[str] = None,
     ) -> None:
-        _check_mode(render_mode)
-        self._walk = _Walk(robot, z, 1, frame_skip, scatter)
+        _check_mode(render_mode, ["human", "rgb_array"])
+        self._walk = _Walk(robot, z, 1, frame_skip, scatter, observation, reward)
         self.action_space = self._walk.action_space
         self.observation_space = self._walk.observation_space
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": self._walk.frames_per_second}
+        self._window = _Window(self._walk.frames_per_second) if render_mode == "human" else None
         self._seen: list[_Floats] = []
         self._over = True
 
     def reset(
         self, *, seed: Optional[int] = None, options: Optional[dict[str, Any]] = None
-    ) -> tuple[_Floats, dict[str, Any]]:
+    ) -> tuple[_Seen, dict[str, Any]]:
         super().reset(seed=seed)
         (goals,) = self._walk.goals_of(options)
         self._walk.begin(0, self.np_random, goals)
         self._seen = [self._walk.x[0].copy()]
         self._over = False
+        self._show()
         return self._walk.observe()[0], self._info()
 
     def step(
         self, action: npt.NDArray[np.float32]
-    ) -> tuple[_Floats, float, bool, bool, dict[str, Any]]:
+    ) -> tuple[_Seen, float, bool, bool, dict[str, Any]]:
         if self._over:
             raise gymnasium.error.ResetNeeded("no episode is running: call reset")
         made, lost = self._walk.advance(self._walk.held(np.asarray(action)[None]))
@@ -254,25 +349,34 @@ class WalkEnv(gymnasium.Env[_Floats, npt.NDArray[np.float32]]):
             self._seen.append(self._walk.x[0].copy())
         over = bool(self._walk.is_over[0]) and not lost[0]
         self._over = over or bool(lost[0])
+        self._show()
         return self._walk.observe()[0], float(made[0]), bool(lost[0]), over, self._info()
 
     def _info(self) -> dict[str, Any]:
         return {name: float(numbers[0]) for name, numbers in self._walk.info().items()}
 
+    def _show(self) -> None:
+        if self._window is not None:
+            self._window.show(self._walk.picture(self._seen))
+
+    def close(self) -> None:
+        if self._window is not None:
+            self._window.close()
+
     def render(self) -> Any:
-        """A picture of the robot, as an array of shape ``(240, 480, 3)``."""
+        """A picture of the robot, as an array of shape ``(240, 480, 3)``; None if a window shows it."""
         if self.render_mode is None:
             gymnasium.logger.warn("render needs a mode: give render_mode='rgb_array'")
             return None
         if not self._seen:
             raise gymnasium.error.ResetNeeded("there is no picture before the first reset: call reset")
-        return self._walk.picture(self._seen)
+        return self._walk.picture(self._seen) if self._window is None else None
 
 
-class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]]):
+class WalkVectorEnv(VectorEnv[_Seen, npt.NDArray[np.float32], npt.NDArray[Any]]):
     """Many robots of one design, simulated in SIMD lanes and threads.
 
-    It takes the arguments of :class:`WalkEnv`. Everything else is as in gymnasium's ``SyncVectorEnv``:
+    It takes the arguments of :class:`WalkEnv`, but opens no window. Everything else is as in gymnasium's ``SyncVectorEnv``:
 
     - ``autoreset_mode`` says when a robot begins again after its episode is over: in the next step,
       in the same step, or when ``reset`` is called with a ``reset_mask`` among its options.
@@ -289,12 +393,14 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
         *,
         frame_skip: int = 10,
         scatter: float = 1e-3,
+        observation: str = "scaled",
+        reward: Optional[Mapping[str, float]] = None,
         render_mode: Optional[str] = None,
         autoreset_mode: Union[str, AutoresetMode] = AutoresetMode.NEXT_STEP,
         max_episode_steps: Optional[int] = None,
     ) -> None:
         self.num_envs = whole("num_envs", num_envs, least=1)
-        _check_mode(render_mode)
+        _check_mode(render_mode, ["rgb_array"])
         self.render_mode = render_mode
         try:
             self.autoreset_mode = AutoresetMode(autoreset_mode)
@@ -303,7 +409,7 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
             raise InputError(f"autoreset_mode: {autoreset_mode!r}: allowed: {allowed}") from None
         most = max_episode_steps
         self._most = None if most is None else whole("max_episode_steps", most, 1)
-        self._walk = _Walk(robot, z, num_envs, frame_skip, scatter)
+        self._walk = _Walk(robot, z, num_envs, frame_skip, scatter, observation, reward)
         self.metadata = {
             **self.metadata,
             "render_fps": self._walk.frames_per_second,
@@ -344,7 +450,7 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
         *,
         seed: Union[int, Sequence[Optional[int]], None] = None,
         options: Optional[dict[str, Any]] = None,
-    ) -> tuple[_Floats, dict[str, Any]]:
+    ) -> tuple[_Seen, dict[str, Any]]:
         if seed is None:
             seeds: list[Optional[int]] = [None] * self.num_envs
         elif isinstance(seed, (int, np.integer)):
@@ -382,7 +488,7 @@ class WalkVectorEnv(VectorEnv[_Floats, npt.NDArray[np.float32], npt.NDArray[Any]
 
     def step(
         self, actions: npt.NDArray[np.float32]
-    ) -> tuple[_Floats, npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], dict[str, Any]]:
+    ) -> tuple[_Seen, npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], dict[str, Any]]:
         walk, mode = self._walk, self.autoreset_mode
         if not all(self._seen):
             raise gymnasium.error.ResetNeeded("no episode is running: call reset")

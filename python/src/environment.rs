@@ -7,11 +7,12 @@ use crate::work::{each, group_size, in_pool, whole};
 use cosmic::design::{Design, Material};
 use cosmic::domain::draw_goals;
 use cosmic::geometry::from_flat;
-use cosmic::lattice::{Body, State};
+use cosmic::lattice::{Body, Lattice, State};
 use cosmic::policy::{Controller, frequency, observation};
 use cosmic::projection::Projection;
 use cosmic::random::{Purpose, stream};
 use cosmic::record::{DesignFile, TrajectoryFile};
+use cosmic::scene::{ControllerSettings, GoalKind};
 use cosmic::simulator::{Span, Trajectory};
 use cosmic_lab::report::{FRAME_WIDTH, RobotFiles};
 use numpy::{PyArrayDyn, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
@@ -21,6 +22,8 @@ use pyo3::prelude::*;
 #[pyclass(frozen, module = "cosmic._core")]
 pub(crate) struct Driven {
     simulator: Py<Simulator>,
+    /// How robots are observed.
+    settings: ControllerSettings,
     materials: Vec<Material>,
     body: Body<f64>,
 }
@@ -39,19 +42,41 @@ fn states(x: &PyReadonlyArray3<f64>, v: &PyReadonlyArray3<f64>) -> PyResult<Vec<
     Ok(pairs.map(state).collect())
 }
 
+/// These settings with other factors on the observation, so that its numbers are about 1: offsets are in units of half
+/// the robot's extent at rest, velocities in units of the lattice's scale divided by its time scale, and a fixed goal in
+/// units of its distance from the origin. A given goal is observed by a number below 1 with any factor.
+fn scaled(mut settings: ControllerSettings, lattice: &Lattice) -> ControllerSettings {
+    let extent = lattice.extent().iter().fold(1.0_f64, |a, &b| a.max(b));
+    settings.offset_scale = 2.0 / (extent * lattice.spacing);
+    settings.velocity_scale = lattice.time_scale() / lattice.scale;
+    let [along, above] = settings.goal;
+    let distance = along.hypot(above);
+    if settings.goals == GoalKind::Fixed && distance > 0.0 {
+        settings.goal_scale = 1.0 / distance;
+    }
+    settings
+}
+
 #[pymethods]
 impl Driven {
-    /// Prepares robots from their design vectors, of shape `(edges, 3)`.
+    /// Prepares robots from their design vectors, of shape `(edges, 3)`. If `is_scaled`, their observations have numbers
+    /// of about 1; otherwise they are those of the scene's controller.
     #[new]
-    fn new(simulator: Py<Simulator>, z: PyReadonlyArray2<f64>) -> PyResult<Self> {
+    fn new(simulator: Py<Simulator>, z: PyReadonlyArray2<f64>, is_scaled: bool) -> PyResult<Self> {
         let z = z.as_slice()?.as_chunks().0.to_vec();
         caught(|| {
-            let task = &simulator.get().task;
+            let Simulator { scene, task, .. } = simulator.get();
+            let settings = scene.controller.clone();
+            let settings = match is_scaled {
+                true => scaled(settings, &task.lattice),
+                false => settings,
+            };
             let materials = z.iter().map(Material::dominant).collect();
             let design = Design::of_vectors(z);
             let body = task.body(&task.projector.projected(Projection::Performance, &design));
             Ok(Self {
                 simulator,
+                settings,
                 materials,
                 body,
             })
@@ -69,9 +94,17 @@ impl Driven {
     /// The number of values in an observation.
     #[getter]
     fn inputs(&self) -> usize {
-        let simulator = self.simulator.get();
-        let settings = &simulator.scene.controller;
-        settings.observation_length(simulator.sizes.nodes)
+        let nodes = self.simulator.get().sizes.nodes;
+        self.settings.observation_length(nodes)
+    }
+
+    /// The weight of each node in the shape of a robot, from 0 to 1: 0 for a node without a bar.
+    #[getter]
+    fn presence(&self) -> Vec<f64> {
+        match &self.body.presence[..] {
+            [] => vec![1.0; self.body.mass.len()],
+            presence => presence.to_vec(),
+        }
     }
 
     /// Draws a sequence of goals as the scene's `[goals]` say. The first one is ahead or behind with equal probability,
@@ -137,8 +170,8 @@ impl Driven {
         Ok((array(py, x, &shape)?, array(py, v, &shape)?, diverged))
     }
 
-    /// Returns the observation of each robot, as the paper defines it. `done` contains the number of steps that each
-    /// robot has done. `goals` has each robot's goal if goals are inputs of a rollout.
+    /// Returns the observation of each robot, with the entries that the paper defines. `done` contains the number of
+    /// steps that each robot has done. `goals` has each robot's goal if goals are inputs of a rollout.
     fn observe<'py>(
         &self,
         py: Python<'py>,
@@ -148,7 +181,7 @@ impl Driven {
         goals: Option<Vec<[f64; 2]>>,
     ) -> PyResult<Floats<'py>> {
         let Simulator { scene, task, .. } = self.simulator.get();
-        let mut settings = scene.controller.clone();
+        let mut settings = self.settings.clone();
         let (states, ground) = (states(&x, &v)?, task.ground());
         let goals = goals.unwrap_or_else(|| vec![settings.goal; states.len()]);
         let robots = states.iter().zip(done).zip(goals);

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import os
+
 import cosmic
 import pytest
 from common import SCENE, SEED, SHORT
+
+# Windows of pygame are not shown. A test machine may have no display.
+os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
 
 
 @pytest.fixture(scope="session")

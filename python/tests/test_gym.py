@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import copy
+import importlib.util
 import pickle
+import sys
 from typing import Any
 
 import cosmic
 import numpy as np
 import pytest
-from common import SCENE
+from common import GOALS, SCENE
 
 gymnasium = pytest.importorskip("gymnasium")
 import cosmic.gym  # noqa: E402
@@ -25,7 +27,8 @@ NAME = "cosmic.gym:cosmic/Walk-v0"
 @pytest.mark.parametrize("render_mode", [None, "rgb_array"])
 def test_an_environment_passes_the_checks_of_gymnasium(render_mode: str | None) -> None:
     env = gymnasium.make(NAME, robot=SCENE, render_mode=render_mode, **FRAMES)
-    check_env(env.unwrapped)
+    # The check of rendering opens a window.
+    check_env(env.unwrapped, skip_render_check=importlib.util.find_spec("pygame") is None)
 
 
 def episode(env: Any, seed: int) -> list[Any]:
@@ -83,6 +86,76 @@ def test_actions_beyond_the_bounds_are_clipped() -> None:
     assert not np.array_equal(after(1.0), after(-1.0))
 
 
+def test_an_observation_is_the_papers_in_other_units() -> None:
+    # The robot of 3x3 nodes is 0.2 m wide and high, its goal is at (2 m, 0.1 m), and its factors are 0.05.
+    units = {"clock": (1.0, 10), "goal": (np.hypot(2.0, 0.1), 2), "x": (0.1, 18), "v": (1.0, 18)}
+    unit = np.concatenate([np.full(count, size) for size, count in units.values()])
+    factor = np.repeat([1.0, 0.05], [10, 38])
+    both = [cosmic.gym.WalkEnv(SCENE, observation=kind, **FRAMES) for kind in ("scaled", "paper")]
+    scaled, papers = (episode(env, 1) for env in both)
+    assert both[0].observation_space.dtype == np.float32 and both[1].observation_space.dtype == np.float64
+    for (seen, *_), (raw, *_) in zip(scaled[1:], papers[1:], strict=True):
+        assert seen.dtype == np.float32 and raw.dtype == np.float64
+        # Velocities of 10 m/s and more are clipped.
+        assert seen == pytest.approx(np.clip(raw / factor / unit, -10.0, 10.0), rel=1e-6, abs=1e-6)
+    # Random actions on a small robot are about the fastest motion there is.
+    assert 0.3 < np.std([seen for seen, *_ in scaled[1:]]) < 3.0
+
+
+def test_a_robot_is_upright_by_its_tilt() -> None:
+    env = cosmic.gym.WalkEnv(SCENE, reward={"distance": 2.0, "upright": 1.0}, **FRAMES)
+    plain = cosmic.gym.WalkEnv(SCENE, **FRAMES)
+    env.reset(seed=0), plain.reset(seed=0)
+    rest = env._walk.x[0].copy()
+    for turn in (0.0, 1.0, np.pi, -2.0):
+        c, s = np.cos(turn), np.sin(turn)
+        env._walk.x[0] = 1.3 * rest @ np.array([[c, s], [-s, c]]) + [3.0, 1.0]
+        # The start is scattered by 1 mm.
+        assert env._walk.upright()[0] == pytest.approx(np.cos(turn), abs=0.01)
+    # The mirror image of a robot is not a rotation of it; the nearest ones lie between no turn and a half turn.
+    env._walk.x[0] = rest * [-1.0, 1.0]
+    assert abs(env._walk.upright()[0]) <= 1.0
+    env._walk.x[0] = rest
+    action = np.zeros(env.action_space.shape, np.float32)
+    made, distance = env.step(action)[1], plain.step(action)[1]
+    assert made == pytest.approx(2.0 * distance + 0.1 * env._walk.upright()[0], abs=1e-15)
+    env._walk.x[0, 0] += 9e5
+    assert env.step(action)[1:3] == (0.0, True)
+
+
+def test_rewards_of_given_goals_are_chosen() -> None:
+    made = []
+    for reward in ({"goal": 1.0}, None, {"distance": 1.0}, {"goal": 3.0, "distance": 0.5}):
+        env = cosmic.gym.WalkEnv(GOALS, reward=reward, **FRAMES)
+        env.reset(seed=0, options={"goal": -2.0})
+        made.append(env.step(np.ones(env.action_space.shape, np.float32))[1])
+    # The goal is behind the robot.
+    assert made[0] == made[1] == pytest.approx(-made[2], abs=1e-15) != 0.0
+    assert made[3] == pytest.approx(3.0 * made[0] + 0.5 * made[2], abs=1e-15)
+
+
+def test_a_window_shows_the_robot() -> None:
+    pygame = pytest.importorskip("pygame")
+    env = gymnasium.make(NAME, robot=SCENE, render_mode="human", **FRAMES)
+    shown = []
+    env.reset(seed=0)
+    for _ in range(2):
+        shown.append(pygame.surfarray.array3d(pygame.display.get_surface()).swapaxes(0, 1))
+        env.step(np.ones(env.action_space.shape, np.float32))
+    assert env.render() is None
+    drawn = cosmic.gym.WalkEnv(SCENE, render_mode="rgb_array", **FRAMES)
+    drawn.reset(seed=0)
+    assert np.array_equal(shown[0], drawn.render()) and (shown[1] != shown[0]).any()
+    env.close()
+    assert pygame.display.get_surface() is None
+
+
+def test_a_window_without_pygame_names_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pygame", None)
+    with pytest.raises(gymnasium.error.DependencyNotInstalled, match="pip install pygame"):
+        cosmic.gym.WalkEnv(SCENE, render_mode="human")
+
+
 def test_pictures_show_the_robot() -> None:
     env = cosmic.gym.WalkEnv(SCENE, render_mode="rgb_array", **FRAMES)
     env.reset(seed=0)
@@ -113,7 +186,12 @@ def test_the_robot_of_a_run_is_driven(run: cosmic.Run) -> None:
     [
         ({"frame_skip": 0}, "frame_skip: 0: expected a whole number, 1 to 256"),
         ({"scatter": float("nan")}, "scatter: nan: expected a length"),
-        ({"render_mode": "human"}, "render_mode: 'human'"),
+        ({"render_mode": "ansi"}, "render_mode: 'ansi': allowed: None, 'human', 'rgb_array'"),
+        ({"observation": "raw"}, "observation: 'raw': allowed: 'scaled', 'paper'"),
+        ({"reward": {"speed": 1.0}}, "expected weights of the terms 'distance', 'upright'"),
+        ({"reward": {"goal": 1.0}}, "'goal' needs a scene with given goals"),
+        ({"reward": {}}, "reward: {}: expected weights"),
+        ({"reward": {"distance": float("inf")}}, "expected finite weights"),
         ({"z": np.zeros((3, 3))}, r"z: expected the shape \[20, 3\]"),
         ({"z": np.tile([1.0, 0.0, 0.0], (20, 1))}, "no actuator"),
     ],
@@ -123,6 +201,8 @@ def test_wrong_arguments_are_refused(arguments: dict[str, Any], says: str) -> No
         cosmic.gym.WalkEnv(SCENE, **arguments)
     with pytest.raises(cosmic.InputError, match="num_envs: 0"):
         cosmic.gym.WalkVectorEnv(0, SCENE)
+    with pytest.raises(cosmic.InputError, match="render_mode: 'human': allowed: None, 'rgb_array'"):
+        cosmic.gym.WalkVectorEnv(2, SCENE, render_mode="human")
 
 
 def test_an_episode_begins_with_reset_and_ends() -> None:
@@ -180,7 +260,9 @@ def test_many_robots_match_gymnasiums_sync_vector_env(mode: Any) -> None:
     theirs = gymnasium.make_vec(
         NAME, robots, "sync", vector_kwargs={"autoreset_mode": mode}, **kwargs
     )
-    assert ours.metadata == theirs.metadata and ours.render_mode == theirs.render_mode
+    # Only one robot can have a window.
+    assert ours.metadata == {**theirs.metadata, "render_modes": ["rgb_array"]}
+    assert ours.render_mode == theirs.render_mode
     for name in ("single_action_space", "action_space", "single_observation_space", "observation_space"):
         assert getattr(ours, name) == getattr(theirs, name)
     for seed in (3, [5, 6, 7, 8], [9, None, 9, None]):
@@ -224,6 +306,24 @@ def test_both_environments_truncate_an_episode_alike() -> None:
     for over in (False, True):
         action = np.zeros(one.action_space.shape, np.float32)
         assert one.step(action)[3] is over and many.step(action[None])[3].tolist() == [over]
+
+
+def test_robots_of_different_ages_act_alike() -> None:
+    alone = cosmic.gym.WalkVectorEnv(3, SCENE, **FRAMES)
+    mixed = cosmic.gym.WalkVectorEnv(3, SCENE, autoreset_mode="SameStep", **FRAMES)
+    actions = np.random.default_rng(0).uniform(-1.0, 1.0, (5, *mixed.action_space.shape))
+    alone.reset(seed=0), mixed.reset(seed=0)
+    # The robots are 0, 1 and 4 frames old; the next frame of the last one but one is a short one.
+    mixed._walk.done[:] = [0, 50, 200]
+    for k, action in enumerate(actions):
+        alone.step(action)
+        _, _, _, over, _ = mixed.step(action)
+        assert over.tolist() == [False, k == 4, k == 1]
+        if k == 0:
+            assert np.array_equal(alone._walk.x, mixed._walk.x)
+        if k < 4:
+            assert np.array_equal(alone._walk.x[:2], mixed._walk.x[:2])
+            assert mixed._walk.done[:2].tolist() == [50 * (k + 1), 50 * (k + 2)]
 
 
 def test_a_robot_that_diverges_ends_its_episode_alone() -> None:
@@ -298,9 +398,10 @@ def test_environments_are_copied_with_their_state() -> None:
         assert np.array_equal(twin.reset()[0], env.reset()[0])
 
 
-def test_large_scales_stay_within_the_bounds() -> None:
+@pytest.mark.parametrize("observation", ["scaled", "paper"])
+def test_large_numbers_stay_within_the_bounds(observation: str) -> None:
     scales = {f"controller.{of}_scale": 1e6 for of in ("goal", "offset", "velocity")}
-    env = cosmic.gym.WalkEnv({**SCENE, **scales}, **FRAMES)
+    env = cosmic.gym.WalkEnv({**SCENE, **scales}, observation=observation, **FRAMES)
     env.reset(seed=0)
     env._walk.v[0] = 9e5
     assert env.observation_space.contains(env._walk.observe()[0])

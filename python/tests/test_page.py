@@ -12,7 +12,12 @@ from common import why_no_gpu
 
 PAGE = Path(__file__).resolve().parents[2] / "docs/python.md"
 #: Packages that a block may need.
-PACKAGES = {"cosmic.gym": "gymnasium", "cosmic.jax": "jax", "cosmic.torch": "torch"}
+PACKAGES = {
+    "cosmic.gym": "gymnasium",
+    "cosmic.jax": "jax",
+    "cosmic.sb3": "stable_baselines3",
+    "cosmic.torch": "torch",
+}
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
