@@ -100,11 +100,13 @@ impl Driven {
 
     /// The weight of each node in the shape of a robot, from 0 to 1: 0 for a node without a bar.
     #[getter]
-    fn presence(&self) -> Vec<f64> {
-        match &self.body.presence[..] {
-            [] => vec![1.0; self.body.mass.len()],
-            presence => presence.to_vec(),
-        }
+    fn presence(&self) -> PyResult<Vec<f64>> {
+        caught(|| {
+            Ok(match &self.body.presence[..] {
+                [] => vec![1.0; self.body.mass.len()],
+                presence => presence.to_vec(),
+            })
+        })
     }
 
     /// Draws a sequence of goals as the scene's `[goals]` say. The first one is ahead or behind with equal probability,
