@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, Optional
 
 from . import _core
@@ -35,13 +34,18 @@ class Plan:
         goals = {} if self.changes is None else {"goal": (1 + len(self.changes), 2)}
         return {**self.simulator.shapes, **goals}
 
-    @cached_property
+    @property
     def core(self) -> _core.Planned:
-        """The plan for XLA, which it can run as long as this object exists."""
-        core = self.simulator._core
-        core = core.with_changes(list(self.changes)) if self.changes else core
-        ranks = [(name, len(shape)) for name, shape in self.shapes.items()]
-        return _core.Planned(core, self.observed, self.first, self.bounded, ranks)
+        """The plan for XLA, which it can run as long as this object exists. Equal plans share it."""
+        key = (self.observed, self.first, self.bounded, self.changes)
+        made = self.simulator._planned.get(key)
+        if made is None:
+            core = self.simulator._core
+            core = core.with_changes(list(self.changes)) if self.changes else core
+            ranks = [(name, len(shape)) for name, shape in self.shapes.items()]
+            made = _core.Planned(core, self.observed, self.first, self.bounded, ranks)
+            self.simulator._planned[key] = made
+        return made
 
     def run(self, arrays: Sequence[Array]) -> Trajectory:
         """The rollout. A robot that diverges gets NaN."""

@@ -13,8 +13,10 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from functools import partial
+from pathlib import Path
 from typing import Any, Optional
 
 import jax
@@ -43,20 +45,15 @@ __all__ = ["loss", "rollout"]
 _NAME = "cosmic_rollout"
 
 
-def _register() -> None:
-    """Registers the handler of rollouts. Some versions of XLA accept only handlers for their own version of the
-    interface. For rollouts, all versions are alike."""
-    why: Any = None
-    for minor in (3, 2, 1):
-        try:
-            jax.ffi.register_ffi_target(_NAME, _core.xla_handler(minor), platform="cpu")
-            return
-        except Exception as error:
-            why = error
-    raise ImportError(f"cosmic.jax cannot work with jax {jax.__version__}: {why}")
+def _version() -> int:
+    """The minor version of XLA's interface. Some versions of XLA accept only handlers for their own version. For
+    rollouts, the versions 0.1 to 0.3 are alike."""
+    header = Path(jax.ffi.include_dir(), "xla", "ffi", "api", "c_api.h")
+    [minor] = re.findall(r"#define XLA_FFI_API_MINOR (\d+)", header.read_text())
+    return min(int(minor), 3)
 
 
-_register()
+jax.ffi.register_ffi_target(_NAME, _core.xla_handler(_version()), platform="cpu")
 
 #: What a call of the library computes: the states of a rollout, their derivatives in a direction of the arrays, or the
 #: gradients of states times cotangents by the arrays.
@@ -98,11 +95,12 @@ def _run(*arrays: Any, plan: Plan, mode: int) -> Any:
 
 def _compiled(context: Any, *operands: Any, plan: Plan, mode: int) -> Any:
     simulator, arrays = plan.simulator, context.avals_in
+    [robots] = _robots(plan, mode, arrays) or (1,)
     if mode == _PUSHED and simulator.device == "gpu":
         raise InputError('forward mode: not on a GPU; use a Simulator with device="cpu"')
     check_rollouts(
         simulator._sizes,
-        *(_robots(plan, mode, arrays) or (1,)),
+        robots,
         arrays[0].dtype.itemsize,
         len(plan.observed),
         copies=4 if mode == _PUSHED else 1,
@@ -235,8 +233,8 @@ def rollout(
     given = [jnp.asarray(array) for array in arrays]
     _check(plan, given)
     # The computation is in double precision if any input is, otherwise in single precision.
-    inputs = given[: len(simulator.shapes)]
-    dtype: Any = jnp.float64 if jnp.result_type(*inputs, float) == jnp.float64 else jnp.float32
+    deciding = given[: len(simulator.shapes)]
+    dtype: Any = jnp.float64 if jnp.result_type(*deciding, float) == jnp.float64 else jnp.float32
     return Trajectory(*_call.bind(*(array.astype(dtype) for array in given), plan=plan, mode=_STATES))
 
 
