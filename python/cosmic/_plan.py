@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, Optional
 
 from . import _core
@@ -36,12 +35,17 @@ class Plan:
         """The shapes of the arrays of one robot, by name."""
         return dict(self.arrays)
 
-    @cached_property
+    @property
     def core(self) -> _core.Planned:
-        """The plan for XLA, which it can run as long as this object exists."""
-        core = self.simulator.core_for(self.shapes, self.changes)
-        ranks = [(name, len(shape)) for name, shape in self.arrays]
-        return _core.Planned(core, self.observed, self.first, self.bounded, ranks)
+        """The plan for XLA, which it can run as long as this object exists. Equal plans share it."""
+        key = (self.observed, self.first, self.bounded, self.changes, self.arrays)
+        made = self.simulator._planned.get(key)
+        if made is None:
+            core = self.simulator.core_for(self.shapes, self.changes)
+            ranks = [(name, len(shape)) for name, shape in self.arrays]
+            made = _core.Planned(core, self.observed, self.first, self.bounded, ranks)
+            self.simulator._planned[key] = made
+        return made
 
     def run(self, arrays: Sequence[Array]) -> Trajectory:
         """The rollout. A robot that diverges gets NaN."""

@@ -159,6 +159,7 @@ class Simulator:
         self._sizes = self.scene.sizes
         check_simulator(self._sizes)
         self._core = _core.Simulator(self.scene, device == "gpu", projection)
+        self._planned: dict[Any, _core.Planned] = {}
         self.dt: float = self._core.dt
         """Length of a step, s."""
         self.steps: int = self._core.steps

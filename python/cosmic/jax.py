@@ -13,8 +13,10 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from functools import partial
+from pathlib import Path
 from typing import Any, Optional
 
 import numpy as np
@@ -45,20 +47,15 @@ __all__ = ["loss", "rollout", "step"]
 _NAME = "cosmic_rollout"
 
 
-def _register() -> None:
-    """Registers the handler of rollouts. Some versions of XLA accept only handlers for their own version of the
-    interface. For rollouts, all versions are alike."""
-    why: Any = None
-    for minor in (3, 2, 1):
-        try:
-            jax.ffi.register_ffi_target(_NAME, _core.xla_handler(minor), platform="cpu")
-            return
-        except Exception as error:
-            why = error
-    raise ImportError(f"cosmic.jax cannot work with jax {jax.__version__}: {why}")
+def _version() -> int:
+    """The minor version of XLA's interface. Some versions of XLA accept only handlers for their own version. For
+    rollouts, the versions 0.1 to 0.3 are alike."""
+    header = Path(jax.ffi.include_dir(), "xla", "ffi", "api", "c_api.h")
+    [minor] = re.findall(r"#define XLA_FFI_API_MINOR (\d+)", header.read_text())
+    return min(int(minor), 3)
 
 
-_register()
+jax.ffi.register_ffi_target(_NAME, _core.xla_handler(_version()), platform="cpu")
 
 #: What a call of the library computes: the states of a rollout, their derivatives in a direction of the arrays, or the
 #: gradients of states times cotangents by the arrays.
@@ -100,7 +97,7 @@ def _run(*arrays: Any, plan: Plan, mode: int, by: int) -> Any:
 
 def _compiled(context: Any, *operands: Any, plan: Plan, mode: int, by: int) -> Any:
     simulator, arrays = plan.simulator, context.avals_in
-    (robots,) = _robots(plan, mode, arrays) or (1,)
+    [robots] = _robots(plan, mode, arrays) or (1,)
     if mode == _PUSHED and simulator.device == "gpu":
         raise InputError('forward mode: not on a GPU; use a Simulator with device="cpu"')
     check_rollouts(

@@ -13,6 +13,7 @@ mod asked;
 mod device;
 mod rollouts;
 mod simulator;
+mod planned;
 mod ffi;
 mod environment;
 mod loss;
@@ -27,9 +28,11 @@ mod _core {
     #[pymodule_export]
     use crate::environment::Driven;
     #[pymodule_export]
-    use crate::ffi::{Planned, xla_handler};
+    use crate::ffi::xla_handler;
     #[pymodule_export]
     use crate::optimise::{deliver_so_far, optimise, resume};
+    #[pymodule_export]
+    use crate::planned::Planned;
     #[pymodule_export]
     use crate::program::program;
     #[pymodule_export]

@@ -239,6 +239,8 @@ def test_goals_in_jax(sim: cosmic.Simulator) -> None:
             return cosmic.jax.rollout(sim, inputs, *SPAN, goal=goal).x[:, 0, 1].sum()
 
         heights, slopes = jax.jit(jax.vmap(jax.value_and_grad(height)))(places)
+        forward = jax.jit(jax.vmap(jax.jacfwd(height)))(places)
+        assert np.asarray(forward) == pytest.approx(np.asarray(slopes), rel=1e-9)
         for place, found, slope in zip(places, heights, slopes):
             goal = [(0, place), (0.1, (-place, 0.1))]
             seen = sim.rollout(inputs, *SPAN, goal=goal)

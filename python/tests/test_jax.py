@@ -230,6 +230,15 @@ def test_second_derivatives_are_refused(sim: cosmic.Simulator) -> None:
         jax.eval_shape(jax.hessian(lambda z: of(inputs._replace(z=z))), inputs.z)
 
 
+def test_a_gpu_has_only_reverse_mode(sim: cosmic.Simulator) -> None:
+    inputs, there = robot(sim, 0), cosmic.Simulator(sim.scene)
+    # The same processor under another name: a test of what JAX calls.
+    there.device = "gpu"
+    assert same(jax.grad(number(there))(inputs), jax.grad(number(sim))(inputs))
+    with pytest.raises(cosmic.InputError, match="not on a GPU"):
+        jax.jvp(number(there), (inputs,), (inputs,))
+
+
 def test_a_rollout_that_diverges_is_nan(sim: cosmic.Simulator) -> None:
     inputs = robot(sim, 0)
     fast = inputs._replace(v0=inputs.v0 + 1e9)
@@ -306,11 +315,17 @@ def test_too_much_memory_is_refused_before_anything_runs(sim: cosmic.Simulator) 
     def pushed(inputs: cosmic.Inputs):
         return jax.jvp(number(sim), (inputs,), (inputs,))
 
-    cosmic.limit_memory(1)
     try:
-        for of, says in [(number(sim), "a rollout of 1000"), (jax.grad(number(sim)), "gradient"), (pushed, "1000")]:
+        for of, megabytes, says in [
+            (number(sim), 13, "a rollout of 1000 robots"),
+            (jax.grad(number(sim)), 14, "the gradient of a rollout of 1000 robots"),
+            (pushed, 14, "a rollout of 1000 robots"),
+        ]:
+            cosmic.limit_memory(megabytes)
             with pytest.raises(cosmic.OutOfMemoryError, match=says):
                 jax.jit(jax.vmap(of)).lower(many)
+            cosmic.limit_memory(1000)
+            jax.jit(jax.vmap(of)).lower(many)
     finally:
         cosmic.limit_memory()
 
@@ -347,11 +362,13 @@ def test_a_compiled_function_keeps_its_simulator(sim: cosmic.Simulator) -> None:
 
 
 def test_a_simulator_that_no_longer_exists(sim: cosmic.Simulator) -> None:
-    plan = cosmic._core.Planned(sim._core, [4], 0, False, [])
-    wrong = jax.ffi.ffi_call("cosmic_rollout", jax.ShapeDtypeStruct((), jnp.float32))
+    plan = cosmic._core.Planned(sim._core, [4], 0, False, [("z", 2)])
+    wrong = jax.ffi.ffi_call("cosmic_rollout", jax.ShapeDtypeStruct((), jnp.float64))
     arguments = {"plan": np.int32(plan.id), "mode": np.int32(0)}
-    with pytest.raises(Exception, match="do not fit"):
+    with pytest.raises(Exception, match="a rollout got too few arrays"):
         jax.block_until_ready(wrong(**arguments))
+    # The last plans are kept, because JAX may still call them.
+    plan = [cosmic._core.Planned(sim._core, [4], 0, False, []) for _ in range(101)]
     del plan
     with pytest.raises(Exception, match="the simulator of this compiled function no longer exists"):
         jax.block_until_ready(wrong(**arguments))
