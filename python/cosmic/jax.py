@@ -257,11 +257,10 @@ def step(
 ) -> Trajectory:
     """:meth:`cosmic.Simulator.step` as a function of JAX, for policies of your own:
 
-    >>> def walk(policy, state, _):
-    ...     held = policy(state)
-    ...     state = cosmic.jax.step(sim, z, *state, held, steps=10)
+    >>> def frame(state, _):
+    ...     state = cosmic.jax.step(sim, z, state.x, state.v, policy(state), steps=10)
     ...     return state, state
-    >>> end, seen = jax.lax.scan(partial(walk, policy), Trajectory(x0, v0), length=50)  # doctest: +SKIP
+    >>> end, seen = jax.lax.scan(frame, cosmic.Trajectory(x0, v0), length=50)  # doctest: +SKIP
     """
     run = partial(rollout, simulator, first=first)
     return stepped(run, z, x, v, activations, steps, physics, jnp)
