@@ -26,6 +26,7 @@ from ._errors import (
     OutOfMemoryError,
     UnstableStepError,
 )
+from ._lattice import Lattice
 from ._loss import Loss
 from ._memory import limit_memory
 from ._run import Design, Run, load, optimize, resume
@@ -41,6 +42,7 @@ __all__ = [
     "Inputs",
     "InternalError",
     "InterruptedError",
+    "Lattice",
     "Loss",
     "OutOfMemoryError",
     "Run",

@@ -29,7 +29,7 @@ mod _core {
     #[pymodule_export]
     use crate::run::{load, player_page, report};
     #[pymodule_export]
-    use crate::scene::{Scene, scenes};
+    use crate::scene::{Scene, scenes, truss};
     /// Whether this wheel has GPU support.
     #[pymodule_export]
     const GPU: bool = crate::device::Device::IS_SUPPORTED;
