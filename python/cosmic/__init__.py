@@ -29,6 +29,7 @@ from ._errors import (
     OutOfMemoryError,
     UnstableStepError,
 )
+from ._lattice import Lattice
 from ._loss import Loss
 from ._memory import limit_memory
 from ._run import Design, Run, load, optimize, resume
@@ -44,6 +45,7 @@ __all__ = [
     "Inputs",
     "InternalError",
     "InterruptedError",
+    "Lattice",
     "Loss",
     "OutOfMemoryError",
     "Run",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numbers
 import operator
 from typing import Any, Optional
 
@@ -9,10 +10,11 @@ from ._errors import InputError
 
 
 def whole(name: str, value: Any, least: int, most: Optional[int] = None) -> int:
-    """Converts an argument to a whole number from ``least`` to ``most``."""
+    """Converts an argument to a whole number from ``least`` to ``most``. A float such as 100.0 is one."""
     allowed = f"{least} or more" if most is None else f"{least} to {most}"
     try:
-        number = operator.index(value)
+        is_whole = isinstance(value, numbers.Real) and value == value // 1
+        number = operator.index(int(value) if is_whole else value)
     except TypeError:
         number = None
     if number is None or number < least or (most is not None and number > most):

@@ -1,7 +1,7 @@
 """Types of the extension module, which the other modules of this package wrap."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, Callable, Optional
 
 import numpy as np
@@ -24,8 +24,16 @@ class Scene:
     @staticmethod
     def parse(text: str) -> Scene:
         """Parses a scene from TOML. Missing keys come from its `base`."""
-    def overridden(self, text: str) -> Scene:
-        """A copy of this scene, changed by the settings in a TOML text."""
+    truss: Optional[str]
+    """The truss of the lattice as the text of a truss file; None for a generated lattice."""
+    def overridden(self, text: str, truss: Optional[str] = None) -> Scene:
+        """A copy of this scene, changed by the settings in a TOML text. If a truss is given, the text names it
+        ``truss.json``."""
+    def __getitem__(self, key: str) -> Any:
+        """The value of a setting such as ``physics.gravity``, as a scene file states it."""
+    def keys(self) -> list[str]:
+        """The keys of all settings."""
+    def __iter__(self) -> Iterator[str]: ...
     def to_toml(self) -> str:
         """The complete scene as TOML."""
     @staticmethod
@@ -40,6 +48,9 @@ VERSION: str
 
 def program(arguments: list[str]) -> int:
     """Runs a command of the program ``cosmic``, and returns its exit code. The first argument is the program's name."""
+
+def truss(text: str) -> str:
+    """Checks the text of a truss file. Returns it in the library's node numbers."""
 
 GPU: bool
 """Whether this package has GPU support."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import difflib
+import inspect
 import operator
 from collections.abc import Callable, Sequence
 from typing import Any, Optional, Union
@@ -14,10 +16,25 @@ from ._errors import InputError
 
 Floats = npt.NDArray[np.float64]
 #: From ``x`` and ``v``, and ``goal`` if goals are given, to the value and its gradients with respect to positions
-#: and velocities.
-ValueAndGradient = Callable[..., tuple[float, Floats, Floats]]
+#: and velocities. If the loss sees more, a dictionary of gradients may follow.
+ValueAndGradient = Callable[..., tuple[Any, ...]]
 #: Steps to observe: an interval, or a function from the number of steps of a rollout to a list of steps.
 Steps = Union[int, Callable[[int], Sequence[int]]]
+
+
+#: The names of the arrays that a loss can see besides positions and velocities.
+SEES = (
+    "activation",
+    "tension",
+    "power",
+    "work",
+    "net",
+    "mass",
+    "presence",
+    "stiffness",
+    "strain",
+    "time",
+)
 
 
 class Loss:
@@ -28,6 +45,21 @@ class Loss:
     and :func:`cosmic.torch.loss` need only a function that returns the loss. In a scene with given
     goals it is ``function(x, v, goal)``: ``goal`` has the goal at the time of each state, shape
     ``(states, 2)``, along the ground and normal to it, from the world's origin.
+
+    A loss sees more if its function has keyword arguments (after a ``*``) with these names:
+
+    - ``activation``, ``tension``, ``power``, ``work``, ``net``, shape ``(states, edges)``: what the bars do.
+      ``activation`` (-1 to 1) and ``tension`` (N, positive if the bar pulls) are those of the step that ends
+      at the state. ``net`` (J) is the energy that the bar has given to its ends since the start less the
+      energy that it has taken; in ``work`` (J) only the given energy counts. ``power`` (W) is the mean rate of
+      ``net`` since the observed state before, or since the start. At the start all are 0.
+    - ``mass`` and ``presence``, shape ``(nodes,)``, ``stiffness`` and ``strain``, shape ``(edges,)``: the
+      robot, in kg, N/m and numbers without a unit. These arrays follow from the design. The design vectors
+      themselves are not an argument. ``presence`` is 0 for a node without a bar, which does not move.
+    - ``time``, shape ``(states,)``: seconds since the start.
+
+    ``function(x, v, *, tension, mass)`` returns as its fourth thing a dictionary of gradients, such as
+    ``{"tension": ..., "mass": ...}``. Missing gradients are 0.
 
     ``observed`` chooses the states that the loss sees. It is an interval in steps, or a function that takes
     the number of steps of a rollout and returns a list of steps in ascending order, as in
@@ -44,6 +76,7 @@ class Loss:
         is_far: bool = False,
     ) -> None:
         self.function = function
+        self.sees = _sees(function)
         self.is_far = is_far
         if observed is not None and not callable(observed):
             observed = whole("observed", observed, 1)
@@ -71,24 +104,58 @@ class Loss:
             )
         return observed
 
-    def value_and_gradient(self, x: Floats, v: Floats, *goal: Floats) -> tuple[float, Floats]:
-        """The loss, and its gradient as one vector: with respect to positions, then velocities."""
-        answer = self.function(x, v, *goal)
-        if not isinstance(answer, (tuple, list)) or len(answer) != 3:
+    def value_and_gradient(self, x: Floats, v: Floats, *goal: Floats, **seen: Floats) -> tuple[float, Floats]:
+        """The loss, and its gradient as one vector: with respect to positions, velocities, and all else that it
+        sees."""
+        answer = self.function(x, v, *goal, **seen)
+        if not isinstance(answer, (tuple, list)) or len(answer) not in ((3, 4) if seen else (3,)):
+            further = ", and a dictionary of the other gradients" if seen else ""
             raise InputError(
                 "the loss must return three things, its value and its gradients with respect to "
-                f"positions and velocities; found {answer!r}"
+                f"positions and velocities{further}; found {answer!r}"
             )
-        value, *gradients = map(np.asarray, answer)
+        others = answer[3] if len(answer) == 4 else {}
+        if not isinstance(others, dict) or not others.keys() <= seen.keys():
+            raise InputError(
+                f"the loss: expected a dictionary of gradients with respect to {', '.join(seen)} as its fourth "
+                f"thing, found {others!r}"
+            )
+        value = np.asarray(answer[0])
         if value.ndim != 0 or value.dtype.kind not in "fiu":
             raise InputError(f"the loss: expected a number as its value, found {answer[0]!r}")
-        for name, array, like in zip(("x", "v"), gradients, (x, v)):
+        gradients = {"x": answer[1], "v": answer[2], **others}
+        flat = []
+        for name, like in {"x": x, "v": v, **seen}.items():
+            array = np.asarray(gradients.get(name, np.zeros_like(like)))
             if array.shape != like.shape or array.dtype.kind not in "fiu":
                 raise InputError(
                     f"the gradient of the loss with respect to {name}: expected floats of the "
                     f"shape {like.shape}, found {array.dtype} of the shape {array.shape}"
                 )
-        return float(value), np.concatenate([np.float64(array).ravel() for array in gradients])
+            flat.append(np.float64(array).ravel())
+        return float(value), np.concatenate(flat)
+
+
+def _sees(function: Any) -> list[str]:
+    """The names of the keyword arguments that a loss needs."""
+    try:
+        parameters = inspect.signature(function).parameters.values()
+    except (TypeError, ValueError):
+        return []
+    named = []
+    for parameter in parameters:
+        name, is_keyword = parameter.name, parameter.kind is parameter.KEYWORD_ONLY
+        if parameter.default is not parameter.empty:
+            continue
+        if name in SEES and not is_keyword:
+            raise InputError(f"the loss: `{name}` must be a keyword argument: write `*` before it, as in (x, v, *, {name})")
+        if is_keyword and name not in SEES:
+            close = difflib.get_close_matches(name, SEES, 1)
+            hint = f"did you mean `{close[0]}`?" if close else f"a loss can see {', '.join(SEES)}"
+            raise InputError(f"the loss: unknown argument `{name}`: {hint}")
+        if is_keyword:
+            named.append(name)
+    return named
 
 
 def as_loss(loss: Union[Loss, ValueAndGradient, None]) -> Optional[Loss]:

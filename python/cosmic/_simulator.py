@@ -488,6 +488,8 @@ class Simulator:
         driven = shapes[DRIVEN][0] if DRIVEN in shapes else None
         if driven is None and changes is None and not physics:
             return self._core
+        if driven is not None and self.device == "gpu":
+            raise InputError(f'{DRIVEN}: not on a GPU; use a Simulator with device="cpu"')
         key = (driven, None if changes is None else tuple(changes), tuple(physics))
         if key not in self._cores:
             if len(self._cores) >= 16:

@@ -15,9 +15,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import partial, wraps
 from pathlib import Path
-from typing import Any, Optional
+from typing import Any, Optional, Union, overload
 
 import numpy as np
 
@@ -266,29 +266,46 @@ def step(
     return stepped(run, z, x, v, activations, steps, physics, jnp)
 
 
+_Function = Callable[..., Any]
+
+
+@overload
+def loss(function: _Function, *, observed: Optional[Steps] = None, is_far: bool = False) -> Loss: ...
+@overload
 def loss(
-    function: Optional[Callable[[Any, Any], Any]] = None,
+    function: None = None, *, observed: Optional[Steps] = None, is_far: bool = False
+) -> Callable[[_Function], Loss]: ...
+def loss(
+    function: Optional[_Function] = None,
     *,
     observed: Optional[Steps] = None,
     is_far: bool = False,
-) -> Any:
+) -> Union[Loss, Callable[[_Function], Loss]]:
     """Turns a JAX function into an objective for :func:`cosmic.optimize`. Also a decorator.
 
     ``function(x, v)`` returns the loss of positions and velocities of shape ``(states, nodes, 2)``;
-    ``observed`` and ``is_far`` are those of :class:`cosmic.Loss`.
-
-    In a scene with given goals it is ``function(x, v, goal)``, see :class:`cosmic.Loss`.
+    ``observed`` and ``is_far`` are those of :class:`cosmic.Loss`. In a scene with given goals it is
+    ``function(x, v, goal)``. Keyword arguments such as ``tension`` are further arrays that the loss
+    sees, see :class:`cosmic.Loss`.
 
     >>> @cosmic.jax.loss(observed=lambda steps: range(steps // 2, steps + 1, 64))
-    ... def high(x, v):
-    ...     return -x[:, 0, 1].mean()
+    ... def high(x, v, *, power):
+    ...     return -x[:, 0, 1].mean() + 0.1 * abs(power).sum(-1).mean()
     """
     if function is None:
         return partial(loss, observed=observed, is_far=is_far)
-    compiled = jax.jit(jax.value_and_grad(function, argnums=(0, 1)))
+    of = function
 
-    def value_and_gradient(x: Any, v: Any, *goal: Any) -> tuple[float, Any, Any]:
-        value, (x_bar, v_bar) = compiled(x, v, *goal)
-        return float(value), np.asarray(x_bar), np.asarray(v_bar)
+    def value(x: Any, v: Any, seen: Any, goal: Any) -> Any:
+        return of(x, v, *goal, **seen)
+
+    compiled = jax.jit(jax.value_and_grad(value, argnums=(0, 1, 2)))
+
+    # So that `Loss` sees the arguments of the function.
+    @wraps(function)
+    def value_and_gradient(x: Any, v: Any, *goal: Any, **seen: Any) -> tuple[Any, ...]:
+        answer, bars = compiled(x, v, seen, goal)
+        x_bar, v_bar, others = jax.tree.map(np.asarray, bars)
+        return float(answer), x_bar, v_bar, *([others] if seen else [])
 
     return Loss(value_and_gradient, observed, is_far)

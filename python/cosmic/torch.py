@@ -12,8 +12,8 @@ torch.Size([110, 3])
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
-from typing import Any, Optional
+from functools import partial, wraps
+from typing import Any, Optional, Union, overload
 
 import numpy as np
 
@@ -101,24 +101,41 @@ def step(
     return stepped(run, z, x, v, activations, steps, physics, torch)
 
 
+_Function = Callable[..., Any]
+
+
+@overload
+def loss(function: _Function, *, observed: Optional[Steps] = None, is_far: bool = False) -> Loss: ...
+@overload
 def loss(
-    function: Optional[Callable[[Any, Any], Any]] = None,
+    function: None = None, *, observed: Optional[Steps] = None, is_far: bool = False
+) -> Callable[[_Function], Loss]: ...
+def loss(
+    function: Optional[_Function] = None,
     *,
     observed: Optional[Steps] = None,
     is_far: bool = False,
-) -> Any:
+) -> Union[Loss, Callable[[_Function], Loss]]:
     """Turns a torch function into an objective for :func:`cosmic.optimize`. Also a decorator; see
     :func:`cosmic.jax.loss`."""
     if function is None:
         return partial(loss, observed=observed, is_far=is_far)
+    of = function
 
-    def value_and_gradient(x: Any, v: Any, *goal: Any) -> tuple[float, Any, Any]:
+    # So that `Loss` sees the arguments of the function.
+    @wraps(function)
+    def value_and_gradient(x: Any, v: Any, *goal: Any, **seen: Any) -> tuple[Any, ...]:
         with torch.enable_grad():
-            states = [torch.from_numpy(array).requires_grad_() for array in (x, v)]
-            value = function(*states, *map(torch.from_numpy, goal))
-            gradients = torch.autograd.grad(value, states, allow_unused=True)
-        zeros = (np.zeros_like(x), np.zeros_like(v))
-        x_bar, v_bar = (z if g is None else g.numpy() for g, z in zip(gradients, zeros))
-        return float(value.detach()), x_bar, v_bar
+            given = {"x": x, "v": v, **seen}
+            states = {name: torch.from_numpy(array).requires_grad_() for name, array in given.items()}
+            named = {name: states[name] for name in seen}
+            value = of(states["x"], states["v"], *map(torch.from_numpy, goal), **named)
+            gradients = torch.autograd.grad(value, [*states.values()], allow_unused=True)
+        bars = {
+            name: np.zeros_like(given[name]) if g is None else g.numpy()
+            for name, g in zip(given, gradients)
+        }
+        x_bar, v_bar = bars.pop("x"), bars.pop("v")
+        return float(value.detach()), x_bar, v_bar, *([bars] if seen else [])
 
     return Loss(value_and_gradient, observed, is_far)

@@ -38,7 +38,7 @@ mod _core {
     #[pymodule_export]
     use crate::run::{load, player_page, report};
     #[pymodule_export]
-    use crate::scene::{Scene, scenes};
+    use crate::scene::{Scene, scenes, truss};
     /// The version of this package.
     #[pymodule_export]
     const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -5,10 +5,10 @@ use autodiff::Real;
 use autodiff::custom::{Rule, apply};
 use cosmic::objective::Loss;
 use cosmic::policy::Goals;
-use cosmic::simulator::Trajectory;
+use cosmic::simulator::{Effort, Trajectory};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyDict, PyTuple};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -50,13 +50,21 @@ impl Failure {
 #[derive(Clone)]
 pub(crate) struct PythonLoss {
     object: Arc<Py<PyAny>>,
+    /// The names of the arrays that the loss sees besides positions and velocities.
+    sees: Vec<String>,
     failure: Failure,
 }
 
 impl PythonLoss {
     pub(crate) fn new(object: Py<PyAny>, failure: Failure) -> Self {
+        let read = |py: Python| object.getattr(py, "sees")?.extract(py);
+        let sees = failure.noted(Python::attach(read)).unwrap_or_default();
         let object = Arc::new(object);
-        Self { object, failure }
+        Self {
+            object,
+            sees,
+            failure,
+        }
     }
 }
 
@@ -78,16 +86,81 @@ impl Loss for PythonLoss {
         is_far.unwrap_or_default()
     }
 
+    fn reads_efforts(&self) -> bool {
+        !self.sees.is_empty()
+    }
+
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
+        let mut numbers = flattened(std::slice::from_ref(trajectory)).concat();
+        let states = trajectory.steps.len();
+        let shape = vec![states, numbers.len() / 4 / states, 2];
+        let mut shapes = vec![shape.clone(), shape];
+        for name in &self.sees {
+            let (own, shape) = seen(name, trajectory);
+            numbers.extend(own);
+            shapes.push(shape);
+        }
         let call = Call {
             loss: self.clone(),
-            states: trajectory.steps.len(),
+            shapes,
             goals: (trajectory.goals.as_ref()).map(|goals| goals_at(goals, &trajectory.steps)),
             gradient: Arc::default(),
         };
-        let numbers = flattened(std::slice::from_ref(trajectory)).concat();
         apply(call, &numbers)
     }
+}
+
+/// An array that a loss can see by its name, and its shape. `cosmic._loss.SEES` describes them.
+fn seen<R: Real>(name: &str, trajectory: &Trajectory<R>) -> (Vec<R>, Vec<usize>) {
+    let (steps, body) = (&trajectory.steps, trajectory.robot());
+    let dt = trajectory
+        .efforts
+        .as_ref()
+        .map_or(0.0, |efforts| efforts.dt);
+    let of_states = |list: fn(&Effort<R>) -> &Vec<R>| {
+        let lists = steps.iter().map(|&step| list(trajectory.effort(step)));
+        let numbers: Vec<R> = lists.flatten().copied().collect();
+        let shape = vec![steps.len(), body.stiffness.len()];
+        (numbers, shape)
+    };
+    let of_body = |list: &[R]| (list.to_vec(), vec![list.len()]);
+    match name {
+        "activation" => of_states(|effort| &effort.activation),
+        "tension" => of_states(|effort| &effort.tension),
+        "work" => of_states(|effort| &effort.work),
+        "net" => of_states(|effort| &effort.net),
+        "power" => {
+            let (net, shape) = of_states(|effort| &effort.net);
+            (powers(&net, steps, dt), shape)
+        }
+        "stiffness" => of_body(&body.stiffness),
+        "strain" => of_body(&body.strain),
+        "mass" => of_body(&body.mass),
+        "presence" if body.presence.is_empty() => of_body(&vec![R::one(); body.mass.len()]),
+        "presence" => of_body(&body.presence),
+        "time" => {
+            let time = |&step: &usize| R::lit(step as f64 * dt);
+            of_body(&steps.iter().map(time).collect::<Vec<R>>())
+        }
+        _ => panic!("no loss sees {name:?}"),
+    }
+}
+
+/// The mean power (W) of every edge between each observed state and the one before, or the start of the rollout. `net`
+/// has the energies that were given until the states, J. In the start itself the power is 0.
+fn powers<R: Real>(net: &[R], steps: &[usize], dt: f64) -> Vec<R> {
+    let edges = net.len() / steps.len();
+    let power = |k: usize| {
+        let (state, edge) = (k / edges, k % edges);
+        let before = state.checked_sub(1);
+        let begin = before.map_or(0, |before| steps[before]);
+        let given = before.map_or(net[k], |before| net[k] - net[before * edges + edge]);
+        match steps[state] - begin {
+            0 => R::zero(),
+            lasts => given * R::lit(1.0 / (lasts as f64 * dt)),
+        }
+    };
+    (0..net.len()).map(power).collect()
 }
 
 /// The goals to which a robot goes before it is in the states after these numbers of steps.
@@ -97,12 +170,13 @@ fn goals_at<R: Real>(goals: &Goals<R>, steps: &[usize]) -> Vec<f64> {
     steps.iter().flat_map(goal).collect()
 }
 
-/// The loss as a function of one list of numbers: the positions of all observed states, then their velocities. The
-/// optimisation takes only first derivatives of it, so Python only sees floats.
+/// The loss as a function of one list of numbers: the positions of all observed states, then their velocities, then the
+/// other arrays that it sees. The optimisation takes only first derivatives of it, so Python only sees floats.
 #[derive(Clone)]
 struct Call {
     loss: PythonLoss,
-    states: usize,
+    /// The shape of each array.
+    shapes: Vec<Vec<usize>>,
     /// Two numbers for each state; `None` if goals are not inputs of a rollout.
     goals: Option<Vec<f64>>,
     /// The gradient of the last call of `value`, which gets it from Python together with the value. `partials` returns
@@ -114,20 +188,25 @@ impl Call {
     /// Calls Python, which returns the value and the gradient.
     fn ask(&self, numbers: &[f64]) -> PyResult<(f64, Vec<f64>)> {
         Python::attach(|py| {
-            let nodes = numbers.len() / 4 / self.states;
-            let (x, v) = numbers.split_at(numbers.len() / 2);
-            let shape = [self.states, nodes, 2];
-            let mut arguments = vec![
-                array(py, x.to_vec(), &shape)?,
-                array(py, v.to_vec(), &shape)?,
-            ];
+            let mut rest = numbers;
+            let arrays = self.shapes.iter().map(|shape| {
+                let (own, others) = rest.split_at(shape.iter().product());
+                rest = others;
+                array(py, own.to_vec(), shape)
+            });
+            let mut arguments = arrays.collect::<PyResult<Vec<_>>>()?;
+            let seen = PyDict::new(py);
+            for (name, array) in self.loss.sees.iter().zip(arguments.split_off(2)) {
+                seen.set_item(name, array)?;
+            }
             if let Some(goals) = &self.goals {
-                arguments.push(array(py, goals.clone(), &[self.states, 2])?);
+                let states = self.shapes[0][0];
+                arguments.push(array(py, goals.clone(), &[states, 2])?);
             }
             let arguments = PyTuple::new(py, arguments)?;
-            let object = &self.loss.object;
-            let answer = object.call_method1(py, "value_and_gradient", arguments)?;
-            let (value, gradient): (f64, PyReadonlyArray1<f64>) = answer.extract(py)?;
+            let object = self.loss.object.bind(py);
+            let answer = object.call_method("value_and_gradient", arguments, Some(&seen))?;
+            let (value, gradient): (f64, PyReadonlyArray1<f64>) = answer.extract()?;
             Ok((value, gradient.as_slice()?.to_vec()))
         })
     }

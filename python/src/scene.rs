@@ -3,12 +3,14 @@
 use crate::arrays::Sizes;
 use crate::errors::{InputError, caught, raised};
 use cosmic::Registry;
-use cosmic::lattice::Lattice;
+use cosmic::lattice::{Lattice, Truss};
 use cosmic::record::RunPlan;
 use cosmic::record::snapshot::SavedScene;
-use cosmic::scene;
+use cosmic::scene::{self, TrussFile};
 use pyo3::prelude::*;
+use pyo3::types::PyIterator;
 use std::collections::HashMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 
 /// A complete experiment: lattice, physics, schedule and every other setting.
@@ -44,12 +46,66 @@ impl Scene {
         Ok(Self { scene, name })
     }
 
-    /// Returns a copy of this scene, changed by the settings in a TOML text.
-    fn overridden(&self, text: &str) -> PyResult<Self> {
+    /// Returns a copy of this scene, changed by the settings in a TOML text. If a checked truss is given, the name
+    /// `truss.json` in the text stands for it.
+    #[pyo3(signature = (text, truss = None))]
+    fn overridden(&self, text: &str, truss: Option<&str>) -> PyResult<Self> {
+        let mut registry = Registry::default();
+        if let Some(truss) = truss {
+            let truss = serde_json::from_str(truss).map_err(unreadable)?;
+            registry = registry.with_lattice(TrussFile::COPY, truss);
+        }
+        let changed = || {
+            let scene = self.scene.clone().knowing(&registry);
+            let scene = scene.with("overrides", text).map_err(raised)?;
+            // The name stands for the truss only in this text.
+            Ok(scene.knowing(&Registry::default()))
+        };
         Ok(Self {
-            scene: caught(|| self.scene.with("overrides", text).map_err(raised))?,
+            scene: caught(changed)?,
             name: self.name.clone(),
         })
+    }
+
+    /// The truss of the lattice as the text of a truss file, in the library's node numbers; `None` for a generated
+    /// lattice.
+    #[getter]
+    fn truss(&self) -> Option<String> {
+        self.scene.lattice.file.truss().map(|truss| truss.to_json())
+    }
+
+    /// Returns the value of a setting, such as `physics.gravity`, as a scene file states it.
+    fn __getitem__<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
+        let value = caught(|| self.scene.value(key).map_err(raised))?;
+        let json = py.import("json")?;
+        json.call_method1("loads", (value.to_string(),))
+    }
+
+    /// Returns the keys of all settings.
+    fn keys(&self) -> Vec<String> {
+        let settings = self.scene.settings().into_iter();
+        settings.map(|setting| setting.key).collect()
+    }
+
+    /// Iterates over the keys of all settings.
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        self.keys().into_pyobject(py)?.try_iter()
+    }
+
+    /// Returns whether two scenes have equal settings and lattices. Their names may differ.
+    fn __eq__(&self, other: &Self) -> bool {
+        self.scene == other.scene
+    }
+
+    /// Hashes the settings. Equal scenes may name their trusses differently, and may have zeros of different signs.
+    fn __hash__(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        for setting in self.scene.settings() {
+            if setting.key != "lattice.file" {
+                setting.value.replace("-0.0", "0.0").hash(&mut hasher);
+            }
+        }
+        hasher.finish()
     }
 
     /// Returns the complete scene as TOML.
@@ -57,11 +113,22 @@ impl Scene {
         self.scene.to_toml()
     }
 
-    /// Returns the scene as text, including the nodes and edges of a custom lattice. `pickle` and `copy` call this
-    /// method.
+    /// Returns this scene, which cannot change.
+    fn __copy__(this: Py<Self>) -> Py<Self> {
+        this
+    }
+
+    /// Returns this scene, which cannot change.
+    fn __deepcopy__(this: Py<Self>, _memo: Bound<PyAny>) -> Py<Self> {
+        this
+    }
+
+    /// Returns the scene as text, including the nodes and edges of a custom lattice. `pickle` calls this method.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
-        let plan = RunPlan::new(&self.name, self.scene.clone(), 0);
-        let text = serde_json::to_string(&plan.saved()).map_err(unreadable)?;
+        let mut plan = RunPlan::new(&self.name, self.scene.clone(), 0).saved();
+        // In this text, values that follow from others are still "auto".
+        plan.scene.text = self.scene.to_toml();
+        let text = serde_json::to_string(&plan).map_err(unreadable)?;
         Ok((py.get_type::<Self>().getattr("restore")?, (text,)))
     }
 
@@ -104,13 +171,20 @@ impl Scene {
     }
 
     fn __repr__(&self) -> String {
-        let lattice = &self.scene.lattice;
-        let steps = self.scene.physics.steps;
-        format!(
-            "<Scene {}: {} x {} cells, {steps} steps>",
-            self.name, lattice.columns, lattice.rows
-        )
+        let (lattice, steps) = (&self.scene.lattice, self.scene.physics.steps);
+        let size = match lattice.file.truss() {
+            Some(truss) => format!("{} nodes, {} edges", truss.nodes.len(), truss.edges.len()),
+            None => format!("{} x {} cells", lattice.columns, lattice.rows),
+        };
+        format!("<Scene {}: {size}, {steps} steps>", self.name)
     }
+}
+
+/// Checks the text of a truss file. Returns it in the library's node numbers.
+#[pyfunction]
+pub(crate) fn truss(text: &str) -> PyResult<String> {
+    let truss: Truss = serde_json::from_str(text).map_err(unreadable)?;
+    Ok(truss.to_json())
 }
 
 fn unreadable(error: serde_json::Error) -> PyErr {

@@ -59,6 +59,23 @@ def test_a_policy_of_one_s_own_learns_to_walk() -> None:
     assert float(done.stdout.split()[2]) > 0.1, done.stdout
 
 
+#: Losses with types. Only the last line is wrong.
+LOSSES = """from typing import Any
+
+import cosmic.{module}
+
+
+@cosmic.{module}.loss(observed=4)
+def high(x: Any, v: Any, *, power: Any) -> Any:
+    return x.sum()
+
+
+direct: cosmic.Loss = cosmic.{module}.loss(lambda x, v: x.sum())
+steps: list[int] = high.observed(8) + direct.observed(8)
+wrong: int = cosmic.{module}.loss(lambda x, v: x.sum())
+"""
+
+
 def test_the_package_passes_the_type_checker(tmp_path: Path) -> None:
     pytest.importorskip("mypy")
     settings = EXAMPLES.parent / "pyproject.toml"
@@ -71,6 +88,11 @@ def test_the_package_passes_the_type_checker(tmp_path: Path) -> None:
         [*command, "cosmic", "first_robot.py"], capture_output=True, text=True, cwd=tmp_path
     )
     assert done.returncode == 0, done.stdout + done.stderr
+    # A loss has a type, as a call and as a decorator.
+    for module in ("jax", "torch"):
+        (tmp_path / "losses.py").write_text(LOSSES.format(module=module))
+        losses = subprocess.run([*command, "losses.py"], capture_output=True, text=True, cwd=tmp_path)
+        assert "losses.py:13" in losses.stdout and "Found 1 error" in losses.stdout, losses.stdout
     # A file with a wrong type is found: the types of the package are known to its users.
     (tmp_path / "wrong.py").write_text("import cosmic\n\ncosmic.optimize(seed='one')\n")
     wrong = subprocess.run([*command, "wrong.py"], capture_output=True, text=True, cwd=tmp_path)

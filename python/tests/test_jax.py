@@ -411,6 +411,61 @@ def test_an_exception_in_an_objective_is_raised_by_the_run() -> None:
         cosmic.optimize(SCENE, SEED, loss=wrong, progress=False)
 
 
+#: A robot that floats in space: its bars alone change its kinetic energy.
+FLOATING = {
+    **SCENE,
+    "physics": {**{"steps": 256}, "gravity": 0.0, "contact": "none", "damping": 0.0},
+    "gradient.cotangent_bound": "off",
+}
+
+
+def beginnings(scene: dict, *losses: cosmic.Loss) -> list[np.ndarray]:
+    """The losses and the norms of their gradients in the first two iterations of optimisations, one row for each
+    loss."""
+    keys = ("loss_horizon", "controller_gradient", "design_gradient")
+    runs = [cosmic.optimize(scene, SEED, loss=loss, iterations=20, progress=False) for loss in losses]
+    return [np.hstack([np.ravel(run.history[key][:2]) for key in keys]) for run in runs]
+
+
+def test_the_energy_of_bars_is_the_kinetic_energy_with_all_gradients() -> None:
+    @cosmic.jax.loss(observed=32)
+    def kinetic(x, v, *, mass):
+        return -0.5 * (mass[:, None] * v[-1] ** 2).sum()
+
+    @cosmic.jax.loss(observed=32)
+    def given(x, v, *, net):
+        return -net[-1].sum()
+
+    @cosmic.jax.loss(observed=32)
+    def powers(x, v, *, power, time):
+        assert power.shape == (len(x), 20) and time.shape == (len(x),)
+        return -(power[1:].sum(-1) * jnp.diff(time)).sum()
+
+    first, *others = beginnings(FLOATING, kinetic, given, powers)
+    assert np.isfinite(first).all() and np.all(first[:4] != 0.0)
+    for other in others:
+        assert np.allclose(first, other, rtol=1e-6)
+
+
+def test_the_tension_of_springs_follows_from_activations_with_all_gradients() -> None:
+    sim = cosmic.Simulator(FLOATING)
+    rest, (i, j) = sim.rest_length, sim.edges.T
+
+    @cosmic.jax.loss(observed=lambda steps: [steps - 1, steps])
+    def seen(x, v, *, tension):
+        return (tension[1] ** 2).sum()
+
+    @cosmic.jax.loss(observed=lambda steps: [steps - 1, steps])
+    def computed(x, v, *, stiffness, strain, activation):
+        length = jnp.linalg.norm(x[0, j] - x[0, i], axis=-1)
+        target = jnp.asarray(rest) * (1.0 + strain * activation[1])
+        return ((stiffness * (length - target)) ** 2).sum()
+
+    first, other = beginnings(FLOATING, seen, computed)
+    assert np.isfinite(first).all() and np.all(first[:4] != 0.0)
+    assert np.allclose(first, other, rtol=1e-6)
+
+
 ONE_CORE = """
 import os
 os.sched_setaffinity(0, [min(os.sched_getaffinity(0))])

@@ -49,6 +49,79 @@ def test_a_loss_designs_another_robot(run: cosmic.Run) -> None:
     assert not np.array_equal(tall.trajectory, run.trajectory)
 
 
+def test_the_economy_of_a_scene_written_in_numpy_has_the_same_gradients() -> None:
+    scene = cosmic.as_scene({**FINAL, "objective": {"task": "economy", "weight": 100.0}})
+    # A joule per kilogram of the robot counts as a metre.
+    stroke = scene["materials.max_strain"][2]
+
+    def economy(x: np.ndarray, v: np.ndarray, *, work: Any, strain: Any, mass: Any, presence: Any) -> Any:
+        value, x_bar, v_bar = final(x, v)
+        given, all_mass = work[-1] @ strain / stroke, mass @ presence
+        work_bar = np.zeros_like(work)
+        work_bar[-1] = strain / stroke / all_mass
+        price = given / all_mass
+        bars = {"work": work_bar, "strain": work[-1] / stroke / all_mass}
+        bars |= {"mass": -price * presence / all_mass, "presence": -price * mass / all_mass}
+        return value + price, x_bar, v_bar, bars
+
+    loss = cosmic.Loss(economy, lambda steps: [steps // 2])
+    own = cosmic.optimize(FINAL, SEED, loss=loss, progress=False)
+    built_in = cosmic.optimize(scene, SEED, progress=False)
+    for key in ("loss_horizon", "controller_gradient", "design_gradient"):
+        assert np.allclose(own.history[key][:3], built_in.history[key][:3], rtol=1e-9), key
+    # The energy is a part of the loss.
+    assert own.history["loss_horizon"][2] > -own.history["displacement_horizon"][2] + 1e-6
+
+
+def test_a_loss_sees_everything_in_its_shape() -> None:
+    shapes, times = {}, []
+
+    def curious(
+        x: Any, v: Any, *, activation: Any, tension: Any, power: Any, work: Any, net: Any,
+        mass: Any, presence: Any, stiffness: Any, strain: Any, time: Any,
+    ) -> Any:  # fmt: skip
+        own = {name: value for name, value in locals().items() if isinstance(value, np.ndarray)}
+        shapes.update({name: value.shape for name, value in own.items()})
+        times.append(time)
+        assert np.abs(activation).max() <= 1.0 and not np.any(tension[0]) and not np.any(power[0])
+        assert np.all(work >= net - 1e-12) and np.all(mass > 0.0) and np.all(stiffness >= 0.0)
+        assert presence.min() >= 0.0 and presence.max() <= 1.0
+        assert np.allclose(power[1:] * np.diff(time)[:, None], np.diff(net, axis=0))
+        return final(x, v)
+
+    loss = cosmic.Loss(curious, 100)
+    cosmic.optimize(SCENE, SEED, loss=loss, progress=False)
+    per_state, states = {"activation", "tension", "power", "work", "net"}, len(times[-1])
+    assert shapes == {
+        **{name: (states, 20) for name in per_state},
+        **{"x": (states, 9, 2), "v": (states, 9, 2), "time": (states,)},
+        **{"mass": (9,), "presence": (9,), "stiffness": (20,), "strain": (20,)},
+    }
+    dt = cosmic.as_scene(SCENE)["physics.dt"]
+    assert {round(steps) for seen in times for steps in seen / dt} == {0, 100, 128, 200, 256}
+
+
+def sees_wrong(x: Any, v: Any, *, mass: Any) -> Any:
+    return (*final(x, v), {"masses": mass})
+
+
+@pytest.mark.parametrize(
+    ("function", "says"),
+    [
+        (lambda x, v, *, tensions: 0.0, "unknown argument `tensions`: did you mean `tension`"),
+        (lambda x, v, *, weight: 0.0, "unknown argument `weight`: a loss can see activation, tension"),
+        (lambda x, v, mass: 0.0, r"`mass` must be a keyword argument: .*\(x, v, \*, mass\)"),
+        (sees_wrong, "a dictionary of gradients with respect to mass"),
+        (lambda x, v, *, mass: (*final(x, v), mass), "a dictionary of gradients with respect to mass"),
+        (lambda x, v, *, mass: (*final(x, v), {"mass": 1.0}), r"respect to mass: .*\(9,\), found .*\(\)"),
+        (lambda x, v, *, mass: final(x, v)[:2], "and a dictionary of the other gradients"),
+    ],
+)
+def test_wrong_arguments_of_a_loss_are_named(function: Any, says: str) -> None:
+    with pytest.raises(cosmic.InputError, match=says):
+        cosmic.optimize(SCENE, loss=function, progress=False)
+
+
 @pytest.mark.parametrize(
     ("answer", "says"),
     [

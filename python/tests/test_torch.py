@@ -91,3 +91,25 @@ def test_a_policy_is_differentiated_through_steps(sim: cosmic.Simulator) -> None
 
     # torch takes differences with a step of 1e-6, as for the other inputs.
     assert torch.autograd.gradcheck(walk, (weights,), atol=1e-5, rtol=1e-4)
+
+
+def test_an_objective_in_torch_sees_forces() -> None:
+    arrays = {}
+
+    @cosmic.torch.loss(observed=32)
+    def tense(x, v, *, mass, tension, time):
+        arrays.update(mass=mass, tension=tension, time=time)
+        return (mass * x[-1, :, 0]).sum() + (tension**2).mean()
+
+    def by_hand(x, v, *, mass, tension):
+        x_bar = np.zeros_like(x)
+        x_bar[-1, :, 0] = mass
+        bars = {"mass": x[-1, :, 0], "tension": 2.0 * tension / tension.size}
+        return (mass * x[-1, :, 0]).sum() + (tension**2).mean(), x_bar, np.zeros_like(v), bars
+
+    own = cosmic.optimize(SCENE, SEED, loss=tense, iterations=20, progress=False)
+    other = cosmic.optimize(SCENE, SEED, loss=cosmic.Loss(by_hand, 32), iterations=20, progress=False)
+    for key in ("loss_horizon", "controller_gradient", "design_gradient"):
+        assert np.allclose(own.history[key][:2], other.history[key][:2], rtol=1e-9), key
+    states = len(arrays["time"])
+    assert arrays["tension"].shape == (states, 20) and arrays["mass"].shape == (9,)

@@ -1,6 +1,8 @@
 //! The keys of a scene. Finds a key by its name, and makes the tables of keys in the documentation.
 
 use super::Scene;
+use super::diagnostic::suggest;
+use crate::error::{Error, Result};
 use crate::registry::Registry;
 use crate::settings::{AUTO, Field, Settings};
 use serde::Serialize;
@@ -33,6 +35,35 @@ impl Scene {
             section.fields().into_iter().map(setting).collect()
         };
         self.clone().of_sections(of_section).concat()
+    }
+
+    /// The value of the setting with this key, such as `physics.dt`, as a scene file states it.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for an unknown key. The message suggests a similar key.
+    ///
+    /// # Panics
+    /// If a setting is not written as TOML.
+    pub fn value(&self, path: &str) -> Result<serde_json::Value> {
+        let mut scene = self.clone();
+        if let Some(field) = scene.field(path) {
+            let text = format!("value = {}", field.value.toml());
+            let mut table: serde_json::Value = toml::from_str(&text).expect("a setting is TOML");
+            return Ok(table["value"].take());
+        }
+        let known = sections(&mut scene);
+        let of_section = |name: &str| known.iter().find(|section| section.name == name);
+        let (section, key) = path.split_once('.').unwrap_or((path, path));
+        let owner = known.iter().find(|section| section.keys.contains(&key));
+        let hint = match (owner, of_section(section)) {
+            (Some(owner), _) => format!("did you mean `{}.{key}`?", owner.name),
+            (None, Some(own)) if path == section => {
+                format!("it is a section; its keys are {}", own.keys.join(", "))
+            }
+            (None, Some(own)) => suggest(key, own.keys.iter().copied()),
+            (None, None) => suggest(section, known.iter().map(|section| section.name)),
+        };
+        Err(Error::Usage(format!("unknown key `{path}`: {hint}")))
     }
 
     /// The sections that are fields of other sections: parts, the ground, and the laws with settings.
