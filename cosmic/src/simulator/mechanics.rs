@@ -150,9 +150,13 @@ impl Mechanics {
         mut meter: Option<&mut Meter>,
     ) -> Particle<Array> {
         let terrain = self.terrain.as_ref();
+        let first = self.first.map(|drift| {
+            let zeros = |n| p.gather(given.contact[0], &vec![None; n]);
+            (drift, [1, graph.nodes()].map(zeros))
+        });
         for _ in 0..self.substeps {
-            if let Some(drift) = self.first {
-                nodes = self.drifted(p, drift, nodes, given);
+            if let Some((drift, zeros)) = first {
+                nodes = self.drifted(p, drift, zeros, nodes, given);
             }
             let step = Step {
                 graph,
@@ -201,24 +205,22 @@ impl Mechanics {
         nodes
     }
 
-    /// Records a drift, which is a flight without a push.
+    /// Records a drift, which is a flight without a push. `zero` is a single zero, and `zeros` has one for each node.
     fn drifted(
         &self,
         p: &mut Program,
         drift: Drift,
+        [zero, zeros]: [Array; 2],
         nodes: Particle<Array>,
         given: &Parameters<Array>,
     ) -> Particle<Array> {
-        let (inverse_mass, decay) = (given.inverse_mass, 1.0);
-        let [zero, zeros] =
-            [1, inverse_mass.len()].map(|n| p.gather(given.contact[0], &vec![None; n]));
         let pushed = FlightInputs {
             nodes,
             impulses: Vector::new([zeros; 2]),
-            inverse_mass,
+            inverse_mass: given.inverse_mass,
             uniforms: &[&[zero; 2], &given.contact[2..]].concat(),
         };
-        let flight = Flight { drift, decay };
+        let flight = Flight { drift, decay: 1.0 };
         self.contact.fly(p, flight, self.terrain.as_ref(), pushed)
     }
 
