@@ -1,5 +1,8 @@
 //! Weighted arrays: each element is multiplied by its weight. Some arrays are centred first: their weighted mean is
 //! subtracted.
+//!
+//! One operation for all of this pays: made of kernels, gathers and a dense layer of ones, it makes `cosmic optimize
+//! --iterations 60 --threads 1` take 1.1 times as long.
 #![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
 use smallvec::SmallVec;
