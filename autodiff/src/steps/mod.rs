@@ -11,7 +11,7 @@
 //!
 //! A program can run from several **starts** (initial states) at once: from two, or from one for each lane of a
 //! register. There is a separate code path for two starts, because most gradients of designs run two: one by one, they
-//! make `cosmic optimize --iterations 60 --threads 1` take 1.1 times as long. The numbers of the starts are interleaved,
+//! make `cosmic optimize --iterations 60 --threads 1` take 1.2 times as long. The numbers of the starts are interleaved,
 //! so arrays and graphs become two (or `lanes`) times as long. Most operations treat a longer array like any other. Only
 //! matrix products differ, because all starts share the matrices. Other parameters may differ between starts.
 
