@@ -1,5 +1,8 @@
 //! Weighted arrays: each element is multiplied by its weight. Some arrays are centred first: their weighted mean is
 //! subtracted.
+//!
+//! One operation for all of this pays: made of kernels, gathers and a dense layer of ones, it makes `cosmic optimize
+//! --iterations 60 --threads 1` take 1.2 times as long.
 #![allow(unsafe_code)] // Unchecked loads: see `Unchecked::load_at`.
 
 use smallvec::SmallVec;
@@ -178,9 +181,11 @@ pub(super) unsafe fn sum<R: Real, L: Lane<R>>(
 ) -> Each<R> {
     // SAFETY: guaranteed by the caller.
     unsafe {
+        // If the number of registers is a constant, the partial sums stay in registers.
         if starts == 1 && const { fits_registers::<R, L>() } {
-            // If the number of registers is a constant, the partial sums stay in registers.
             sum_in::<R, L>(weights, x, const { PARTS / L::N }, 1)
+        } else if starts == 2 && const { L::N > 1 } {
+            sum_in::<R, L>(weights, x, const { 2 * PARTS / L::N }, 2)
         } else {
             sum_in::<R, L>(weights, x, PARTS * starts / L::N, starts)
         }

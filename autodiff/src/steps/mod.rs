@@ -10,10 +10,10 @@
 //! rows, or less with a [`Memory`] budget.
 //!
 //! A program can run from several **starts** (initial states) at once: from two, or from one for each lane of a
-//! register. There is a separate code path for two starts: most gradients of designs run two, and the separate path
-//! saves a tenth of their time. The numbers of the starts are interleaved, so arrays and graphs become two (or `lanes`)
-//! times as long. Most operations treat a longer array like any other. Only matrix products differ, because all starts
-//! share the matrices. Other parameters may differ between starts.
+//! register. There is a separate code path for two starts, because most gradients of designs run two: one by one, they
+//! make `cosmic optimize --iterations 60 --threads 1` take 1.2 times as long. The numbers of the starts are interleaved,
+//! so arrays and graphs become two (or `lanes`) times as long. Most operations treat a longer array like any other. Only
+//! matrix products differ, because all starts share the matrices. Other parameters may differ between starts.
 
 mod checks;
 mod mapped;

@@ -183,9 +183,13 @@ impl Mechanics {
         mut meter: Option<&mut Meter>,
     ) -> Particle<Array> {
         let terrain = self.terrain.as_ref();
+        let first = self.first.zip(given.mechanics.one).map(|(drift, one)| {
+            let [zero, zeros] = [1, graph.nodes()].map(|n| p.gather(one, &vec![None; n]));
+            (drift, [zero, zeros, one])
+        });
         for _ in 0..self.substeps {
-            if let (Some(drift), Some(one)) = (self.first, given.mechanics.one) {
-                nodes = self.drifted(p, drift, nodes, given, one);
+            if let Some((drift, still)) = first {
+                nodes = self.drifted(p, drift, still, nodes, given);
             }
             let step = Step {
                 graph,
@@ -233,21 +237,20 @@ impl Mechanics {
         nodes
     }
 
-    /// Records a drift, which is a flight without a push. `one` is the number 1.
+    /// Records a drift, which is a flight without a push. `zero` and `one` are single numbers, and `zeros` has a zero for each
+    /// node.
     fn drifted(
         &self,
         p: &mut Program,
         drift: Drift,
+        [zero, zeros, one]: [Array; 3],
         nodes: Particle<Array>,
         given: &Parameters<Array>,
-        one: Array,
     ) -> Particle<Array> {
-        let inverse_mass = given.inverse_mass;
-        let [zero, zeros] = [1, inverse_mass.len()].map(|n| p.gather(one, &vec![None; n]));
         let pushed = FlightInputs {
             nodes,
             impulses: Vector::new([zeros; 2]),
-            inverse_mass,
+            inverse_mass: given.inverse_mass,
             uniforms: &[&[zero, zero, one], &given.mechanics.contact[..]].concat(),
         };
         self.contact.fly(p, drift, self.terrain.as_ref(), pushed)

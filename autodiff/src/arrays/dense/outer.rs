@@ -1,7 +1,8 @@
 //! Sums of outer products: the cotangents of a layer's weights.
 //!
 //! The factors of several outer products are collected. Then one matrix product adds them all to the gradient. So the
-//! memory of the gradient is only touched once for every [`BATCH`] outer products.
+//! memory of the gradient is only touched once for every [`BATCH`] outer products. Added one by one, they make `cosmic
+//! evaluate tests/data/reference/full_6x6_performance_512.json --gradient` take 1.14 times the instructions.
 
 use super::aligned::Aligned;
 use crate::product::{Product, Strided, Transpose};

@@ -1,6 +1,7 @@
 //! A matrix in tiles of rows, and its product with interleaved vectors, one per lane.
 //!
-//! Each lane is a start, so a weight is read once for all starts.
+//! Each lane is a start, so a weight is read once for all starts. With the panels of single starts in place of tiles,
+//! `cosmic optimize --iterations 60 --threads 1` takes 1.04 times as long.
 
 use super::aligned::Aligned;
 use super::epilogue::Epilogue;
