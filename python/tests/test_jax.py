@@ -365,7 +365,7 @@ def test_a_simulator_that_no_longer_exists(sim: cosmic.Simulator) -> None:
     plan = cosmic._core.Planned(sim._core, [4], 0, False, [("z", 2)])
     wrong = jax.ffi.ffi_call("cosmic_rollout", jax.ShapeDtypeStruct((), jnp.float64))
     arguments = {"plan": np.int32(plan.id), "mode": np.int32(0), "by": np.int32(31)}
-    with pytest.raises(Exception, match="a rollout got too few arrays"):
+    with pytest.raises(Exception, match="the arrays of a rollout do not fit its plan"):
         jax.block_until_ready(wrong(**arguments))
     # The last plans are kept, because JAX may still call them.
     plan = [cosmic._core.Planned(sim._core, [4], 0, False, []) for _ in range(101)]
