@@ -260,7 +260,7 @@ class _Window:
             import pygame
         except ImportError:
             raise gymnasium.error.DependencyNotInstalled(
-                "render_mode='human' needs pygame: pip install pygame"
+                "render_mode='human' needs pygame: pip install pygame-ce"
             ) from None
         self.pygame = pygame
         self.rate = frames_per_second

@@ -82,10 +82,12 @@ def test_the_package_passes_the_type_checker(tmp_path: Path) -> None:
     # Copies of what is installed: mypy does not check files where packages are installed.
     package = Path(cosmic.__file__).parent
     shutil.copytree(package, tmp_path / "cosmic", ignore=shutil.ignore_patterns("*.so", "*.pyc"))
-    shutil.copy(EXAMPLES / "first_robot.py", tmp_path)
+    scripts = sorted(script.name for script in EXAMPLES.glob("*.py"))
+    for script in scripts:
+        shutil.copy(EXAMPLES / script, tmp_path)
     command = [sys.executable, "-m", "mypy", "--config-file", settings, "--cache-dir", "cache"]
     done = subprocess.run(
-        [*command, "cosmic", "first_robot.py"], capture_output=True, text=True, cwd=tmp_path
+        [*command, "cosmic", *scripts], capture_output=True, text=True, cwd=tmp_path
     )
     assert done.returncode == 0, done.stdout + done.stderr
     # A loss has a type, as a call and as a decorator.

@@ -152,7 +152,7 @@ def test_a_window_shows_the_robot() -> None:
 
 def test_a_window_without_pygame_names_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pygame", None)
-    with pytest.raises(gymnasium.error.DependencyNotInstalled, match="pip install pygame"):
+    with pytest.raises(gymnasium.error.DependencyNotInstalled, match="pip install pygame-ce"):
         cosmic.gym.WalkEnv(SCENE, render_mode="human")
 
 
