@@ -110,7 +110,7 @@ impl Loss for PythonLoss {
     }
 }
 
-/// An array that a loss can see by its name, and its shape. `cosmic._loss.SEES` describes them.
+/// An array that a loss can see by its name, and its shape. The class `cosmic.Loss` describes them.
 fn seen<R: Real>(name: &str, trajectory: &Trajectory<R>) -> (Vec<R>, Vec<usize>) {
     let (steps, body) = (&trajectory.steps, trajectory.robot());
     let dt = trajectory

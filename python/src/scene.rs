@@ -70,8 +70,8 @@ impl Scene {
     /// The truss of the lattice as the text of a truss file, in the library's node numbers; `None` for a generated
     /// lattice.
     #[getter]
-    fn truss(&self) -> Option<String> {
-        self.scene.lattice.file.truss().map(|truss| truss.to_json())
+    fn truss(&self) -> PyResult<Option<String>> {
+        caught(|| Ok(self.scene.lattice.file.truss().map(|truss| truss.to_json())))
     }
 
     /// Returns the value of a setting, such as `physics.gravity`, as a scene file states it.
@@ -183,8 +183,8 @@ impl Scene {
 /// Checks the text of a truss file. Returns it in the library's node numbers.
 #[pyfunction]
 pub(crate) fn truss(text: &str) -> PyResult<String> {
-    let truss: Truss = serde_json::from_str(text).map_err(unreadable)?;
-    Ok(truss.to_json())
+    let read = || serde_json::from_str(text).map_err(unreadable);
+    caught(|| read().map(|truss: Truss| truss.to_json()))
 }
 
 fn unreadable(error: serde_json::Error) -> PyErr {

@@ -133,6 +133,18 @@ def without_seconds(history: Path) -> list[dict[str, Any]]:
     return [{key: value for key, value in row.items() if key != "seconds"} for row in rows]
 
 
+def beginning(run: cosmic.Run, iterations: int = 4) -> np.ndarray:
+    """For each of the first iterations of a run: the loss, and the norms of its gradients with respect to the controller
+    and to the design with two projections. NaN if an iteration does not need a gradient. On the ground a rounding error
+    can move a contact to another step, so runs that differ by rounding agree in the first iterations only."""
+    rows = without_seconds(run.folder / "history.jsonl")[:iterations]
+    keys = ("loss_horizon", "controller_gradient")
+    made = np.array([[*(row[key] for key in keys), *row["design_gradient"]] for row in rows], np.float64)
+    # Both gradients occur and are not zero.
+    assert np.all(np.nanmax(np.abs(made[:, :3]), axis=0) > 0.0), made
+    return made
+
+
 def is_same_run(a: Path, b: Path) -> bool:
     """True if the files of two runs are equal except for wall times."""
     exact = all((a / name).read_bytes() == (b / name).read_bytes() for name in EXACT)

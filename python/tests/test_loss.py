@@ -9,7 +9,7 @@ from typing import Any
 import cosmic
 import numpy as np
 import pytest
-from common import SCENE, SEED, is_same_run
+from common import SCENE, SEED, beginning, is_same_run
 
 FINAL = {**SCENE, "loss.kind": "final"}
 
@@ -64,11 +64,10 @@ def test_the_economy_of_a_scene_written_in_numpy_has_the_same_gradients() -> Non
         bars |= {"mass": -price * presence / all_mass, "presence": -price * mass / all_mass}
         return value + price, x_bar, v_bar, bars
 
-    loss = cosmic.Loss(economy, lambda steps: [steps // 2])
+    loss = cosmic.Loss(economy)
     own = cosmic.optimize(FINAL, SEED, loss=loss, progress=False)
     built_in = cosmic.optimize(scene, SEED, progress=False)
-    for key in ("loss_horizon", "controller_gradient", "design_gradient"):
-        assert np.allclose(own.history[key][:3], built_in.history[key][:3], rtol=1e-9), key
+    assert np.allclose(beginning(own, 2), beginning(built_in, 2), rtol=1e-9, atol=0.0, equal_nan=True)
     # The energy is a part of the loss.
     assert own.history["loss_horizon"][2] > -own.history["displacement_horizon"][2] + 1e-6
 

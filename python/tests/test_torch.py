@@ -5,7 +5,7 @@ from __future__ import annotations
 import cosmic
 import numpy as np
 import pytest
-from common import SCENE, SEED, airborne, is_same_run, mapped, robot, same, stacked
+from common import SCENE, SEED, airborne, beginning, is_same_run, mapped, robot, same, stacked
 from cosmic._simulator import leaves
 
 torch = pytest.importorskip("torch")
@@ -109,7 +109,6 @@ def test_an_objective_in_torch_sees_forces() -> None:
 
     own = cosmic.optimize(SCENE, SEED, loss=tense, iterations=20, progress=False)
     other = cosmic.optimize(SCENE, SEED, loss=cosmic.Loss(by_hand, 32), iterations=20, progress=False)
-    for key in ("loss_horizon", "controller_gradient", "design_gradient"):
-        assert np.allclose(own.history[key][:2], other.history[key][:2], rtol=1e-9), key
+    assert np.allclose(beginning(own, 2), beginning(other, 2), rtol=1e-9, atol=0.0, equal_nan=True)
     states = len(arrays["time"])
     assert arrays["tension"].shape == (states, 20) and arrays["mass"].shape == (9,)
