@@ -123,8 +123,14 @@ class Driven:
     def draw_goals(self, seed: int) -> tuple[list[int], _Floats]: ...
     def along(self, x: _Floats) -> list[float]: ...
     def advance(
-        self, activations: _Floats, x: _Floats, v: _Floats, first: int, steps: int
-    ) -> tuple[_Floats, _Floats, list[bool]]: ...
+        self,
+        activations: _Floats,
+        x: _Floats,
+        v: _Floats,
+        first: int,
+        steps: int,
+        is_metered: bool,
+    ) -> tuple[_Floats, _Floats, list[bool], list[float]]: ...
     def observe(
         self, x: _Floats, v: _Floats, done: list[int], goals: Optional[list[list[float]]]
     ) -> _Floats: ...

@@ -41,7 +41,7 @@ _OBSERVATIONS: dict[str, tuple[float, type[np.floating[Any]]]] = {
 }
 
 #: The terms of a reward.
-_TERMS = ("distance", "goal", "upright")
+_TERMS = ("distance", "goal", "energy", "upright")
 
 _Floats = npt.NDArray[np.float64]
 #: Numbers in single precision, or in double precision as in the paper.
@@ -180,20 +180,21 @@ class _Walk:
         diverged. Robots that diverge keep their last state, and get no reward."""
         before, goals = np.array(self.core.along(self.x)), self.towards()
         lost = np.zeros(len(self.done), np.bool_)
+        energy, is_metered = np.zeros(len(self.done)), "energy" in self.reward
         frames = np.minimum(self.frame_skip, self.sim.steps - self.done)
         # No law of this package depends on the time, so robots of any age are simulated together.
         for steps in np.unique(frames):
             those = np.flatnonzero(frames == steps)
             first = int(self.done[those].min())
-            x, v, diverged = self.core.advance(
-                held[those], self.x[those], self.v[those], first, int(steps)
+            x, v, diverged, energy[those] = self.core.advance(
+                held[those], self.x[those], self.v[those], first, int(steps), is_metered
             )
             kept = ~np.array(diverged)
             self.x[those[kept]], self.v[those[kept]] = x[kept], v[kept]
             lost[those[~kept]] = True
         self.done += frames
         after = np.array(self.core.along(self.x))
-        terms: dict[str, _Floats] = {"distance": after - before}
+        terms: dict[str, _Floats] = {"distance": after - before, "energy": energy}
         if goals is not None:
             terms["goal"] = np.abs(goals[:, 0] - before) - np.abs(goals[:, 0] - after)
         if "upright" in self.reward:
@@ -295,6 +296,7 @@ class WalkEnv(gymnasium.Env[_Seen, npt.NDArray[np.float32]]):
       step.
     - ``reward`` has the weights of the terms of the reward of a frame: ``distance``, the distance along
       the ground, m; ``goal``, by how much the robot came nearer to a given goal along the ground, m;
+      ``energy``, what the actuators gave to the robot, J, where an actuator that takes energy counts as 0;
       ``upright``, the duration of the frame times the cosine of the robot's tilt, s. The default is
       ``{"goal": 1.0}`` in a scene with given goals, and otherwise ``{"distance": 1.0}``.
     - In a scene with given goals, the observed goal is relative to the robot. ``reset`` draws the goals

@@ -13,7 +13,7 @@ use cosmic::projection::Projection;
 use cosmic::random::{Purpose, stream};
 use cosmic::record::{DesignFile, TrajectoryFile};
 use cosmic::scene::{ControllerSettings, GoalKind};
-use cosmic::simulator::{Span, Trajectory};
+use cosmic::simulator::{Effort, Span, Trajectory};
 use cosmic_lab::report::{FRAME_WIDTH, RobotFiles};
 use numpy::{PyArrayDyn, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -137,8 +137,10 @@ impl Driven {
     }
 
     /// Simulates `steps` steps with constant activations, of shape `(robots, edges)`. `first` is the number of steps
-    /// that the robots have done before. Returns positions and velocities, each of shape `(robots, nodes, 2)`, and a
-    /// list that says for each robot whether it diverged.
+    /// that the robots have done before. Returns positions and velocities, each of shape `(robots, nodes, 2)`, a list
+    /// that says for each robot whether it diverged, and the energy that its actuators gave, J. The energies are 0
+    /// unless `is_metered`, which costs time.
+    #[expect(clippy::too_many_arguments, reason = "the signature of Python")]
     fn advance<'py>(
         &self,
         py: Python<'py>,
@@ -147,13 +149,15 @@ impl Driven {
         v: PyReadonlyArray3<f64>,
         first: usize,
         steps: usize,
-    ) -> PyResult<(Floats<'py>, Floats<'py>, Vec<bool>)> {
+        is_metered: bool,
+    ) -> PyResult<(Floats<'py>, Floats<'py>, Vec<bool>, Vec<f64>)> {
         let task = &self.simulator.get().task;
         let (starts, robots) = (states(&x, &v)?, x.shape()[0]);
         let held = activations.as_slice()?.chunks_exact(activations.shape()[1]);
         let held: Vec<&[f64]> = held.collect();
         let span = Span {
             first,
+            metered: is_metered,
             ..Span::from_start(vec![steps])
         };
         let work = |stop: &_| {
@@ -167,9 +171,21 @@ impl Driven {
         let seen = caught(|| whole(py.detach(|| in_pool(robots, work))?))?;
         let seen: Vec<Trajectory<f64>> = seen.into_iter().flatten().collect();
         let diverged = seen.iter().map(|seen| seen.states[0].is_absurd()).collect();
+        let actuators = self.actuators();
+        let given = |seen: &Trajectory<f64>| -> f64 {
+            let effort = seen.efforts.as_ref().map(|efforts| &efforts.of_states[0]);
+            let work = |effort: &Effort<f64>| actuators.iter().map(|&edge| effort.work[edge]).sum();
+            effort.map_or(0.0, work)
+        };
+        let energy = seen.iter().map(given).collect();
         let [x, v] = flattened(&seen);
         let shape = [robots, task.lattice.nodes(), 2];
-        Ok((array(py, x, &shape)?, array(py, v, &shape)?, diverged))
+        Ok((
+            array(py, x, &shape)?,
+            array(py, v, &shape)?,
+            diverged,
+            energy,
+        ))
     }
 
     /// Returns the observation of each robot, with the entries that the paper defines. `done` contains the number of

@@ -123,6 +123,31 @@ def test_a_robot_is_upright_by_its_tilt() -> None:
     assert env.step(action)[1:3] == (0.0, True)
 
 
+def test_energy_is_what_the_actuators_give() -> None:
+    # Without contact, drag and other forces than springs, a bar pulls by its stiffness times its elongation.
+    scene = {**SCENE, "physics.contact": "none", "physics.damping": 0.0, "physics.dt": 0.0005}
+    random = np.random.default_rng(0)
+    # Every edge is a bar of skeleton or an actuator.
+    arguments = {"z": np.eye(3)[random.integers(1, 3, 20)], "scatter": 0.01, "reward": {"energy": 1.0}}
+    each, whole = (cosmic.gym.WalkEnv(scene, frame_skip=steps, **arguments) for steps in (1, 8))
+    each.reset(seed=0), whole.reset(seed=0)
+    sim, actuators = each._walk.sim, each._walk.core.actuators
+    ends, rest = sim.edges[actuators], sim.rest_length[actuators]
+    action = random.uniform(-1.0, 1.0, each.action_space.shape).astype(np.float32)
+    given = 0.0
+    for _ in range(8):
+        x, v = each._walk.x[0].copy(), each._walk.v[0].copy()
+        made = each.step(action)[1]
+        d = np.diff(x[ends], axis=1)[:, 0]
+        dv = np.diff((v + each._walk.v[0])[ends], axis=1)[:, 0] / 2.0
+        length = np.linalg.norm(d, axis=1)
+        pull = 30.0 * (length - rest * (1.0 + 0.35 * action))
+        power = -pull * (d * dv).sum(axis=1) / length
+        assert made == pytest.approx(sim.dt * np.maximum(power, 0.0).sum(), rel=1e-6)
+        given += made
+    assert given > 0.0 and whole.step(action)[1] == pytest.approx(given, rel=1e-12)
+
+
 def test_rewards_of_given_goals_are_chosen() -> None:
     made = []
     for reward in ({"goal": 1.0}, None, {"distance": 1.0}, {"goal": 3.0, "distance": 0.5}):
@@ -188,7 +213,7 @@ def test_the_robot_of_a_run_is_driven(run: cosmic.Run) -> None:
         ({"scatter": float("nan")}, "scatter: nan: expected a length"),
         ({"render_mode": "ansi"}, "render_mode: 'ansi': allowed: None, 'human', 'rgb_array'"),
         ({"observation": "raw"}, "observation: 'raw': allowed: 'scaled', 'paper'"),
-        ({"reward": {"speed": 1.0}}, "expected weights of the terms 'distance', 'upright'"),
+        ({"reward": {"speed": 1.0}}, "expected weights of the terms 'distance', 'energy', 'upright'"),
         ({"reward": {"goal": 1.0}}, "'goal' needs a scene with given goals"),
         ({"reward": {}}, "reward: {}: expected weights"),
         ({"reward": {"distance": float("inf")}}, "expected finite weights"),
