@@ -84,7 +84,9 @@ impl Simulator {
         self.check(robots.bodies, &starts);
         self.fits("lists of activations", activations.len(), starts.len());
         let (edges, steps) = (self.lattice.edges.len(), span.steps());
-        let model = self.robot.for_bodies(robots.bodies).driven();
+        let model = (self.robot.for_bodies(robots.bodies))
+            .metered(span.metered)
+            .driven();
         let of_steps = activations.iter().map(|given| {
             let is_constant = given.len() == edges;
             let expected = if is_constant { edges } else { edges * steps };
