@@ -12,13 +12,16 @@ from typing import Any, Optional, Union
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium.vector import AutoresetMode
-from stable_baselines3.common.vec_env import VecEnv
 
-from ._errors import InputError
+from ._errors import InputError, extra
 from ._run import Run
 from ._scene import SceneLike
-from .gym import WalkVectorEnv
+
+with extra("sb3"):
+    from gymnasium.vector import AutoresetMode
+    from stable_baselines3.common.vec_env import VecEnv
+
+    from .gym import WalkVectorEnv
 
 __all__ = ["WalkVecEnv"]
 
