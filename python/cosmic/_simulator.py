@@ -478,6 +478,11 @@ class Simulator:
         count = self.factors.get(name)
         if count is None or array.ndim == 0:
             return ()
+        if array.ndim > 2 or array.shape[-1] not in (1, count):
+            raise InputError(
+                f"{name}: expected one factor or [{count}]; for several robots (batch, 1) or (batch, {count}); "
+                f"found {list(array.shape)}"
+            )
         return (1,) if array.shape[-1] == 1 else (count,)
 
     def core_for(
