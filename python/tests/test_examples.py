@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import re
 import shutil
 import subprocess
 import sys
@@ -12,6 +14,7 @@ import pytest
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 NOTEBOOKS = sorted(EXAMPLES.glob("*.ipynb"))
+SCRIPTS = sorted(EXAMPLES.glob("*.py"))
 #: Packages that a notebook needs in addition to `cosmic`.
 NEEDS = {"own_objective": "jax"}
 
@@ -76,18 +79,38 @@ wrong: int = cosmic.{module}.loss(lambda x, v: x.sum())
 """
 
 
+def test_identification_finds_the_physics(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.syspath_prepend(EXAMPLES)
+    identify = importlib.import_module("identify")
+    # Half of the steps, which are 11 windows.
+    scene = {**identify.SCENE, "physics": {**identify.SCENE["physics"], "steps": 512}}
+    monkeypatch.setattr(identify, "SCENE", scene)
+    monkeypatch.setattr(sys, "argv", ["identify.py"])
+    identify.main()
+    printed = capsys.readouterr().out
+    found = [tuple(map(float, row)) for row in re.findall(r"true (.*), estimate (.*) ± (.*)", printed)]
+    assert len(found) == len(identify.TRUE)
+    for true, estimate, margin in found:
+        # Four standard deviations. The scene's values are wrong by 5 % to 27 % of the true ones.
+        assert abs(estimate - true) < 2.0 * margin
+        assert margin < 0.2 * true
+    *_, uncorrected, corrected = ([float(x) for x in re.findall(r"\d+\.\d", line)] for line in printed.splitlines())
+    assert corrected[-1] < 0.3 * uncorrected[-1]
+
+
 def test_the_package_passes_the_type_checker(tmp_path: Path) -> None:
     pytest.importorskip("mypy")
     settings = EXAMPLES.parent / "pyproject.toml"
     # Copies of what is installed: mypy does not check files where packages are installed.
     package = Path(cosmic.__file__).parent
     shutil.copytree(package, tmp_path / "cosmic", ignore=shutil.ignore_patterns("*.so", "*.pyc"))
-    scripts = sorted(script.name for script in EXAMPLES.glob("*.py"))
-    for script in scripts:
-        shutil.copy(EXAMPLES / script, tmp_path)
+    for script in SCRIPTS:
+        shutil.copy(script, tmp_path)
     command = [sys.executable, "-m", "mypy", "--config-file", settings, "--cache-dir", "cache"]
     done = subprocess.run(
-        [*command, "cosmic", *scripts], capture_output=True, text=True, cwd=tmp_path
+        [*command, "cosmic", *(script.name for script in SCRIPTS)], capture_output=True, text=True, cwd=tmp_path
     )
     assert done.returncode == 0, done.stdout + done.stderr
     # A loss has a type, as a call and as a decorator.
