@@ -67,7 +67,7 @@ class Simulator:
     rest_length: list[float]
     along: list[float]
     goal_origin: Optional[list[float]]
-    physics: tuple[list[tuple[str, float]], list[tuple[str, int]]]
+    physics: list[tuple[str, float, int]]
     def with_others(
         self, driven: Optional[int], changes: Optional[list[int]], physics: list[tuple[str, int]]
     ) -> Simulator: ...

@@ -168,12 +168,12 @@ class Simulator:
             name: tuple(shape) for name, shape in self._core.shapes
         }
         """The shapes of the arrays of a robot: ``z``, the blocks of the controller, ``x0``, ``v0``."""
-        numbers, factors = self._core.physics
-        self.physics: dict[str, float] = {**dict(numbers), **{name: 1.0 for name, _ in factors}}
+        physics = self._core.physics
+        self.physics: dict[str, float] = {name: value for name, value, _ in physics}
         """What :attr:`Inputs.physics` may change, by name, with the values of the scene. All of these numbers have
         derivatives. With the integrator ``leapfrog``, ``physics.damping`` is not among them. The heights of the
         ground and the time step never are: use a simulator of another scene."""
-        self.factors: dict[str, int] = dict(factors)
+        self.factors: dict[str, int] = {name: count for name, _, count in physics if count}
         """The numbers of physics that are factors, with the number of edges or nodes."""
         self._cores: dict[Any, _core.Simulator] = {}
         self.edges: npt.NDArray[np.int64] = self._core.edges

@@ -161,18 +161,19 @@ impl Simulator {
         })
     }
 
-    /// The names of the arrays that change the physics: those of single numbers with their values in the scene, and those
-    /// of factors with the number of edges or nodes.
+    /// The arrays that change the physics: their names, values in the scene, and lengths. Factors have one number per edge or
+    /// node; the length of the others is 0.
     #[getter]
-    fn physics(&self) -> PyResult<(Vec<(String, f64)>, Vec<(&'static str, usize)>)> {
+    fn physics(&self) -> PyResult<Vec<(String, f64, usize)>> {
         caught(|| {
             let surroundings = self.task.simulator.surroundings::<f64>();
             let numbers = surroundings.iter();
             let numbers = numbers.filter(|(name, _)| !name.starts_with("goal."));
-            let numbers = numbers.map(|(name, value)| (name.to_owned(), value));
+            let numbers = numbers.map(|(name, value)| (name.to_owned(), value, 0));
             let Sizes { edges, nodes, .. } = self.sizes;
-            let counts = [edges, edges, edges, nodes];
-            Ok((numbers.collect(), FACTORS.into_iter().zip(counts).collect()))
+            let factors = FACTORS.iter().zip([edges, edges, edges, nodes]);
+            let factors = factors.map(|(name, count)| ((*name).to_owned(), 1.0, count));
+            Ok(numbers.chain(factors).collect())
         })
     }
 
