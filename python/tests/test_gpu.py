@@ -162,3 +162,22 @@ def test_a_simulator_keeps_its_device() -> None:
 def test_another_device_is_refused() -> None:
     with pytest.raises(cosmic.InputError, match="device: 'tpu': allowed: 'cpu', 'gpu'"):
         cosmic.Simulator(SHORT, device="tpu")
+
+
+def test_other_physics_act_as_on_the_processor() -> None:
+    here, there = pair({**SHORT, "physics.contact": "coulomb"})
+    physics = {
+        "physics.gravity": np.array([9.0, 5.0]),
+        "physics.damping": np.array(10.0),
+        "bars.stiffness": np.array([[1.1], [0.9]]),
+        "bars.rest_length": np.linspace(0.98, 1.02, len(here.edges)),
+        "nodes.mass": np.linspace(0.9, 1.1, 6),
+    }
+    inputs = airborne(here)._replace(physics=physics)
+    seen = here.rollout(inputs, 64)
+    assert close(there.rollout(inputs, 64), seen, STATES)
+    bars = cosmic.Trajectory(*like(seen, 1))
+    assert close(there.vjp(inputs, bars, 64), here.vjp(inputs, bars, 64), GRADIENTS)
+    driven = inputs._replace(controller={"activations": np.zeros((64, len(here.edges)))})
+    with pytest.raises(cosmic.InputError, match="activations: not on a GPU"):
+        there.rollout(driven, 64)
