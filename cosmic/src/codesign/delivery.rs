@@ -11,6 +11,7 @@ use super::progress::{Candidate, Progress};
 use super::quantiles::Quantiles;
 use super::reach::{Reached, first_best};
 use super::reliability::Reliability;
+use super::sensitivity::Sensitivity;
 use super::standstill::Standstill;
 use crate::design::{Design, Material, Mixture};
 use crate::domain::Domain;
@@ -71,6 +72,8 @@ pub struct Delivery {
     /// The energy of the varied robot whose displacement is nearest to the median of `robust`, per distance of that median:
     /// the figures to quote. `None` for an undecided design and if there is no median.
     pub robust_energy: Option<Energy>,
+    /// How its physics change its displacement; empty for an undecided design.
+    pub sensitivities: Vec<Sensitivity>,
 }
 
 impl Evaluator {
@@ -120,6 +123,11 @@ impl Evaluator {
             .quoted(&domains, &varied_domains)
             .map(|domains| self.spreads(&design, &[&idle], domains).remove(0).merit);
         go_on()?;
+        let sensitivities = match design {
+            Design::Layout(_) => self.sensitivities(&design, controller, &domains),
+            Design::Undecided(_) => Vec::new(),
+        };
+        go_on()?;
         let unsteady = self.unsteady(&spreads[0], &other_steps);
         Some(Delivery {
             design: progress.design.clone(),
@@ -138,6 +146,7 @@ impl Evaluator {
             merit: self.quoted(spreads[0].merit, varied.merit),
             idle_merit,
             robust_energy,
+            sensitivities,
             seen,
         })
     }

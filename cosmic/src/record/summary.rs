@@ -4,7 +4,7 @@ use super::RunPlan;
 use super::files::no_run;
 use super::format::Format;
 use super::snapshot::{SNAPSHOT, Snapshot};
-use crate::codesign::{Delivery, Progress, Reliability, Standstill};
+use crate::codesign::{Delivery, Progress, Reliability, Sensitivity, Standstill};
 use crate::design::Structure;
 use crate::error::{Error, Result, go_on, in_shell};
 use crate::geometry::Vector;
@@ -94,6 +94,9 @@ crate::keys! {
         /// this median: the figures to quote. Absent if there is no median.
         #[serde(skip_serializing_if = "Option::is_none")]
         energy_robust: Option<Energy>, "object", parts Energy as columns;
+        /// How other physics change the displacement. Absent for an undecided design.
+        #[serde(skip_serializing_if = "Vec::is_empty", default)]
+        sensitivities: Vec<Sensitivity>, "list of objects", parts Sensitivity;
         /// Edges to which the snap gave another material than the dominant one.
         flips: usize, "whole number",
             columns ["flips"] of |s: &Summary| (!s.undecided).then_some(s.flips);
@@ -258,6 +261,7 @@ impl Summary {
             loads: delivery.seen.loads.clone(),
             energy: delivery.seen.energy,
             energy_robust: delivery.robust_energy,
+            sensitivities: delivery.sensitivities.clone(),
             flips: progress.flips,
             skipped_gradients: progress.skipped,
             entered: progress.entered,

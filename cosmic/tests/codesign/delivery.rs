@@ -208,3 +208,46 @@ fn a_loss_sees_the_same_times_at_half_the_step() {
     let merit = finer.deliver(&progress).merit.unwrap();
     assert_eq!(half.merit, merit.p50);
 }
+
+/// The sensitivities of a robot are the differences of its medians in scenes with other physics.
+#[test]
+fn sensitivities_are_differences_of_medians_in_other_scenes() {
+    let slides = "[physics]\ncontact = 'coulomb'\nfriction = 0.5";
+    let text = MOBILE_ROBOT.replace("[physics]", slides) + "iterations = 9";
+    let scene = Scene::parse("lively", &text).unwrap();
+    let (codesign, progress) = after(&scene, 9, 1);
+    let delivery = codesign.evaluator().deliver(&progress);
+    let progress = Progress {
+        controller: delivery.controller.clone(),
+        ..progress
+    };
+    let own = median(&scene, &progress, |_| {});
+    let of = |name: &str| {
+        let found = delivery.sensitivities.iter().find(|of| of.name == name);
+        let found = found.unwrap_or_else(|| panic!("no {name} in {:?}", delivery.sensitivities));
+        [found.smaller, found.larger].map(Option::unwrap)
+    };
+    let changes: [(&str, fn(&mut PhysicsSettings, f64)); 3] = [
+        ("physics.gravity", |physics, factor| {
+            physics.gravity *= factor
+        }),
+        ("physics.friction", |physics, factor| {
+            physics.friction *= factor
+        }),
+        ("physics.damping", |physics, factor| {
+            physics.damping *= factor
+        }),
+    ];
+    for (name, change) in changes {
+        for (told, factor) in of(name).into_iter().zip([0.9, 1.1]) {
+            let other = median(&scene, &progress, |physics| change(physics, factor)) - own;
+            // These are medians over twice as many starts, which differ by about a nanometre.
+            assert!(
+                (told - other).abs() < 1e-6,
+                "{name} {factor}: {told} {other}"
+            );
+            assert!(other.abs() > 1e-5, "{name} has no effect");
+        }
+    }
+    assert!(of("nodes.mass") != of("bars.stiffness"));
+}

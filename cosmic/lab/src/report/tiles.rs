@@ -38,6 +38,7 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion) -> String {
         stores(run),
         crossings(run),
         open_loop(run),
+        sensitivity(run),
     ];
     format!(
         "<p class=\"muted\">World: {world}</p>\n{}",
@@ -164,6 +165,36 @@ fn crossings(run: &RunFiles) -> [String; 2] {
     };
     let share = decimals(100.0 * loads.tangled, 0);
     [number, format!("at most {says}, in {share} % of the time")]
+}
+
+/// The strongest effects of other physics on the distance.
+fn sensitivity(run: &RunFiles) -> [String; 2] {
+    let effects = run.summary.sensitivities.iter().flat_map(|of| {
+        let both = [("smaller", of.smaller), ("larger", of.larger)];
+        both.map(|(way, metres)| (&*of.name, way, metres))
+    });
+    let mut effects: Vec<_> = effects
+        .filter_map(|(name, way, x)| Some((name, way, x?)))
+        .collect();
+    effects.sort_by(|a, b| b.2.abs().total_cmp(&a.2.abs()));
+    let says = |&(name, way, _): &(&str, &str, f64)| format!("if {name} is 10 % {way}");
+    let metres = |x: f64| format!("{}{} m", if x > 0.0 { "+" } else { "" }, decimals(x, 2));
+    let Some((first, others)) = effects.split_first() else {
+        return [
+            NOT_KNOWN.to_owned(),
+            "how other physics change the distance".to_owned(),
+        ];
+    };
+    let others = others.iter().take(2);
+    let others = others.map(|effect| format!("; {} {}", metres(effect.2), says(effect)));
+    [
+        metres(first.2),
+        format!(
+            "{}: the strongest effect of other physics{}",
+            says(first),
+            others.collect::<String>()
+        ),
+    ]
 }
 
 fn open_loop(run: &RunFiles) -> [String; 2] {

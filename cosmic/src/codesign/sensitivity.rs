@@ -1,0 +1,99 @@
+//! How much farther a robot walks if a number of its physics is a tenth smaller or larger.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::evaluator::Evaluator;
+use super::quantiles::Quantiles;
+use crate::design::{Design, Mixture};
+use crate::domain::Domain;
+use crate::numbers::finite;
+use crate::policy::Controller;
+use crate::simulator::{Robots, Span};
+
+crate::keys! {
+    /// How much farther the robot walks if one number of its physics is a tenth smaller or larger: differences of median
+    /// displacements over eight of the starts of `displacement_p50`. A gradient would not tell: a gait is often best at the
+    /// physics that it was optimised for, so that it gets worse on both sides.
+    #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+    struct Sensitivity {
+        /// The key of the number in the scene, or `bars.stiffness` for the stiffness of all bars, `bars.strain` for the
+        /// strain of all actuators, or `nodes.mass` for the mass of all nodes.
+        name: String, "text";
+        /// The difference for nine tenths of the number; `null` if too many rollouts diverge.
+        smaller: Option<f64>, "number or `null`", unit "m";
+        /// The difference for eleven tenths of the number; `null` if too many rollouts diverge.
+        larger: Option<f64>, "number or `null`", unit "m";
+    }
+}
+
+/// The number of starts over which a median is taken.
+const STARTS: usize = 8;
+/// The factors of the numbers.
+const FACTORS: [f64; 2] = [0.9, 1.1];
+/// The numbers of a body that are varied, and which of them.
+const OF_BODY: [&str; 3] = ["bars.stiffness", "bars.strain", "nodes.mass"];
+
+impl Evaluator {
+    /// The sensitivities of a robot to the numbers of its surroundings that are not 0, and to those of its body.
+    pub(super) fn sensitivities(
+        &self,
+        design: &Design<Mixture<f64>>,
+        controller: &Controller<f64>,
+        domains: &[Domain],
+    ) -> Vec<Sensitivity> {
+        let surroundings = self.task.simulator.surroundings::<f64>();
+        let numbers = surroundings.iter().filter(|(name, value)| {
+            // A goal is not physics.
+            *value != 0.0 && !name.starts_with("goal.")
+        });
+        let names = numbers.map(|(name, _)| name).chain(OF_BODY);
+        let varied = names.flat_map(|name| FACTORS.map(|factor| (name, factor)));
+        let varied: Vec<(&str, f64)> = std::iter::once(("", 1.0)).chain(varied).collect();
+        let medians: Vec<f64> = (varied.par_iter())
+            .map(|&(name, factor)| self.median_with(design, controller, domains, name, factor))
+            .collect();
+        let (own, medians) = (medians[0], &medians[1..]);
+        let names = varied[1..].chunks_exact(FACTORS.len());
+        let pairs = names.zip(medians.as_chunks().0);
+        let sensitivity = |(names, [smaller, larger]): (&[(&str, f64)], &[f64; 2])| Sensitivity {
+            name: names[0].0.to_owned(),
+            smaller: finite(smaller - own),
+            larger: finite(larger - own),
+        };
+        pairs.map(sensitivity).collect()
+    }
+
+    /// The median displacement (m) of a robot if the number `name` of its physics is multiplied by `factor`.
+    fn median_with(
+        &self,
+        design: &Design<Mixture<f64>>,
+        controller: &Controller<f64>,
+        domains: &[Domain],
+        name: &str,
+        factor: f64,
+    ) -> f64 {
+        let simulator = &self.task.simulator;
+        let (mut surroundings, mut body) = (simulator.surroundings(), self.task.body(design));
+        let of_body = [&mut body.stiffness, &mut body.strain, &mut body.mass];
+        match OF_BODY.iter().position(|own| *own == name) {
+            Some(k) => of_body[k].iter_mut().for_each(|number| *number *= factor),
+            None => {
+                let value = surroundings.iter().find(|(own, _)| *own == name);
+                if let Some((_, value)) = value {
+                    surroundings = surroundings.with(name, value * factor);
+                }
+            }
+        }
+        let starts = domains.iter().take(STARTS).map(|domain| &domain.start);
+        let starts: Vec<_> = starts.collect();
+        let span = Span::from_start(vec![self.scene.physics.steps]);
+        let robots = Robots::one(&surroundings, &body, controller);
+        let walks = simulator.rollouts(&robots, &starts, &span);
+        let moved = walks.iter().zip(starts);
+        let moved: Vec<f64> = moved
+            .map(|(walk, start)| self.between(start, walk).forward())
+            .collect();
+        Quantiles::of(&moved).p50
+    }
+}
