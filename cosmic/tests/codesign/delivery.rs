@@ -227,20 +227,18 @@ fn sensitivities_are_differences_of_medians_in_other_scenes() {
         let found = found.unwrap_or_else(|| panic!("no {name} in {:?}", delivery.sensitivities));
         [found.smaller, found.larger].map(Option::unwrap)
     };
-    let changes: [(&str, fn(&mut PhysicsSettings, f64)); 3] = [
-        ("physics.gravity", |physics, factor| {
-            physics.gravity *= factor
-        }),
-        ("physics.friction", |physics, factor| {
-            physics.friction *= factor
-        }),
-        ("physics.damping", |physics, factor| {
-            physics.damping *= factor
-        }),
-    ];
-    for (name, change) in changes {
-        for (told, factor) in of(name).into_iter().zip([0.9, 1.1]) {
-            let other = median(&scene, &progress, |physics| change(physics, factor)) - own;
+    for name in ["gravity", "friction", "damping"] {
+        let told = of(&format!("physics.{name}"));
+        for (told, factor) in told.into_iter().zip([0.9, 1.1]) {
+            let change = |physics: &mut PhysicsSettings| {
+                let number = match name {
+                    "gravity" => &mut physics.gravity,
+                    "friction" => &mut physics.friction,
+                    _ => &mut physics.damping,
+                };
+                *number *= factor;
+            };
+            let other = median(&scene, &progress, change) - own;
             // These are medians over twice as many starts, which differ by about a nanometre.
             assert!(
                 (told - other).abs() < 1e-6,
