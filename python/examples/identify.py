@@ -1,6 +1,7 @@
 """Identifies friction, drag and stiffness of a robot from its motion, and predicts another walk.
 
-With --draws 20 it counts how often the 95 % intervals contain the true physics. NAME=FACTOR is another true physics."""
+With --draws 20 it counts how often the 95 % intervals contain the true physics. Arguments NAME=FACTOR replace
+the true physics."""
 
 from __future__ import annotations
 
@@ -151,7 +152,7 @@ def mistakes(real: Array, predicted: Array) -> Array:
 def main() -> None:
     options = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     options.add_argument("factors", nargs="*", metavar="NAME=FACTOR", help="the true physics [default: TRUE]")
-    options.add_argument("--draws", type=int, default=0, help="so many true physics, with factors from 0.8 to 1.25")
+    options.add_argument("--draws", type=int, default=0, help="number of true physics to draw, with factors from 0.8 to 1.25")
     given = options.parse_args()
     true = {name: float(factor) for name, factor in (pair.split("=") for pair in given.factors)} or TRUE
     run = cosmic.optimize(SCENE, seed=2, progress=lambda *_: None)

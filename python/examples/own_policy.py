@@ -1,4 +1,4 @@
-"""Trains a policy of one's own, written in JAX, through the simulator, until the robot walks two of its lengths."""
+"""Trains a policy of your own, written in JAX, through the simulator, and prints how far the robot walks."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ START = SIM.initial()
 EDGES = len(SIM.edges)
 DESIGN = np.tile([0.0, 0.0, 1.0], (EDGES, 1))
 LENGTH = float(np.ptp(START.x0[:, 0]))
-#: Steps with the same activations, and the time of so many steps, s.
+#: The number of steps with the same activations, and their duration, s.
 HELD = 8
 SECONDS = HELD * SIM.dt
 

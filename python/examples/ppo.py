@@ -2,7 +2,7 @@
 
     python python/examples/ppo.py --seeds 3
 
-needs `pip install './python[sb3]'`. Gradients train the scene's controller through the simulator. PPO of
+This needs `pip install './python[sb3]'`. Gradients train the scene's controller through the simulator. PPO of
 stable-baselines3 trains its own policy network by trial and error. Both run on one core, and the table has the processor
 seconds of the training. A distance is the median over 16 robots whose nodes start up to 1 mm off, after a whole rollout.
 
@@ -31,9 +31,9 @@ Robot = Union[cosmic.Run, Scene]
 
 #: The three-legged robot of the paper in the world of the default scene. Only its controller is trained.
 FIXED: Scene = {"scene": "earth", "start": {"kind": "layout", "layout": "short"}}
-#: Iterations of the optimisation; each number is a run, the third the default.
+#: Iterations of the optimisation, one run for each number. The third is the default of the scene.
 ITERATIONS = (75, 150, 300, 600)
-#: Actions of PPO, of all robots together; each number is a state of one run.
+#: Actions of PPO, of all robots together, after which its policy is measured.
 ACTIONS = (131_072, 262_144, 524_288, 1_048_576)
 #: Steps of the simulator for which an action is held: a policy acts 25 times per second.
 FRAME = 20
