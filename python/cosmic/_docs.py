@@ -1,4 +1,4 @@
-"""The docs of attributes. They are strings after assignments, which editors show, but ``help()`` does not."""
+"""Adds the docs of attributes to ``help()``. They are strings after assignments, which editors show, but Python ignores."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ def _attributes(source: str) -> list[str]:
             match pair:
                 case (
                     ast.AnnAssign(target=target) | ast.Assign(targets=[target]),
-                    ast.Expr(value=ast.Constant(value=str(said))),
+                    ast.Expr(value=ast.Constant(value=str(text))),
                 ):
                     name = ast.unparse(target).removeprefix("self.")
-                    found.append(f"{name}\n{textwrap.indent(inspect.cleandoc(said), '    ')}\n")
+                    found.append(f"{name}\n{textwrap.indent(inspect.cleandoc(text), '    ')}\n")
     return found
 
 

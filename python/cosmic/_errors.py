@@ -42,7 +42,7 @@ class InternalError(Error, RuntimeError):
 
 @contextmanager
 def extra(name: str) -> Iterator[None]:
-    """Imports the packages of the module ``cosmic.name``. If one is missing, the error says how to install it."""
+    """Surrounds the imports of packages that ``cosmic.name`` needs. If one is missing, the error says how to install it."""
     try:
         yield
     except ModuleNotFoundError as error:

@@ -54,11 +54,11 @@ class Loss:
       energy that it has taken; in ``work`` (J) only the given energy counts. ``power`` (W) is the mean rate of
       ``net`` since the observed state before, or since the start. At the start all are 0.
     - ``mass`` and ``presence``, shape ``(nodes,)``, ``stiffness`` and ``strain``, shape ``(edges,)``: the
-      robot, in kg, N/m and numbers without a unit. These arrays follow from the design. The design vectors
+      robot, in kg, N/m and numbers without unit. These arrays follow from the design. The design vectors
       themselves are not an argument. ``presence`` is 0 for a node without a bar, which does not move.
     - ``time``, shape ``(states,)``: seconds since the start.
 
-    ``function(x, v, *, tension, mass)`` returns as its fourth thing a dictionary of gradients, such as
+    ``function(x, v, *, tension, mass)`` returns as its fourth value a dictionary of gradients, such as
     ``{"tension": ..., "mass": ...}``. Missing gradients are 0.
 
     ``observed`` chooses the states that the loss sees. It is an interval in steps, or a function that takes
@@ -105,8 +105,8 @@ class Loss:
         return observed
 
     def value_and_gradient(self, x: Floats, v: Floats, *goal: Floats, **seen: Floats) -> tuple[float, Floats]:
-        """The loss, and its gradient as one vector: with respect to positions, velocities, and all else that it
-        sees."""
+        """The loss, and its gradient as one vector: with respect to positions, velocities, and the other arrays
+        that it sees."""
         answer = self.function(x, v, *goal, **seen)
         if not isinstance(answer, (tuple, list)) or len(answer) not in ((3, 4) if seen else (3,)):
             further = ", and a dictionary of the other gradients" if seen else ""

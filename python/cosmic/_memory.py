@@ -93,8 +93,8 @@ def check_rollouts(
     others: int = 0,
 ) -> None:
     """Refuses rollouts that need too much memory: numbers of ``size`` bytes, ``others`` of them for activations, goals and
-    physics, and ``copies`` copies of the positions and velocities. With ``steps`` they are gradients of rollouts of so
-    many steps."""
+    physics, and ``copies`` copies of the positions and velocities. If ``steps`` is given, gradients
+    of rollouts with this number of steps."""
     numbers = of["numbers"] + others
     needed = robots * size * (numbers + 4 * copies * states * of["nodes"])
     what, remedy = "a rollout", "use fewer robots at once, or observe fewer states (`observed`)"

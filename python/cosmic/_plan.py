@@ -55,7 +55,7 @@ class Plan:
         )
 
     def pull(self, arrays: Sequence[Array], bars: Trajectory, by: Sequence[str]) -> list[Array]:
-        """The gradients with respect to the arrays; those that ``by`` does not name may be 0."""
+        """The gradients with respect to the arrays. Those that ``by`` does not name may be 0."""
         inputs, goal = self._given(arrays)
         options: Any = {"first": self.first, "bounded": self.bounded, "check": False, "goal": goal, "by": by}
         pulled: Any = self.simulator.vjp(inputs, bars, observed=self.observed, **options)
@@ -64,7 +64,7 @@ class Plan:
         return [named[name] for name in self.shapes]
 
     def _given(self, arrays: Sequence[Array]) -> tuple[Inputs, Optional[Goals]]:
-        named = dict(zip((name for name in self.shapes), arrays))
+        named = dict(zip(self.shapes, arrays))
         points = named.pop("goal", None)
         return tree(named), None if self.changes is None else Goals(list(self.changes), points)
 
@@ -88,7 +88,7 @@ def planned(
         later, points = as_goals(goal, origin, simulator.dt, numbers, of)
         named, changes = with_goal(named, points), tuple(later)
     arrays = {name: of.asarray(array) for name, array in named.items()}
-    # With an axis, a factor for all edges cannot be taken for an axis of robots.
+    # A scalar factor gets an axis of length 1, so that an axis for robots in front of it is recognised.
     arrays = {
         name: array.reshape(1) if name in simulator.factors and array.ndim == 0 else array
         for name, array in arrays.items()

@@ -94,7 +94,7 @@ def _no_section(key: str, base: Scene) -> str:
 
 
 def _key(name: str) -> str:
-    """A key in TOML. The library refuses keys that no scene has, and must be able to read them for that."""
+    """Converts a key to TOML, quoted if necessary, so that the library can read an unknown key and name it in its error."""
     is_bare = name.isascii() and name.replace("_", "").replace("-", "").isalnum()
     return name if is_bare else json.dumps(_encodable(name))
 

@@ -46,15 +46,15 @@ class Inputs(NamedTuple):
     ``b1``, ``w2`` and ``b2``: ``tanh(w2 tanh(w1 o + b1) + b2)`` for an observation ``o``.
 
     A robot without a controller has the single block ``activations``, of shape ``(steps, edges)``: a number from
-    -1 to 1 for every step of the rollout and every edge. Edges without actuator ignore theirs."""
+    -1 to 1 for every step of the rollout and every edge. Edges without actuator ignore their numbers."""
     x0: Array
     """Initial positions, ``(nodes, 2)``, m."""
     v0: Array
     """Initial velocities, ``(nodes, 2)``, m/s."""
     physics: Mapping[str, Array] = {}
-    """Numbers in place of those of the scene, by the names in :attr:`Simulator.physics`. Numbers with the key of a
-    scene, such as ``"physics.gravity"``, are scalars. The factors ``"bars.stiffness"``, ``"bars.strain"``,
-    ``"bars.rest_length"`` and ``"nodes.mass"`` multiply what lattice and design say: one factor for all edges or
+    """Numbers that replace those of the scene, by the names in :attr:`Simulator.physics`. Numbers whose name is a key
+    of the scene, such as ``"physics.gravity"``, are scalars. The factors ``"bars.stiffness"``, ``"bars.strain"``,
+    ``"bars.rest_length"`` and ``"nodes.mass"`` multiply the numbers of the lattice and the design: one factor for all edges or
     nodes, or one for each."""
 
 
@@ -316,8 +316,8 @@ class Simulator:
         respect to the inputs, and the gradient with respect to the goal along the ground and above it, of
         shape ``(goals, 2)`` with one row per goal, or ``(batch, goals, 2)``.
 
-        ``by`` names the arrays whose gradients are wanted, such as ``("activations", "x0")``; the others may be 0. This
-        saves time in short rollouts.
+        ``by`` names the arrays whose gradients are computed, such as ``("activations", "x0")``; other gradients may be 0.
+        This saves time in short rollouts.
 
         ``bounded`` limits cotangents to the scene's ``gradient.cotangent_bound``. Long rollouts
         with contacts need this for useful gradients; without it the gradient is exact. On a GPU, the
@@ -467,8 +467,8 @@ class Simulator:
     def shapes_of(
         self, named: Mapping[str, Any], steps: int, changes: Optional[Sequence[int]] = None
     ) -> dict[str, tuple[int, ...]]:
-        """The shapes of these arrays for one robot and a rollout of so many steps. The arrays may have an axis of robots
-        in front."""
+        """The shapes of these arrays for one robot and a rollout with this number of steps. The arrays may have an axis of
+        robots in front."""
         goals = 0 if changes is None else 1 + len(changes)
         known = {**self.shapes, DRIVEN: (steps, len(self.edges)), "goal": (goals, 2)}
         return {name: known[name] if name in known else self._factor(name, array) for name, array in named.items()}
@@ -517,12 +517,13 @@ class Simulator:
         return f"Simulator({self.scene!r}, projection={self.projection!r}{device})"
 
 
-#: The bits with which the library is told whose gradients are wanted. Everything else has the next bit.
+#: The bits of the argument ``by`` of ``_core.Simulator.vjp``. The controller has the bit 2. Activations, goals and physics
+#: have the bit 16.
 _BITS = {"z": 1, "x0": 4, "v0": 8}
 
 
 def wanted(by: Optional[Iterable[str]], shapes: Mapping[str, tuple[int, ...]]) -> int:
-    """The bits of the arrays whose gradients are wanted, among those of these shapes."""
+    """The bits of the arrays whose gradients are to be computed: those in ``by``, or all if it is None."""
     if by is None:
         return 31
     bits = 0

@@ -44,7 +44,7 @@ _OBSERVATIONS: dict[str, tuple[float, type[np.floating[Any]]]] = {
 _TERMS = ("distance", "goal", "energy", "upright")
 
 _Floats = npt.NDArray[np.float64]
-#: Numbers in single precision, or in double precision as in the paper.
+#: Observations, in single precision, or in double precision as in the paper.
 _Seen = npt.NDArray[Any]
 
 

@@ -127,7 +127,7 @@ mlir.register_lowering(_call, _compiled, platform="cpu")
 
 
 def _mapped(arrays: Sequence[Any], axes: Sequence[Any], plan: Plan, mode: int, by: int) -> tuple[Any, Any]:
-    """The rule of ``vmap``: merges its axis with the axis for robots. What all robots share stays shared."""
+    """The rule of ``vmap``: merges its axis with the axis for robots. Arrays that all robots share stay shared."""
     shapes, given = _shapes(plan, mode), len(plan.shapes)
     own = [array.ndim - len(shape) - (axis is not None) for array, axis, shape in zip(arrays, axes, shapes)]
     merged: list[Any] = []
@@ -154,7 +154,7 @@ def _mapped(arrays: Sequence[Any], axes: Sequence[Any], plan: Plan, mode: int, b
 
 
 def _differentiated(arrays: Any, tangents: Any, plan: Plan, mode: int, by: int) -> tuple[Any, Any]:
-    """The rule of derivatives."""
+    """The rule of forward mode. The other modes are linear in their last arguments, so they are their own derivatives."""
     count = len(plan.shapes)
     given, others = arrays[:count], tangents[count:]
     if mode == _STATES:
@@ -168,7 +168,7 @@ def _differentiated(arrays: Any, tangents: Any, plan: Plan, mode: int, by: int) 
 
 
 def _transposed(bars: Any, *arrays: Any, plan: Plan, mode: int, by: int) -> list[Any]:
-    """The rule of reverse mode: the transpose of derivatives in a direction are gradients."""
+    """The rule of reverse mode: derivatives in a direction and gradients are transposes of each other."""
     count = len(plan.shapes)
     given, others = arrays[:count], arrays[count:]
     bars = map(ad.instantiate_zeros, bars)
@@ -301,7 +301,7 @@ def loss(
 
     compiled = jax.jit(jax.value_and_grad(value, argnums=(0, 1, 2)))
 
-    # So that `Loss` sees the arguments of the function.
+    # `Loss` reads the names of the arguments from the signature.
     @wraps(function)
     def value_and_gradient(x: Any, v: Any, *goal: Any, **seen: Any) -> tuple[Any, ...]:
         answer, bars = compiled(x, v, seen, goal)

@@ -32,8 +32,8 @@ _Indices = Union[None, int, Sequence[int]]
 class WalkVecEnv(VecEnv):
     """Many robots of one design for stable-baselines3, simulated in SIMD lanes and threads.
 
-    It takes the arguments of :class:`cosmic.gym.WalkVectorEnv` except ``autoreset_mode``: a robot begins
-    again in the step that ends its episode, as stable-baselines3 expects. All robots have the same
+    It takes the arguments of :class:`cosmic.gym.WalkVectorEnv` except ``autoreset_mode``: a robot is reset
+    in the step that ends its episode, as stable-baselines3 expects. All robots have the same
     attributes and options. For statistics of episodes, wrap it in ``VecMonitor``.
     """
 

@@ -122,7 +122,7 @@ def loss(
         return partial(loss, observed=observed, is_far=is_far)
     of = function
 
-    # So that `Loss` sees the arguments of the function.
+    # `Loss` reads the names of the arguments from the signature.
     @wraps(function)
     def value_and_gradient(x: Any, v: Any, *goal: Any, **seen: Any) -> tuple[Any, ...]:
         with torch.enable_grad():

@@ -24,7 +24,7 @@ pub(crate) struct Sizes {
     pub(crate) blocks: Vec<Block>,
     /// The numbers of steps at which goals change, ascending; `None` if goals are not inputs of a rollout.
     pub(crate) changes: Option<Vec<usize>>,
-    /// What a request has besides these.
+    /// The further arrays of a request.
     pub(crate) others: Others,
 }
 

@@ -147,7 +147,7 @@ fn seen<R: Real>(name: &str, trajectory: &Trajectory<R>) -> (Vec<R>, Vec<usize>)
 }
 
 /// The mean power (W) of every edge between each observed state and the one before, or the start of the rollout. `net`
-/// has the energies that were given until the states, J. In the start itself the power is 0.
+/// has the net energies (J) that the edges gave from the start to each state. In the start itself the power is 0.
 fn powers<R: Real>(net: &[R], steps: &[usize], dt: f64) -> Vec<R> {
     let edges = net.len() / steps.len();
     let power = |k: usize| {

@@ -16,7 +16,7 @@ impl Device {
 
     pub(crate) fn shared() -> PyResult<Arc<Self>> {
         Err(InputError::new_err(
-            "device: \"gpu\": this package has no GPU support; install another in its place: pip uninstall cosmic-codesign \
+            "device: \"gpu\": this package has no GPU support; replace it by another: pip uninstall cosmic-codesign \
              && pip install cosmic-codesign-gpu",
         ))
     }

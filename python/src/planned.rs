@@ -84,7 +84,7 @@ impl Drop for Planned {
     }
 }
 
-/// An array from XLA, with one axis more than one robot's if each robot has its own.
+/// An array from XLA. If each robot has its own numbers, an axis of robots is in front.
 pub(crate) struct Array<'a, R> {
     pub(crate) numbers: &'a [R],
     pub(crate) axes: &'a [i64],
@@ -99,7 +99,7 @@ impl<R> Array<'_, R> {
 
 /// Runs the rollouts of a plan (mode 0), their derivatives in a direction (1) or their gradients (2), and writes the results
 /// into the arrays `made`. The arrays `given` are those of the plan, and in mode 1 those of the direction, in mode 2 the
-/// cotangents. `by` says whose gradients are wanted, as in [`Simulator::pulled`]. The thread must not have the interpreter's
+/// cotangents. `by` chooses the gradients, as in [`Simulator::pulled`]. The thread must not have the interpreter's
 /// lock.
 pub(crate) fn rollouts<R: Number>(
     [plan, mode, by]: [i32; 3],

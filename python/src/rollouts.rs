@@ -53,8 +53,8 @@ impl Simulator {
         Ok((write(&walks, places), interrupt))
     }
 
-    /// For each robot, the gradient of its states times `bars`, by all inputs and then by its other inputs; 0 where it is not
-    /// wanted. `by` has a bit for each block of [`ALL`], and one for the other inputs: whether it is. The thread must not have
+    /// For each robot, the gradient of its states times `bars`, by all inputs and then by its other inputs. `by` has a bit for
+    /// each block of [`ALL`], and one for the other inputs. Gradients whose bit is not set may be 0. The thread must not have
     /// the interpreter's lock.
     pub(crate) fn pulled<R: Number>(
         &self,

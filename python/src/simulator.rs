@@ -269,8 +269,8 @@ impl Simulator {
         })
     }
 
-    /// Returns the cotangents of the arrays, given the cotangents of positions and velocities: a row per robot. Only those that
-    /// `by` wants are computed; it has a bit each for `z`, the controller, `x0`, `v0` and everything else.
+    /// Returns the cotangents of the arrays, given the cotangents of positions and velocities: a row per robot. `by` has
+    /// a bit each for `z`, the controller, `x0`, `v0` and everything else. Cotangents whose bit is not set may be 0.
     #[expect(clippy::too_many_arguments, reason = "the signature of Python")]
     fn vjp<'py>(
         &self,
