@@ -72,7 +72,7 @@ pub struct Delivery {
     /// The energy of the varied robot whose displacement is nearest to the median of `robust`, per distance of that median:
     /// the figures to quote. `None` for an undecided design and if there is no median.
     pub robust_energy: Option<Energy>,
-    /// How its physics change its displacement; empty for an undecided design.
+    /// How other physics change its displacement; empty for an undecided design.
     pub sensitivities: Vec<Sensitivity>,
 }
 

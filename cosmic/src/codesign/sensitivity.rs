@@ -1,4 +1,4 @@
-//! How much farther a robot walks if a number of its physics is a tenth smaller or larger.
+//! The change of a robot's distance if a number of its physics is a tenth smaller or larger.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -31,7 +31,7 @@ crate::keys! {
 const STARTS: usize = 8;
 /// The factors of the numbers.
 const FACTORS: [f64; 2] = [0.9, 1.1];
-/// The numbers of a body that are varied, and which of them.
+/// The numbers of a body that are varied.
 const OF_BODY: [&str; 3] = ["bars.stiffness", "bars.strain", "nodes.mass"];
 
 impl Evaluator {

@@ -63,8 +63,8 @@ impl Drift {
     }
 }
 
-/// What every push does to a node besides impulses. Kernels get these numbers as their first [`COUNT`](Self::COUNT) uniform
-/// inputs.
+/// Gravity and damping, which change a node's velocity in every push. Kernels get these numbers as their first
+/// [`COUNT`](Self::COUNT) uniform inputs.
 #[derive(Clone, Copy, Debug)]
 pub struct Push<R, const D: usize = 2> {
     /// The velocity that gravity adds, m/s.

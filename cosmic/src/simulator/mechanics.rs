@@ -113,7 +113,7 @@ impl Mechanics {
             ("physics.gravity", gravity),
             ("physics.damping", self.damping),
         ];
-        let own = own.into_iter().take(1 + self.damps());
+        let own = own.into_iter().take(1 + self.damping_inputs());
         let own = own.map(|(name, value)| StepInput {
             name: name.to_owned(),
             value,
@@ -136,7 +136,7 @@ impl Mechanics {
     }
 
     /// The number of inputs for damping: 1, or 0 for leapfrog, which applies a part of the damping to impulses.
-    fn damps(&self) -> usize {
+    fn damping_inputs(&self) -> usize {
         usize::from(self.first.is_none())
     }
 
@@ -149,11 +149,11 @@ impl Mechanics {
     pub(super) fn parameters<P: ParameterSink>(&self, p: &mut P) -> MechanicsParameters<P::Array> {
         let velocity = |s: &Surroundings<P::Number>| self.gravity(s.numbers[0]);
         let [gx, gy] = [0, 1].map(|axis| p.of_surroundings(|s| [velocity(s)[axis]]));
-        let kept = match self.damps() {
+        let kept = match self.damping_inputs() {
             0 => p.shared(&[self.decay()]),
             _ => p.of_surroundings(|s| [decay(s.numbers[1], self.h)]),
         };
-        let mut place = self.damps();
+        let mut place = self.damping_inputs();
         let mut next = |p: &mut P| {
             place += 1;
             p.of_surroundings(|s| [s.numbers[place]])

@@ -103,6 +103,6 @@ fn a_run_of_another_plan_is_not_resumed() {
     assert_eq!(files(&run), before);
     let summary = resume_of(&run, &plan, &mut ()).unwrap();
     assert_eq!(summary.unwrap().iterations, 12);
-    // Of a finished run nothing is done, so that two processes do not both report it.
+    // The result for a finished run is `None`, so that two processes do not both report it.
     assert!(resume_of(&run, &plan, &mut ()).unwrap().is_none());
 }
