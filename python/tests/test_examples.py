@@ -52,13 +52,13 @@ def test_the_script_runs() -> None:
     assert done.stdout.startswith("<Run stability, seed 1: 0.0")
 
 
-def test_a_policy_of_one_s_own_learns_to_walk() -> None:
+def test_a_policy_of_your_own_learns_to_walk() -> None:
     pytest.importorskip("jax")
     # Fewer iterations and a shorter walk than by default.
     command = [sys.executable, EXAMPLES / "own_policy.py", *"0 60 32".split()]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
-    # With random weights, the robot hardly moves. XLA may sum in another order elsewhere, so the number is not exact.
+    # With random weights, the robot barely moves. XLA may sum in another order elsewhere, so the number is not exact.
     assert float(done.stdout.split()[2]) > 0.1, done.stdout
 
 

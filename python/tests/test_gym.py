@@ -338,7 +338,7 @@ def test_robots_of_different_ages_act_alike() -> None:
     mixed = cosmic.gym.WalkVectorEnv(3, SCENE, autoreset_mode="SameStep", **FRAMES)
     actions = np.random.default_rng(0).uniform(-1.0, 1.0, (5, *mixed.action_space.shape))
     alone.reset(seed=0), mixed.reset(seed=0)
-    # The robots are 0, 1 and 4 frames old; the next frame of the last one but one is a short one.
+    # The robots are 0, 1 and 4 frames old; the last one soon has a short frame.
     mixed._walk.done[:] = [0, 50, 200]
     for k, action in enumerate(actions):
         alone.step(action)

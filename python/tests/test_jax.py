@@ -494,7 +494,7 @@ def test_physics_and_activations_have_derivatives(sim: cosmic.Simulator) -> None
     activations = np.random.default_rng(1).uniform(-1.0, 1.0, (steps, edges))
     physics = {"physics.gravity": np.array(9.0), "bars.stiffness": np.array(1.1), "nodes.mass": np.full(6, 1.05)}
     inputs = airborne(sim)._replace(controller={"activations": activations}, physics=physics)
-    # As for the other inputs.
+    # The tolerances of the test of the other inputs.
     check_grads(number(sim), (inputs,), order=1, modes=["fwd", "rev"], rtol=1e-5, atol=1e-6, eps=1e-6)
     seen = jax.jit(number(sim))(inputs)
     many = jax.vmap(lambda gravity: number(sim)(inputs._replace(physics={**physics, "physics.gravity": gravity})))
@@ -514,7 +514,7 @@ def test_a_policy_is_differentiated_through_steps(sim: cosmic.Simulator) -> None
         (x, v), _ = jax.lax.scan(frame, (jnp.asarray(start.x0), jnp.asarray(start.v0)), length=frames)
         return jnp.sum(jnp.sin(3.0 * x)) + jnp.sum(jnp.cos(v))
 
-    # As for the inputs.
+    # The tolerances of the test of the inputs.
     check_grads(walk, (weights,), order=1, modes=["fwd", "rev"], rtol=1e-5, atol=1e-6, eps=1e-6)
     both = jax.jit(jax.vmap(jax.grad(walk)))(np.stack([weights, 0.5 * weights]))
     # XLA may sum in another order.

@@ -115,7 +115,7 @@ def test_given_activations_have_derivatives(sim: cosmic.Simulator) -> None:
     bars = cosmic.Trajectory(*like(seen, 2))
     gradient = sim.vjp(inputs, bars, *SPAN)
     assert gradient.controller[DRIVEN].shape == inputs.controller[DRIVEN].shape
-    # As above.
+    # Both are exact up to rounding, which grows over the steps.
     assert pairing(along, bars) == pytest.approx(pairing(gradient, tangents), rel=1e-10)
     (direction,), h = like([inputs.controller[DRIVEN]], 3), 1e-6
 
