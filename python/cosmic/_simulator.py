@@ -170,7 +170,7 @@ class Simulator:
         """The shapes of the arrays of a robot: ``z``, the blocks of the controller, ``x0``, ``v0``."""
         physics = self._core.physics
         self.physics: dict[str, float] = {name: value for name, value, _ in physics}
-        """What :attr:`Inputs.physics` may change, by name, with the values of the scene. All of these numbers have
+        """The numbers that :attr:`Inputs.physics` may change, by name, with their values in the scene. All of these numbers have
         derivatives. With the integrator ``leapfrog``, ``physics.damping`` is not among them. The heights of the
         ground and the time step never are: use a simulator of another scene."""
         self.factors: dict[str, int] = {name: count for name, _, count in physics if count}

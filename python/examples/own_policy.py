@@ -30,7 +30,7 @@ def policy(weights: Any, x: Any, v: Any, time: Any) -> Any:
 
 
 def walk(weights: Any, frames: int) -> Any:
-    """The distance that the middle of the robot moves in so many frames, m."""
+    """The distance that the middle of the robot moves in this number of frames, m."""
 
     def frame(state: Any, number: Any) -> Any:
         x, v = state
