@@ -105,6 +105,7 @@ class Lattice:
         self.given_node = np.array(read.get("given_numbers") or numbers)
         self.node_of = np.argsort(self.given_node)
         self.nodes = positions[self.node_of]
+        self.nodes.flags.writeable = False
         self.edges = self.given_node[np.array(read["edges"])]
         self.truss = truss
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NamedTuple, Optional, Union, overload
 
 import numpy as np
@@ -45,7 +46,8 @@ class Inputs(NamedTuple):
     """The blocks of the controller's parameters by name, as in ``design.json``. The policy ``mlp`` has ``w1``,
     ``b1``, ``w2`` and ``b2``: ``tanh(w2 tanh(w1 o + b1) + b2)`` for an observation ``o``.
 
-    A robot without a controller has the single block ``activations``, of shape ``(steps, edges)``: a number from
+    A robot without a controller has the single block ``activations``, of shape ``(steps, edges)``, or ``(1, edges)`` if
+    they stay constant: a number from
     -1 to 1 for every step of the rollout and every edge. Edges without actuator ignore their numbers."""
     x0: Array
     """Initial positions, ``(nodes, 2)``, m."""
@@ -70,16 +72,16 @@ class Trajectory(NamedTuple):
 def leaves(inputs: Inputs) -> dict[str, Any]:
     """The arrays of a robot by name, in the order in which the library takes them: ``z``, the blocks of the
     controller, ``x0``, ``v0``, given activations, and the physics."""
-    is_list = isinstance(inputs, (tuple, list)) and len(inputs) in (4, 5)
-    if not is_list or not all(isinstance(named, Mapping) for named in (inputs[1], *inputs[4:])):
+    if not isinstance(inputs, (tuple, list)) or len(inputs) not in (4, 5):
         found = f"{len(inputs)} things" if isinstance(inputs, (tuple, list)) else type(inputs).__name__
-        raise InputError(
-            f"expected Inputs: z, a dictionary controller, x0, v0 and a dictionary physics; found {found}"
-        )
+        raise InputError(f"expected Inputs: z, controller, x0, v0 and perhaps physics; found {found}")
     z, controller, x0, v0, physics = Inputs(*inputs)
+    for name, blocks in (("controller", controller), ("physics", physics)):
+        if not isinstance(blocks, Mapping):
+            raise InputError(f"{name}: expected a dictionary of arrays, found {type(blocks).__name__}")
     blocks = dict(controller)
     driven = {DRIVEN: blocks.pop(DRIVEN)} if DRIVEN in blocks else {}
-    unknown = [name for name in physics if "." not in name]
+    unknown = [name for name in physics if not isinstance(name, str) or "." not in name]
     if unknown:
         raise InputError(f"physics: {unknown[0]!r}: expected a name of Simulator.physics, such as 'physics.gravity'")
     return {"z": z, **blocks, "x0": x0, "v0": v0, **driven, **physics}
@@ -159,6 +161,7 @@ class Simulator:
         self._sizes = self.scene.sizes
         check_simulator(self._sizes)
         self._core = _core.Simulator(self.scene, device == "gpu", projection)
+        self._given_projection = projection
         self._planned: dict[Any, _core.Planned] = {}
         self.dt: float = self._core.dt
         """Length of a step, s."""
@@ -169,7 +172,7 @@ class Simulator:
         }
         """The shapes of the arrays of a robot: ``z``, the blocks of the controller, ``x0``, ``v0``."""
         physics = self._core.physics
-        self.physics: dict[str, float] = {name: value for name, value, _ in physics}
+        self.physics: Mapping[str, float] = MappingProxyType({name: value for name, value, _ in physics})
         """The numbers that :attr:`Inputs.physics` may change, by name, with their values in the scene. All of these numbers have
         derivatives. With the integrator ``leapfrog``, ``physics.damping`` is not among them. The heights of the
         ground and the time step never are: use a simulator of another scene."""
@@ -411,7 +414,9 @@ class Simulator:
         robots. If ``check`` is False, numbers that are not finite are replaced by 0."""
         given = self.named(inputs)
         named = dict(zip(given, _numbers(given, list(given.values()))))
-        dtype = _precision(named.values()) if dtype is None else dtype
+        if dtype is None:
+            # Python's numbers do not decide, as in NumPy and JAX.
+            dtype = _precision(named[name] for name, own in given.items() if not isinstance(own, (int, float)))
         changes: Optional[list[int]] = None
         if goal is not None:
             changes, points = self._goals(goal)
@@ -434,7 +439,7 @@ class Simulator:
                 if check:
                     place = np.argwhere(~np.isfinite(array))[0].tolist()
                     value = array[tuple(place)]
-                    raise InputError(f"{name}{place} is {value}: expected finite numbers")
+                    raise InputError(f"{name}{place or ''} is {value}: expected finite numbers")
                 lost |= ~finite.all(axis=tuple(range(1, own.ndim)))
                 own = np.where(finite, own, own.dtype.type(0))
                 if name == "z":
@@ -470,7 +475,10 @@ class Simulator:
         """The shapes of these arrays for one robot and a rollout with this number of steps. The arrays may have an axis of
         robots in front."""
         goals = 0 if changes is None else 1 + len(changes)
-        known = {**self.shapes, DRIVEN: (steps, len(self.edges)), "goal": (goals, 2)}
+        known = {**self.shapes, "goal": (goals, 2)}
+        if DRIVEN in named:
+            held = named[DRIVEN].ndim > 1 and named[DRIVEN].shape[-2] == 1
+            known[DRIVEN] = (1 if held else steps, len(self.edges))
         return {name: known[name] if name in known else self._factor(name, array) for name, array in named.items()}
 
     def _factor(self, name: str, array: Any) -> tuple[int, ...]:
@@ -509,12 +517,20 @@ class Simulator:
         count, because their rows are not finite."""
         return robots.core.choose(robots.arrays[0], robots.lost.tolist())
 
-    def __reduce__(self) -> tuple[type[Simulator], tuple[Scene, str, str]]:
-        return Simulator, (self.scene, self.projection, self.device)
+    def __reduce__(self) -> tuple[Callable[..., Simulator], tuple[Scene, str, str, str]]:
+        return _restored, (self.scene, self._given_projection, self.device, self.projection)
 
     def __repr__(self) -> str:
         device = "" if self.device == "cpu" else f", device={self.device!r}"
         return f"Simulator({self.scene!r}, projection={self.projection!r}{device})"
+
+
+def _restored(scene: Scene, given: str, device: str, projection: str) -> Simulator:
+    """A copy of a simulator whose projection may already be decided."""
+    made = Simulator(scene, given, device)
+    if projection != "auto":
+        made._core.decide(projection)
+    return made
 
 
 #: The bits of the argument ``by`` of ``_core.Simulator.vjp``. The controller has the bit 2. Activations, goals and physics
@@ -526,6 +542,8 @@ def wanted(by: Optional[Iterable[str]], shapes: Mapping[str, tuple[int, ...]]) -
     """The bits of the arrays whose gradients are to be computed: those in ``by``, or all if it is None."""
     if by is None:
         return 31
+    if isinstance(by, str) or not isinstance(by, Iterable):
+        raise InputError(f"by: expected a list of names, found {by!r}")
     bits = 0
     for name in by:
         if name not in shapes:
@@ -546,7 +564,11 @@ def stepped(
 ) -> Trajectory:
     """Steps with constant activations by a function like :meth:`Simulator.rollout`, with arrays of the module ``of``."""
     held = of.asarray(activations)
-    held = of.broadcast_to(held[..., None, :], (*held.shape[:-1], whole("steps", steps, 1), held.shape[-1]))
+    if held.ndim not in (1, 2):
+        raise InputError(
+            f"activations: expected the shape (edges,), or (batch, edges) for several robots, found {list(held.shape)}"
+        )
+    held, steps = held[..., None, :], whole("steps", steps, 1)
     seen = rollout(Inputs(z, {DRIVEN: held}, x, v, physics), observed=[steps], **options)
     return Trajectory(*(states[..., 0, :, :] for states in seen))
 

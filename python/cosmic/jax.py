@@ -32,7 +32,7 @@ from ._simulator import Inputs, Observed, Simulator, Trajectory, stepped, wanted
 with extra("jax"):
     import jax
     import jax.numpy as jnp
-    from jax.interpreters import ad, batching, mlir
+    from jax.interpreters import ad, batching, mlir, xla
 
 try:
     import jax.extend.core
@@ -89,10 +89,7 @@ def _results(*arrays: Any, plan: Plan, mode: int, by: int) -> list[Any]:
     return [jax.core.ShapedArray(robots + shape, arrays[0].dtype) for shape in shapes]
 
 
-@_call.def_impl
-@partial(jax.jit, static_argnames=("plan", "mode", "by"))
-def _run(*arrays: Any, plan: Plan, mode: int, by: int) -> Any:
-    return _call.bind(*arrays, plan=plan, mode=mode, by=by)
+_call.def_impl(partial(xla.apply_primitive, _call))
 
 
 def _compiled(context: Any, *operands: Any, plan: Plan, mode: int, by: int) -> Any:

@@ -291,7 +291,12 @@ impl<R: Number> Asked<R> {
                 node,
                 position: state.x[node],
                 velocity: state.v[node],
-                cause: "under the given activations and physics".to_owned(),
+                cause: match (others.driven.is_some(), others.physics.is_empty()) {
+                    (true, true) => "under the given activations",
+                    (false, _) => "under the given physics",
+                    (true, false) => "under the given activations and physics",
+                }
+                .to_owned(),
             })
     }
 }

@@ -183,6 +183,14 @@ impl Simulator {
         self.projection.get().map_or("auto", String::as_str)
     }
 
+    /// Decides the projection of a copy, as the first robots of the original did.
+    fn decide(&self, projection: String) -> PyResult<()> {
+        caught(|| {
+            self.projection.get_or_init(|| projection);
+            Ok(())
+        })
+    }
+
     /// Returns the projection of robots with these arrays `z`. See [`Simulator::projection_of`].
     fn choose(&self, z: &Bound<PyAny>, lost: Vec<bool>) -> PyResult<&str> {
         caught(|| match z.extract::<PyReadonlyArrayDyn<f32>>() {

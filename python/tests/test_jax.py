@@ -501,6 +501,15 @@ def test_physics_and_activations_have_derivatives(sim: cosmic.Simulator) -> None
     assert many(np.array([9.0, 3.0]))[0] == pytest.approx(float(seen), rel=1e-12)
 
 
+def test_jax_can_be_debugged(sim: cosmic.Simulator) -> None:
+    inputs = airborne(sim)
+    with jax.disable_jit():
+        # XLA may round in another order.
+        np.testing.assert_allclose(number(sim)(inputs), jax.jit(number(sim))(inputs), rtol=1e-12)
+    with jax.debug_nans(True), pytest.raises(FloatingPointError, match="nan"):
+        cosmic.jax.rollout(sim, inputs._replace(physics={"nodes.mass": 0.0}), *SPAN)
+
+
 def test_a_policy_is_differentiated_through_steps(sim: cosmic.Simulator) -> None:
     start, frames = airborne(sim), 6
     weights = 0.3 * np.random.default_rng(2).normal(size=(len(sim.edges), 24))

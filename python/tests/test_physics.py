@@ -147,10 +147,42 @@ def test_steps_one_after_the_other_are_a_rollout(sim: cosmic.Simulator) -> None:
     assert same(held, tuple(states[0] for states in sim.rollout(one, observed=[5])))
 
 
+def test_constant_activations_need_one_row(sim: cosmic.Simulator) -> None:
+    steps, inputs = SPAN[0], driven(sim, 1)
+    repeated = inputs._replace(controller={DRIVEN: np.repeat(inputs.controller[DRIVEN], steps, axis=0)})
+    seen = sim.rollout(inputs, *SPAN)
+    assert same(seen, sim.rollout(repeated, *SPAN))
+    bars = cosmic.Trajectory(*like(seen, 1))
+    one, each = (sim.vjp(robot, bars, *SPAN).controller[DRIVEN] for robot in (inputs, repeated))
+    np.testing.assert_allclose(one[0], each.sum(0), rtol=1e-12)
+
+
+def test_numbers_of_python_do_not_decide_the_precision(sim: cosmic.Simulator) -> None:
+    single = tree({name: np.float32(array) for name, array in leaves(robot(sim, 0)).items()})
+    assert sim.rollout(single._replace(physics={"physics.gravity": 9.81}), *SPAN).x.dtype == np.float32
+
+
+def test_only_wanted_gradients_are_computed(sim: cosmic.Simulator) -> None:
+    inputs = driven(sim, SPAN[0])._replace(physics={"physics.gravity": np.array(9.0)})
+    bars = cosmic.Trajectory(*like(sim.rollout(inputs, *SPAN), 1))
+    whole = leaves(sim.vjp(inputs, bars, *SPAN))
+    for by in (("x0",), (DRIVEN, "v0"), ("z", "physics.gravity")):
+        some = leaves(sim.vjp(inputs, bars, *SPAN, by=by))
+        for name in by:
+            # Rounding differs where numbers are constants.
+            np.testing.assert_allclose(some[name], whole[name], rtol=1e-9, atol=1e-12)
+    assert not some["x0"].any()
+    for wrong in (3, "x0", ["w1"]):
+        with pytest.raises(cosmic.InputError, match="by: "):
+            sim.vjp(inputs, bars, *SPAN, by=wrong)
+
+
 def test_a_driven_robot_that_diverges_says_where(sim: cosmic.Simulator) -> None:
     inputs = driven(sim, 48)._replace(physics={"bars.stiffness": np.array(1e9)})
     with pytest.raises(cosmic.DivergedError, match="step .* under the given activations and physics"):
         sim.rollout(inputs, *SPAN)
+    with pytest.raises(cosmic.DivergedError, match="step .* under the given physics"):
+        sim.rollout(airborne(sim)._replace(physics=inputs.physics), *SPAN)
     assert np.isnan(sim.rollout(inputs, *SPAN, check=False).x[-1]).all()
 
 
@@ -165,7 +197,7 @@ def test_wrong_physics_and_activations_are_refused(sliding: cosmic.Simulator) ->
         (sliding, {"physics": {"nodes.mass": np.ones(4)}}, r"for several robots \(batch, 1\) or \(batch, 6\)"),
         (sliding, {"physics": {"physics.gravity": "low"}}, "physics.gravity is of type"),
         (sliding, {"physics": {"physics.gravity": np.nan}}, "expected finite numbers"),
-        (sliding, {"physics": 3}, "a dictionary physics"),
+        (sliding, {"physics": 3}, "physics: expected a dictionary of arrays, found int"),
         (leapfrog, {"physics": {"physics.damping": 1.0}}, "physics: 'physics.damping': allowed"),
         (sliding, {"controller": {DRIVEN: np.zeros((47, edges))}}, r"activations: expected the shape \[48"),
         (sliding, {"controller": {**inputs.controller, DRIVEN: np.zeros((48, edges))}}, "or only activations"),

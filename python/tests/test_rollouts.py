@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import copy
 import pickle
 
 import cosmic
 import numpy as np
 import pytest
-from common import NAMES, airborne, changed, mapped, one_of, robot, same, stacked
+from common import NAMES, SHORT, airborne, changed, mapped, one_of, robot, same, stacked
 from cosmic._simulator import leaves
 
 
@@ -179,3 +180,15 @@ def test_the_first_robot_decides_the_projection(sim: cosmic.Simulator) -> None:
         assert np.array_equal(seen.x[0], expected.x) and np.isnan(seen.x[1]).all()
         copied = pickle.loads(pickle.dumps(own))
         assert copied.projection == kind
+
+
+def test_a_copy_has_the_decision_of_its_original(sim: cosmic.Simulator) -> None:
+    first = cosmic.Simulator(SHORT)
+    designed = robot(first, 0)
+    finished = designed._replace(z=np.eye(3)[np.arange(len(first.edges)) % 3])
+    # Before the first robots, a copy is free.
+    pickle.loads(pickle.dumps(first)).rollout(finished, 1)
+    first.rollout(designed, 1)
+    for other in (first, copy.copy(first), pickle.loads(pickle.dumps(first))):
+        with pytest.raises(cosmic.InputError, match="this is a finished robot"):
+            other.rollout(finished, 1)
