@@ -536,12 +536,14 @@ def _restored(scene: Scene, given: str, device: str, projection: str) -> Simulat
 #: The bits of the argument ``by`` of ``_core.Simulator.vjp``. The controller has the bit 2. Activations, goals and physics
 #: have the bit 16.
 _BITS = {"z": 1, "x0": 4, "v0": 8}
+#: The bits of all arrays.
+EVERY = 31
 
 
 def wanted(by: Optional[Iterable[str]], shapes: Mapping[str, tuple[int, ...]]) -> int:
     """The bits of the arrays whose gradients are to be computed: those in ``by``, or all if it is None."""
     if by is None:
-        return 31
+        return EVERY
     if isinstance(by, str) or not isinstance(by, Iterable):
         raise InputError(f"by: expected a list of names, found {by!r}")
     bits = 0

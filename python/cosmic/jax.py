@@ -27,7 +27,7 @@ from ._goal import Goal
 from ._loss import Loss, Steps
 from ._memory import check_rollouts
 from ._plan import Plan, planned
-from ._simulator import Inputs, Observed, Simulator, Trajectory, stepped, wanted
+from ._simulator import EVERY, Inputs, Observed, Simulator, Trajectory, stepped, wanted
 
 with extra("jax"):
     import jax
@@ -238,7 +238,7 @@ def rollout(
     # The computation is in double precision if any input is, otherwise in single precision.
     own = [array for name, array in zip(plan.shapes, given) if name != "goal"]
     dtype: Any = jnp.float64 if jnp.result_type(*own, float) == jnp.float64 else jnp.float32
-    return Trajectory(*_call.bind(*(array.astype(dtype) for array in given), plan=plan, mode=_STATES, by=wanted(None, {})))
+    return Trajectory(*_call.bind(*(array.astype(dtype) for array in given), plan=plan, mode=_STATES, by=EVERY))
 
 
 def step(

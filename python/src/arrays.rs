@@ -36,17 +36,9 @@ pub(crate) struct Others {
     /// The number of goals; 0 if robots have the scene's goal.
     pub(crate) goals: usize,
     /// The names and lengths of arrays that change the physics: numbers of the surroundings, or the factors
-    /// [`FACTORS`].
+    /// [`FACTORS`](cosmic::lattice::FACTORS) of the body.
     pub(crate) physics: Vec<(String, usize)>,
 }
-
-/// Arrays that multiply numbers of a robot's edges or nodes. An array of length 1 multiplies all of them.
-pub(crate) const FACTORS: [&str; 4] = [
-    "bars.stiffness",
-    "bars.strain",
-    "bars.rest_length",
-    "nodes.mass",
-];
 
 impl Others {
     /// Splits a list of numbers: the activations, the components of the goals, and the arrays of the physics with their

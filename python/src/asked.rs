@@ -1,13 +1,13 @@
 //! Requested rollouts of robots.
 
-use crate::arrays::{FACTORS, Number, Others, Sizes, flattened};
+use crate::arrays::{Number, Others, Sizes, flattened};
 use crate::work::{Stop, group_size};
 use autodiff::Real;
 use cosmic::design::{Design, Material};
 use cosmic::error::Error;
 use cosmic::geometry::from_flat;
 use cosmic::inputs::{ALL, Block, Inputs, WithOthers};
-use cosmic::lattice::{Body, State};
+use cosmic::lattice::{Body, FACTORS, State};
 use cosmic::policy::Controller;
 use cosmic::projection::Projection;
 use cosmic::simulator::{Robots, Span, Surroundings, Trajectory};
@@ -202,17 +202,22 @@ impl<R: Number> Asked<R> {
         }
     }
 
-    /// Returns the surroundings and the body with which a robot is simulated.
-    pub(crate) fn robot(&self, task: &Task, robot: usize) -> (Surroundings<R>, Body<R>) {
+    /// Returns the surroundings in which a robot is simulated.
+    pub(crate) fn surroundings(&self, task: &Task, robot: usize) -> Surroundings<R> {
+        surroundings_of(task, &self.sizes, self.others(robot))
+    }
+
+    /// Returns the body with which a robot is simulated.
+    pub(crate) fn body(&self, task: &Task, robot: usize) -> Body<R> {
         let body = self.mixing[robot].body(task, self.z(robot));
-        in_surroundings(task, &self.sizes, body, self.others(robot))
+        scaled(task, &self.sizes, body, self.others(robot))
     }
 
     /// Simulates a range of robots together. If there are several, they must share one controller.
     fn group(&self, task: &Task, robots: Range<usize>) -> Vec<Trajectory<R>> {
         let each = |is_shared: bool| robots.clone().take(if is_shared { 1 } else { usize::MAX });
-        let surroundings = each(self.shares_surroundings()).map(|k| self.robot(task, k).0);
-        let bodies = each(self.shares_body()).map(|k| self.robot(task, k).1);
+        let surroundings = each(self.shares_surroundings()).map(|k| self.surroundings(task, k));
+        let bodies = each(self.shares_body()).map(|k| self.body(task, k));
         let (surroundings, bodies): (Vec<_>, Vec<_>) = (surroundings.collect(), bodies.collect());
         let starts: Vec<&State<R>> = robots.clone().map(|robot| self.start(robot)).collect();
         let all = Robots {
@@ -278,14 +283,13 @@ impl<R: Number> Asked<R> {
             ..self.span.clone()
         };
         let body = self.mixing[robot].body(task, &inputs.z);
-        let (surroundings, body) = in_surroundings(task, &self.sizes, body, &of);
+        let body = scaled(task, &self.sizes, body, &of);
+        let surroundings = surroundings_of(task, &self.sizes, &of);
         let one = Robots::one(&surroundings, &body, &inputs.controller);
         let walk = walks(task, &self.sizes, &one, &[&of], &[&inputs.start], &every).remove(0);
-        let states = walk.states.iter().enumerate();
-        let found = states.filter_map(|(k, state)| Some((k, state, state.absurd_node()?)));
-        found
-            .take(1)
-            .last()
+        let mut states = walk.states.iter().enumerate();
+        states
+            .find_map(|(k, state)| Some((k, state, state.absurd_node()?)))
             .map_or_else(not_again, |(k, state, node)| Error::Diverged {
                 step: self.span.first + k.saturating_sub(1),
                 node,
@@ -339,40 +343,37 @@ pub(crate) fn ends_absurd<R: Number>(seen: &[R], nodes: usize) -> bool {
     })
 }
 
-/// Returns the surroundings of a robot whose other inputs have the numbers `others`, and its body in them: `body` is the
-/// one that its design vectors determine.
-pub(crate) fn in_surroundings<R: Real>(
+/// Returns the surroundings of a robot whose other inputs have the numbers `others`.
+pub(crate) fn surroundings_of<R: Real>(
+    task: &Task,
+    sizes: &Sizes,
+    others: &[R],
+) -> Surroundings<R> {
+    let (_, goals, physics) = sizes.others.split(sizes.edges, others);
+    let scene = task.simulator.surroundings();
+    let with_goals = (goals.iter().enumerate()).fold(scene, |surroundings, (k, &number)| {
+        let axis = ["along", "above"][k % 2];
+        surroundings.with(&format!("goal.{}.{axis}", k / 2), number)
+    });
+    let numbers = physics.filter(|(name, _)| !FACTORS.contains(name));
+    numbers.fold(with_goals, |surroundings, (name, numbers)| {
+        surroundings.with(name, numbers[0])
+    })
+}
+
+/// Returns the body that design vectors determine, multiplied by the factors among the other inputs, which have the numbers
+/// `others`.
+pub(crate) fn scaled<R: Real>(
     task: &Task,
     sizes: &Sizes,
     mut body: Body<R>,
     others: &[R],
-) -> (Surroundings<R>, Body<R>) {
-    let (_, goals, physics) = sizes.others.split(sizes.edges, others);
-    let scene = task.simulator.surroundings();
-    let mut surroundings = (goals.iter().enumerate()).fold(scene, |surroundings, (k, &number)| {
-        let axis = ["along", "above"][k % 2];
-        surroundings.with(&format!("goal.{}.{axis}", k / 2), number)
-    });
-    for (name, numbers) in physics {
-        let scaled = match FACTORS.iter().position(|factor| *factor == name) {
-            Some(0) => &mut body.stiffness,
-            Some(1) => &mut body.strain,
-            Some(2) => {
-                let lengths = task.lattice.rest_length.iter();
-                body.rest_length = lengths.map(|&length| R::lit(length)).collect();
-                &mut body.rest_length
-            }
-            Some(_) => &mut body.mass,
-            None => {
-                surroundings = surroundings.with(name, numbers[0]);
-                continue;
-            }
-        };
-        for (x, &factor) in scaled.iter_mut().zip(numbers.iter().cycle()) {
-            *x *= factor;
-        }
+) -> Body<R> {
+    let (.., physics) = sizes.others.split(sizes.edges, others);
+    for (name, factors) in physics {
+        body.scale(name, factors, &task.lattice.rest_length);
     }
-    (surroundings, body)
+    body
 }
 
 /// Simulates robots whose other inputs have the numbers `others`. If they have no given activations, they have the first of
@@ -414,12 +415,16 @@ pub(crate) fn seen<R: Real>(
         false => robot.others.clone(),
     });
     let others: Vec<Vec<R>> = others.collect();
-    let in_surroundings = |(place, robot): (usize, &WithOthers<R>)| {
-        let body = asked.mixing[first + place].body(task, &robot.inputs.z);
-        in_surroundings(task, &asked.sizes, body, &others[place])
-    };
-    let (surroundings, bodies): (Vec<_>, Vec<_>) =
-        robots.iter().enumerate().map(in_surroundings).unzip();
+    let surroundings = others
+        .iter()
+        .map(|others| surroundings_of(task, &asked.sizes, others));
+    let surroundings: Vec<_> = surroundings.collect();
+    let bodies = robots.iter().zip(&others).zip(first..);
+    let bodies = bodies.map(|((robot, others), k)| {
+        let body = asked.mixing[k].body(task, &robot.inputs.z);
+        scaled(task, &asked.sizes, body, others)
+    });
+    let bodies: Vec<_> = bodies.collect();
     let all = Robots {
         surroundings: &surroundings,
         bodies: &bodies,

@@ -1,7 +1,7 @@
 //! Populations on a GPU.
 
 use crate::arrays::{Number, flattened};
-use crate::asked::{Asked, in_surroundings};
+use crate::asked::{Asked, scaled, surroundings_of};
 use crate::errors::{Error, InputError};
 use crate::work::OfProcess;
 use autodiff::Var;
@@ -87,8 +87,8 @@ impl Device {
 fn batch<R: Number>(task: &Task, asked: &Asked<R>) -> Batch {
     let robots = asked.robots;
     let or_one = |is_shared: bool| 0..if is_shared { 1 } else { robots };
-    let body = |robot| -> Body<f64> { asked.robot(task, robot).1.map(Into::into) };
-    let surroundings = |robot| asked.robot(task, robot).0.map(Into::into);
+    let body = |robot| -> Body<f64> { asked.body(task, robot).map(Into::into) };
+    let surroundings = |robot| asked.surroundings(task, robot).map(Into::into);
     Batch {
         simulator: task.simulator.clone(),
         span: asked.span.clone(),
@@ -125,10 +125,10 @@ impl<R: Number> Losses for Pulled<'_, R> {
         let (own, others) = numbers.split_at(numbers.len() - others);
         inputs.set(ALL, own);
         let body = self.asked.mixing[robot].body(self.task, &inputs.z);
-        let (surroundings, body) = in_surroundings(self.task, &self.asked.sizes, body, others);
+        let sizes = &self.asked.sizes;
         Member {
-            surroundings,
-            body,
+            surroundings: surroundings_of(self.task, sizes, others),
+            body: scaled(self.task, sizes, body, others),
             controller: inputs.controller,
             start: inputs.start,
         }

@@ -1,6 +1,6 @@
 //! The class `Simulator`. Arrays from Python have an axis for robots in front.
 
-use crate::arrays::{FACTORS, Number, Others, Sizes, array};
+use crate::arrays::{Number, Others, Sizes, array};
 use crate::device::Device;
 use crate::errors::{InputError, caught, raised};
 use crate::rollouts::Pair;
@@ -8,6 +8,7 @@ use crate::scene::Scene;
 use autodiff::CotangentBound;
 use cosmic::codesign::CoDesign;
 use cosmic::inputs::ALL;
+use cosmic::lattice::FACTORS;
 use cosmic::scene;
 use cosmic::simulator::Span;
 use cosmic::task::Task;

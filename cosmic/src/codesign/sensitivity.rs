@@ -75,14 +75,10 @@ impl Evaluator {
     ) -> f64 {
         let simulator = &self.task.simulator;
         let (mut surroundings, mut body) = (simulator.surroundings(), self.task.body(design));
-        let of_body = [&mut body.stiffness, &mut body.strain, &mut body.mass];
-        match OF_BODY.iter().position(|own| *own == name) {
-            Some(k) => of_body[k].iter_mut().for_each(|number| *number *= factor),
-            None => {
-                let value = surroundings.iter().find(|(own, _)| *own == name);
-                if let Some((_, value)) = value {
-                    surroundings = surroundings.with(name, value * factor);
-                }
+        if !body.scale(name, &[factor], &self.task.lattice.rest_length) {
+            let value = surroundings.iter().find(|(own, _)| *own == name);
+            if let Some((_, value)) = value {
+                surroundings = surroundings.with(name, value * factor);
             }
         }
         let starts = domains.iter().take(STARTS).map(|domain| &domain.start);

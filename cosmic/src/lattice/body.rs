@@ -92,6 +92,37 @@ impl<R: Copy> Body<R> {
     }
 }
 
+/// The names of the numbers that [`Body::scale`] multiplies: those of all edges (`bars`) and of all nodes.
+pub const FACTORS: [&str; 4] = [
+    "bars.stiffness",
+    "bars.strain",
+    "bars.rest_length",
+    "nodes.mass",
+];
+
+impl<R: Real> Body<R> {
+    /// Multiplies the numbers of this name by factors: one for each edge or node, or a single one for all. `rest_length` has
+    /// the rest lengths of the lattice, m. Returns false, and does nothing, if the name is not one of [`FACTORS`].
+    pub fn scale(&mut self, name: &str, factors: &[R], rest_length: &[f64]) -> bool {
+        let numbers = match name {
+            "bars.stiffness" => &mut self.stiffness,
+            "bars.strain" => &mut self.strain,
+            "bars.rest_length" => {
+                if self.rest_length.is_empty() {
+                    self.rest_length = R::lits(rest_length);
+                }
+                &mut self.rest_length
+            }
+            "nodes.mass" => &mut self.mass,
+            _ => return false,
+        };
+        for (number, &factor) in numbers.iter_mut().zip(factors.iter().cycle()) {
+            *number *= factor;
+        }
+        true
+    }
+}
+
 impl<R: Copy> Marker<R> {
     /// This marker with `f` applied to every weight.
     pub fn map<S>(&self, f: impl Fn(R) -> S) -> Marker<S> {

@@ -8,7 +8,7 @@ mod truss;
 mod body;
 mod mirror;
 
-pub use body::{Body, Marker};
+pub use body::{Body, FACTORS, Marker};
 pub use own::{EdgeRules, Mirror, Payload, Truss};
 pub use state::State;
 pub use truss::{EdgeVector, Lattice};
