@@ -13,9 +13,9 @@ def whole(name: str, value: Any, least: int, most: Optional[int] = None) -> int:
     """Converts an argument to a whole number from ``least`` to ``most``. A float such as 100.0 is one."""
     allowed = f"{least} or more" if most is None else f"{least} to {most}"
     try:
-        is_whole = isinstance(value, numbers.Real) and value == value // 1
-        number = operator.index(int(value) if is_whole else value)
-    except TypeError:
+        given = int(value) if issubclass(type(value), numbers.Real) else operator.index(value)
+        number = given if given == value else None
+    except (TypeError, ValueError, OverflowError):
         number = None
     if number is None or number < least or (most is not None and number > most):
         raise InputError(f"{name}: {value!r}: expected a whole number, {allowed}")

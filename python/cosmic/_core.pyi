@@ -71,11 +71,10 @@ class Simulator:
     def with_others(
         self, driven: Optional[int], changes: Optional[list[int]], physics: list[tuple[str, int]]
     ) -> Simulator: ...
-    def choose(self, z: _Array, lost: list[bool]) -> str: ...
     def decide(self, projection: str) -> None: ...
     def initial(self, seed: int) -> _Floats: ...
     def rollout(
-        self, arrays: Sequence[_Array], observed: list[int], first: int, projection: str, check: bool
+        self, arrays: Sequence[_Array], observed: list[int], first: int, check: bool
     ) -> tuple[_Array, _Array]: ...
     def vjp(
         self,
@@ -84,7 +83,6 @@ class Simulator:
         v_bar: _Array,
         observed: list[int],
         first: int,
-        projection: str,
         bounded: bool,
         check: bool,
         by: int,
@@ -95,7 +93,6 @@ class Simulator:
         tangents: Sequence[_Array],
         observed: list[int],
         first: int,
-        projection: str,
         check: bool,
     ) -> _Array: ...
 
@@ -106,11 +103,19 @@ class Planned:
         self,
         simulator: Simulator,
         observed: Sequence[int],
-        first: int,
         bounded: bool,
         arrays: Sequence[tuple[str, int]],
     ) -> None: ...
     id: int
+
+STATES: int
+"""The mode in which a call of XLA computes states."""
+PUSHED: int
+"""The mode in which it computes derivatives of states in a direction."""
+PULLED: int
+"""The mode in which it computes gradients of states times cotangents."""
+GRADIENTS: list[str]
+"""The arrays in the order of the bits of ``by``."""
 
 def xla_handler(minor: int) -> object: ...
 

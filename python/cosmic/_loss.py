@@ -6,7 +6,8 @@ import difflib
 import inspect
 import operator
 from collections.abc import Callable, Sequence
-from typing import Any, Optional, Union
+from functools import wraps
+from typing import Any, Optional, Protocol, Union, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -18,6 +19,7 @@ Floats = npt.NDArray[np.float64]
 #: From ``x`` and ``v``, and ``goal`` if goals are given, to the value and its gradients with respect to positions
 #: and velocities. If the loss sees more, a dictionary of gradients may follow.
 ValueAndGradient = Callable[..., tuple[Any, ...]]
+_Function = Callable[..., Any]
 #: Steps to observe: an interval, or a function from the number of steps of a rollout to a list of steps.
 Steps = Union[int, Callable[[int], Sequence[int]]]
 
@@ -74,9 +76,12 @@ class Loss:
         function: ValueAndGradient,
         observed: Optional[Steps] = None,
         is_far: bool = False,
+        *,
+        of: Optional[Callable[..., Any]] = None,
     ) -> None:
+        # With `of`, `function` is the gradient of that function, which has the names of the arguments.
         self.function = function
-        self.sees = _sees(function)
+        self.sees = _sees(of or function)
         self.is_far = is_far
         if observed is not None and not callable(observed):
             observed = whole("observed", observed, 1)
@@ -108,22 +113,22 @@ class Loss:
         """The loss, and its gradient as one vector: with respect to positions, velocities, and the other arrays
         that it sees."""
         answer = self.function(x, v, *goal, **seen)
-        if not isinstance(answer, (tuple, list)) or len(answer) not in ((3, 4) if seen else (3,)):
+        if not isinstance(answer, (tuple, list)) or len(answer) not in (3, 4):
             further = ", and a dictionary of the other gradients" if seen else ""
             raise InputError(
                 "the loss must return three things, its value and its gradients with respect to "
                 f"positions and velocities{further}; found {answer!r}"
             )
-        others = answer[3] if len(answer) == 4 else {}
-        if not isinstance(others, dict) or not others.keys() <= seen.keys():
+        by_seen = answer[3] if len(answer) == 4 else {}
+        if not isinstance(by_seen, dict) or not by_seen.keys() <= seen.keys():
             raise InputError(
                 f"the loss: expected a dictionary of gradients with respect to {', '.join(seen)} as its fourth "
-                f"thing, found {others!r}"
+                f"thing, found {by_seen!r}"
             )
         value = np.asarray(answer[0])
         if value.ndim != 0 or value.dtype.kind not in "fiu":
             raise InputError(f"the loss: expected a number as its value, found {answer[0]!r}")
-        gradients = {"x": answer[1], "v": answer[2], **others}
+        gradients = {"x": answer[1], "v": answer[2], **by_seen}
         flat = []
         for name, like in {"x": x, "v": v, **seen}.items():
             array = np.asarray(gradients.get(name, np.zeros_like(like)))
@@ -134,6 +139,29 @@ class Loss:
                 )
             flat.append(np.float64(array).ravel())
         return float(value), np.concatenate(flat)
+
+
+class Decorator(Protocol):
+    """The type of :func:`cosmic.jax.loss` and :func:`cosmic.torch.loss`: functions, and decorators with options."""
+
+    @overload
+    def __call__(self, function: _Function, *, observed: Optional[Steps] = None, is_far: bool = False) -> Loss: ...
+    @overload
+    def __call__(
+        self, function: None = None, *, observed: Optional[Steps] = None, is_far: bool = False
+    ) -> Callable[[_Function], Loss]: ...
+
+
+def decorator(make: Callable[[_Function, Optional[Steps], bool], Loss]) -> Decorator:
+    """Makes a decorator with options from a function of all arguments."""
+
+    @wraps(make)
+    def decorated(function: Any = None, *, observed: Optional[Steps] = None, is_far: bool = False) -> Any:
+        if function is None:
+            return lambda function: make(function, observed, is_far)
+        return make(function, observed, is_far)
+
+    return decorated
 
 
 def _sees(function: Any) -> list[str]:

@@ -90,12 +90,12 @@ def check_rollouts(
     states: int,
     copies: int = 1,
     steps: Optional[int] = None,
-    others: int = 0,
+    more: int = 0,
 ) -> None:
-    """Refuses rollouts that need too much memory: numbers of ``size`` bytes, ``others`` of them for activations, goals and
+    """Refuses rollouts that need too much memory: numbers of ``size`` bytes, ``more`` of them for activations, goals and
     physics, and ``copies`` copies of the positions and velocities. If ``steps`` is given, gradients
     of rollouts with this number of steps."""
-    numbers = of["numbers"] + others
+    numbers = of["numbers"] + more
     needed = robots * size * (numbers + 4 * copies * states * of["nodes"])
     what, remedy = "a rollout", "use fewer robots at once, or observe fewer states (`observed`)"
     if steps is not None:

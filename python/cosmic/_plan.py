@@ -38,14 +38,13 @@ class Plan:
     @property
     def core(self) -> _core.Planned:
         """The plan for XLA, which it can run as long as this object exists. Equal plans share it."""
-        key = (self.observed, self.first, self.bounded, self.changes, self.arrays)
-        made = self.simulator._planned.get(key)
-        if made is None:
+
+        def made() -> _core.Planned:
             core = self.simulator.core_for(self.shapes, self.changes)
-            ranks = [(name, len(shape)) for name, shape in self.arrays]
-            made = _core.Planned(core, self.observed, self.first, self.bounded, ranks)
-            self.simulator._planned[key] = made
-        return made
+            ranks = [(name, len(shape)) for name, shape in self.arrays if name != "first"]
+            return _core.Planned(core, self.observed, self.bounded, ranks)
+
+        return self.simulator.kept((self.observed, self.bounded, self.changes, self.arrays), made)
 
     def run(self, arrays: Sequence[Array]) -> Trajectory:
         """The rollout. A robot that diverges gets NaN."""

@@ -6,7 +6,7 @@ import math
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, NamedTuple, Optional, Union, overload
+from typing import Any, NamedTuple, Optional, TypeVar, Union, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -24,10 +24,14 @@ from ._scene import SceneLike, as_scene
 Array = npt.NDArray[Any]
 #: The steps to observe: an interval, or a list of steps.
 Observed = Union[int, Sequence[int], npt.NDArray[np.integer[Any]]]
+#: From positions, velocities and the time in seconds to the activations of all edges.
+Policy = Callable[[Any, Any, Any], Any]
 
 
 #: The projections from design vectors to mixtures of materials.
 PROJECTIONS = ("auto", "performance", "stability", "none", "layout")
+
+_Made = TypeVar("_Made")
 
 #: Where a simulator computes.
 DEVICES = ("cpu", "gpu")
@@ -119,13 +123,9 @@ class _Robots(NamedTuple):
     """The arrays, with an axis of robots in front."""
     batch: Optional[int]
     """The number of robots; None for a single robot, whose arrays had no axis of robots."""
-    lost: npt.NDArray[np.bool_]
-    """The robots whose inputs are not finite."""
 
     def results(self, *arrays: Array) -> list[Array]:
-        """Fills results of the lost robots with NaN, and removes the axis of a single robot."""
-        for array in arrays:
-            array[self.lost] = np.nan
+        """Removes the axis of a single robot."""
         return [array[0] if self.batch is None else array for array in arrays]
 
 
@@ -162,7 +162,7 @@ class Simulator:
         check_simulator(self._sizes)
         self._core = _core.Simulator(self.scene, device == "gpu", projection)
         self._given_projection = projection
-        self._planned: dict[Any, _core.Planned] = {}
+        self._kept: dict[Any, Any] = {}
         self.dt: float = self._core.dt
         """Length of a step, s."""
         self.steps: int = self._core.steps
@@ -178,7 +178,6 @@ class Simulator:
         ground and the time step never are: use a simulator of another scene."""
         self.factors: dict[str, int] = {name: count for name, _, count in physics if count}
         """The numbers of physics that are factors, with the number of edges or nodes."""
-        self._cores: dict[Any, _core.Simulator] = {}
         self.edges: npt.NDArray[np.int64] = self._core.edges
         """The two nodes of every edge, shape ``(edges, 2)``."""
         self.rest_length: npt.NDArray[np.float64] = np.array(self._core.rest_length)
@@ -240,8 +239,15 @@ class Simulator:
         first: int = 0,
         check: bool = True,
         goal: Optional[Goal] = None,
+        policy: Optional[Policy] = None,
+        frame_skip: int = 16,
     ) -> Trajectory:
         """Simulates one robot or several from their starts.
+
+        ``policy`` takes the place of the controller in ``inputs``. It is a function ``policy(x, v, time)`` of the positions and
+        velocities of all robots and of the seconds since the scene's start. It returns activations from -1 to 1, of shape
+        ``(edges,)`` or ``(batch, edges)``, which are held for ``frame_skip`` steps. All observed steps must be multiples of
+        ``frame_skip``.
 
         ``goal`` is where the robot should go, in a scene with ``controller.goals = "given"``; by default
         ``controller.goal``. It is a distance along the ground in metres, positive ahead, or a pair
@@ -259,14 +265,17 @@ class Simulator:
         ``trajectory`` of the ``KeyboardInterrupt`` has the states of the finished robots, and NaN for the
         others.
         """
+        if policy is not None:
+            of = (self.rollout, self, inputs, steps, observed, first, policy, frame_skip, goal, np)
+            return with_policy(*of, check=check)
         seen, first = self.span(steps, observed, first)
         robots = self._robots(inputs, seen, goal, check)
-        projection = self._projection(robots)
         try:
-            states = robots.core.rollout(robots.arrays, seen, first, projection, check)
+            states = robots.core.rollout(robots.arrays, seen, first, check)
         except KeyboardInterrupt as stopped:
-            if hasattr(stopped, "trajectory"):
-                stopped.trajectory = Trajectory(*stopped.trajectory)
+            finished = getattr(stopped, "trajectory", None)
+            if finished is not None:
+                setattr(stopped, "trajectory", Trajectory(*finished))
             raise
         return Trajectory(*robots.results(*states))
 
@@ -338,11 +347,9 @@ class Simulator:
         for name, bar in (("x_bar", x_bar), ("v_bar", v_bar)):
             if bar.shape != expected:
                 raise InputError(f"{name}: expected the shape {list(expected)}, found {list(bar.shape)}")
-        projection = self._projection(robots)
+        bits = wanted(by, robots.shapes)
         (gradient,) = robots.results(
-            robots.core.vjp(
-                robots.arrays, x_bar, v_bar, seen, first, projection, bounded, check, wanted(by, robots.shapes)
-            )
+            robots.core.vjp(robots.arrays, x_bar, v_bar, seen, first, bounded, check, bits)
         )
         arrays = split(gradient, robots.shapes)
         by_goal = arrays.pop("goal", None)
@@ -375,10 +382,7 @@ class Simulator:
             )
         if along.batch not in (None, robots.batch):
             raise InputError("tangents: inputs and tangents must have the same batch size")
-        projection = self._projection(robots)
-        (numbers,) = robots.results(
-            robots.core.jvp(robots.arrays, along.arrays, seen, first, projection, check)
-        )
+        (numbers,) = robots.results(robots.core.jvp(robots.arrays, along.arrays, seen, first, check))
         states = numbers.reshape(*numbers.shape[:-1], 4, len(seen), *self.shapes["x0"])
         x, v, dx, dv = (states[..., k, :, :, :] for k in range(4))
         return Trajectory(x, v), Trajectory(dx, dv)
@@ -411,7 +415,7 @@ class Simulator:
         steps: Optional[int] = None,
     ) -> _Robots:
         """Checks the arrays of robots and how much memory a rollout needs, and gives each array an axis of
-        robots. If ``check`` is False, numbers that are not finite are replaced by 0."""
+        robots."""
         given = self.named(inputs)
         named = dict(zip(given, _numbers(given, list(given.values()))))
         if dtype is None:
@@ -429,24 +433,15 @@ class Simulator:
             if count != of_other:
                 raise InputError(f"{name}: {count} robots, but {other} has {of_other}")
         robots = batched[0][1] if batched else 1
-        others = sum(math.prod(shape) for name, shape in shapes.items() if name not in self.shapes)
-        check_rollouts(self._sizes, robots, dtype.itemsize, len(seen), copies, steps, others)
-        arrays, lost = [], np.zeros(robots, np.bool_)
-        for name, array in named.items():
-            own = ordered(array if counts[name] else array[None], dtype)
-            finite = np.isfinite(own)
-            if not finite.all():
-                if check:
-                    place = np.argwhere(~np.isfinite(array))[0].tolist()
-                    value = array[tuple(place)]
-                    raise InputError(f"{name}{place or ''} is {value}: expected finite numbers")
-                lost |= ~finite.all(axis=tuple(range(1, own.ndim)))
-                own = np.where(finite, own, own.dtype.type(0))
-                if name == "z":
-                    # A row of zeros is not a design that every projection takes; a row of void is.
-                    own[~finite.all(axis=-1)] = (1, 0, 0)
-            arrays.append(own)
-        return _Robots(core, shapes, arrays, robots if batched else None, lost)
+        more = sum(math.prod(shape) for name, shape in shapes.items() if name not in self.shapes)
+        check_rollouts(self._sizes, robots, dtype.itemsize, len(seen), copies, steps, more)
+        for name, array in named.items() if check else ():
+            lost = np.argwhere(~np.isfinite(array))
+            if len(lost):
+                place = lost[0].tolist()
+                raise InputError(f"{name}{place or ''} is {array[tuple(place)]}: expected finite numbers")
+        arrays = [ordered(array if counts[name] else array[None], dtype) for name, array in named.items()]
+        return _Robots(core, shapes, arrays, robots if batched else None)
 
     def _goals(self, goal: Goal) -> Goals:
         """The goals of an argument."""
@@ -503,19 +498,17 @@ class Simulator:
             return self._core
         if driven is not None and self.device == "gpu":
             raise InputError(f'{DRIVEN}: not on a GPU; use a Simulator with device="cpu"')
-        key = (driven, None if changes is None else tuple(changes), tuple(physics))
-        if key not in self._cores:
-            if len(self._cores) >= 16:
-                self._cores.clear()
-            self._cores[key] = self._core.with_others(
-                driven, None if changes is None else list(changes), physics
-            )
-        return self._cores[key]
+        goals = None if changes is None else list(changes)
+        key = (driven, None if goals is None else tuple(goals), tuple(physics))
+        return self.kept(key, lambda: self._core.with_others(driven, goals, physics))
 
-    def _projection(self, robots: _Robots) -> str:
-        """The projection of these robots. The first call decides what ``"auto"`` is. Robots that are ``lost`` do not
-        count, because their rows are not finite."""
-        return robots.core.choose(robots.arrays[0], robots.lost.tolist())
+    def kept(self, key: Any, make: Callable[[], _Made]) -> _Made:
+        """What ``make`` made for this key. Only the newest 32 objects are kept."""
+        made: _Made = self._kept.get(key) or make()
+        self._kept[key] = made
+        for old in list(self._kept)[:-32]:
+            self._kept.pop(old, None)
+        return made
 
     def __reduce__(self) -> tuple[Callable[..., Simulator], tuple[Scene, str, str, str]]:
         return _restored, (self.scene, self._given_projection, self.device, self.projection)
@@ -533,11 +526,10 @@ def _restored(scene: Scene, given: str, device: str, projection: str) -> Simulat
     return made
 
 
-#: The bits of the argument ``by`` of ``_core.Simulator.vjp``. The controller has the bit 2. Activations, goals and physics
-#: have the bit 16.
-_BITS = {"z": 1, "x0": 4, "v0": 8}
+#: The bits of the argument ``by`` of ``_core.Simulator.vjp``.
+_BITS = {name: 1 << k for k, name in enumerate(_core.GRADIENTS)}
 #: The bits of all arrays.
-EVERY = 31
+EVERY = sum(_BITS.values())
 
 
 def wanted(by: Optional[Iterable[str]], shapes: Mapping[str, tuple[int, ...]]) -> int:
@@ -551,7 +543,7 @@ def wanted(by: Optional[Iterable[str]], shapes: Mapping[str, tuple[int, ...]]) -
         if name not in shapes:
             raise InputError(f"by: {name!r}: allowed: {', '.join(shapes)}")
         is_other = "." in name or name in (DRIVEN, "goal")
-        bits |= _BITS.get(name, 16 if is_other else 2)
+        bits |= _BITS.get(name, _BITS["others" if is_other else "controller"])
     return bits
 
 
@@ -573,6 +565,61 @@ def stepped(
     held, steps = held[..., None, :], whole("steps", steps, 1)
     seen = rollout(Inputs(z, {DRIVEN: held}, x, v, physics), observed=[steps], **options)
     return Trajectory(*(states[..., 0, :, :] for states in seen))
+
+
+def with_policy(
+    rollout: Any,
+    simulator: Simulator,
+    inputs: Inputs,
+    steps: Optional[int],
+    observed: Observed,
+    first: Any,
+    policy: Policy,
+    frame_skip: int,
+    goal: Optional[Goal],
+    of: Any,
+    loop: Optional[Callable[..., Sequence[Any]]] = None,
+    **options: Any,
+) -> Trajectory:
+    """A rollout with a policy, by a function like :meth:`Simulator.rollout`, with arrays of the module ``of``."""
+    if not callable(policy):
+        raise InputError(f"policy: {policy!r}: expected a function of x, v and time")
+    if goal is not None:
+        raise InputError("goal: a rollout with a policy has no goal; let the policy know the goal")
+    leaves(inputs)
+    z, _, x0, v0, physics = Inputs(*inputs)
+    # The number of earlier steps may be a counter of JAX.
+    known = int(first) if isinstance(first, (int, np.integer)) else 0
+    length, (seen, _) = whole("frame_skip", frame_skip, 1), simulator.span(steps, observed, known)
+    for step in seen:
+        if step % length:
+            raise InputError(
+                f"frame_skip: {frame_skip}: the numbers of all observed steps must be multiples of it, and step {step} is "
+                "observed; change frame_skip, steps or observed"
+            )
+
+    def frame(state: Trajectory, number: Any) -> Trajectory:
+        begin = first + number * length
+        held = policy(*state, begin * simulator.dt)
+        return stepped(rollout, z, *state, held, length, physics, of, first=begin, **options)
+
+    # A policy gets the states of all robots, also if the robots share their start.
+    batches = [np.shape(own)[:-2] for own in (z, x0, v0)]
+    batches += [np.shape(own)[: max(0, np.ndim(own) - (name in simulator.factors))] for name, own in physics.items()]
+    batch, state = max(batches, key=len), (of.asarray(x0), of.asarray(v0))
+    start = Trajectory(*(own if own.ndim != 2 else of.broadcast_to(own, (*batch, *own.shape)) for own in state))
+    states = (loop or _loop)(frame, start, seen[-1] // length, of)
+    return Trajectory(*(own[..., np.array(seen) // length, :, :] for own in states))
+
+
+def _loop(frame: Callable[[Trajectory, int], Trajectory], start: Trajectory, frames: int, of: Any) -> list[Any]:
+    """Positions and velocities at the start and after each frame."""
+    states = [start]
+    for number in range(frames):
+        states.append(frame(states[-1], number))
+    # A policy may return activations of several robots for one.
+    shape = states[-1].x.shape
+    return [of.stack([of.broadcast_to(own, shape) for own in each], -3) for each in zip(*states)]
 
 
 def _batch(name: str, array: Array, shape: tuple[int, ...]) -> Optional[int]:

@@ -426,13 +426,14 @@ class WalkVectorEnv(VectorEnv[_Seen, npt.NDArray[np.float32], npt.NDArray[Any]])
         self._seen: list[list[_Floats]] = [[] for _ in range(num_envs)]
         self._random: list[tuple[np.random.Generator, int]] = []
 
+    # As in gymnasium's SyncVectorEnv, and not as in its base class.
     @property
-    def np_random(self) -> tuple[np.random.Generator, ...]:
+    def np_random(self) -> tuple[np.random.Generator, ...]:  # pyright: ignore[reportIncompatibleMethodOverride]
         """The generator of every robot."""
         return tuple(random for random, _ in self._seeded([None] * self.num_envs))
 
     @property
-    def np_random_seed(self) -> tuple[int, ...]:
+    def np_random_seed(self) -> tuple[int, ...]:  # pyright: ignore[reportIncompatibleMethodOverride]
         """The seed of every robot."""
         return tuple(seed for _, seed in self._seeded([None] * self.num_envs))
 

@@ -14,20 +14,21 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
-from functools import partial, wraps
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any, Optional, Union, overload
+from typing import Any, Optional
 
 import numpy as np
 
 from . import _core
 from ._errors import InputError, extra
 from ._goal import Goal
-from ._loss import Loss, Steps
+from ._loss import Loss, Steps, decorator
 from ._memory import check_rollouts
 from ._plan import Plan, planned
-from ._simulator import EVERY, Inputs, Observed, Simulator, Trajectory, stepped, wanted
+from ._simulator import EVERY, Inputs, Observed, Policy, Simulator, Trajectory, stepped, wanted, with_policy
 
 with extra("jax"):
     import jax
@@ -35,6 +36,7 @@ with extra("jax"):
     from jax.interpreters import ad, batching, mlir, xla
 
 try:
+    import jax.core
     import jax.extend.core
     import jax.ffi
 except ImportError:
@@ -59,7 +61,7 @@ jax.ffi.register_ffi_target(_NAME, _core.xla_handler(_version()), platform="cpu"
 
 #: What a call of the library computes: the states of a rollout, their derivatives in a direction of the arrays, or the
 #: gradients of states times cotangents by the arrays.
-_STATES, _PUSHED, _PULLED = range(3)
+_STATES, _PUSHED, _PULLED = _core.STATES, _core.PUSHED, _core.PULLED
 
 #: A call of the library. Its arguments are the arrays of a plan, and then those of a direction or of cotangents. Each may
 #: have one more axis in front for several robots. Robots share an array without it, except for cotangents.
@@ -70,8 +72,8 @@ _call.multiple_results = True
 def _shapes(plan: Plan, mode: int) -> list[tuple[int, ...]]:
     """The shapes of the arguments for one robot."""
     own = list(plan.shapes.values())
-    others = {_STATES: [], _PUSHED: own, _PULLED: [plan.states] * 2}
-    return own + others[mode]
+    directions = {_STATES: [], _PUSHED: own, _PULLED: [plan.states] * 2}
+    return own + directions[mode]
 
 
 def _robots(plan: Plan, mode: int, arrays: Sequence[Any]) -> tuple[int, ...]:
@@ -104,7 +106,7 @@ def _compiled(context: Any, *operands: Any, plan: Plan, mode: int, by: int) -> A
         len(plan.observed),
         copies=4 if mode == _PUSHED else 1,
         steps=plan.observed[-1] if mode == _PULLED else None,
-        others=sum(math.prod(shape) for name, shape in plan.arrays if name not in simulator.shapes),
+        more=sum(math.prod(shape) for name, shape in plan.arrays if name not in simulator.shapes),
     )
     # XLA finds the simulator as long as the compiled function exists.
     context.module_context.add_keepalive(plan.core)
@@ -153,13 +155,13 @@ def _mapped(arrays: Sequence[Any], axes: Sequence[Any], plan: Plan, mode: int, b
 def _differentiated(arrays: Any, tangents: Any, plan: Plan, mode: int, by: int) -> tuple[Any, Any]:
     """The rule of forward mode. The other modes are linear in their last arguments, so they are their own derivatives."""
     count = len(plan.shapes)
-    given, others = arrays[:count], tangents[count:]
+    given, directions = arrays[:count], tangents[count:]
     if mode == _STATES:
-        others = tangents
+        directions = tangents
     elif any(type(tangent) is not ad.Zero for tangent in tangents[:count]):
         raise InputError("second derivatives of a rollout are not supported; use differences of gradients")
     derivatives = _call.bind(
-        *given, *map(ad.instantiate_zeros, others), plan=plan, mode=mode or _PUSHED, by=by
+        *given, *map(ad.instantiate_zeros, directions), plan=plan, mode=mode or _PUSHED, by=by
     )
     return _call.bind(*arrays, plan=plan, mode=mode, by=by), derivatives
 
@@ -167,14 +169,14 @@ def _differentiated(arrays: Any, tangents: Any, plan: Plan, mode: int, by: int) 
 def _transposed(bars: Any, *arrays: Any, plan: Plan, mode: int, by: int) -> list[Any]:
     """The rule of reverse mode: derivatives in a direction and gradients are transposes of each other."""
     count = len(plan.shapes)
-    given, others = arrays[:count], arrays[count:]
+    given, directions = arrays[:count], arrays[count:]
     bars = map(ad.instantiate_zeros, bars)
     if mode == _PUSHED:
-        named = zip(plan.shapes, others)
+        named = zip(plan.shapes, directions)
         by = wanted([name for name, other in named if ad.is_undefined_primal(other)], plan.shapes)
     results = _call.bind(*given, *bars, plan=plan, mode=_PULLED if mode == _PUSHED else _PUSHED, by=by)
     own: list[Any] = [None] * count
-    for result, other in zip(results, others):
+    for result, other in zip(results, directions):
         if not ad.is_undefined_primal(other):
             own.append(None)
         else:
@@ -207,12 +209,15 @@ def rollout(
     steps: Optional[int] = None,
     observed: Observed = 16,
     *,
-    first: int = 0,
+    first: Any = 0,
     bounded: bool = False,
     goal: Optional[Goal] = None,
+    policy: Optional[Policy] = None,
+    frame_skip: int = 16,
 ) -> Trajectory:
     """:meth:`cosmic.Simulator.rollout` as a function of JAX: for ``jit``, ``vmap`` and ``grad``. The
-    goal can be mapped over and differentiated too, but not the times at which it changes.
+    goal can be mapped over and differentiated too, but not the times at which it changes. ``first`` may be the counter of
+    a loop. A ``policy`` runs in ``jax.lax.scan``, and has derivatives with respect to all arrays that it uses.
 
     Computes in double precision if the inputs are in double precision, which JAX allows after
     ``jax.config.update("jax_enable_x64", True)``. If a robot diverges, its later states and its
@@ -232,13 +237,38 @@ def rollout(
             )
         return array
 
-    plan, arrays = planned(simulator, inputs, steps, observed, first, bounded, goal, numbers, jnp)
-    given = [jnp.asarray(array) for array in arrays]
+    if policy is not None:
+        run = partial(rollout, simulator, bounded=bounded)
+        return with_policy(run, simulator, inputs, steps, observed, first, policy, frame_skip, goal, jnp, _scan)
+    is_traced = isinstance(first, jax.core.Tracer)
+    known = 0 if is_traced else first
+    plan, arrays = planned(simulator, inputs, steps, observed, known, bounded, goal, numbers, jnp)
+    first = jnp.asarray(first if is_traced else plan.first)
+    if not jnp.issubdtype(first.dtype, jnp.integer):
+        raise InputError(f"first is of type {first.dtype}: expected a whole number")
+    plan = replace(plan, first=0, arrays=(*plan.arrays, ("first", ())))
+    given = [*map(jnp.asarray, arrays), first]
     _check(plan, given)
-    # The computation is in double precision if any input is, otherwise in single precision.
-    own = [array for name, array in zip(plan.shapes, given) if name != "goal"]
-    dtype: Any = jnp.float64 if jnp.result_type(*own, float) == jnp.float64 else jnp.float32
+    dtype = _precision(array for name, array in zip(plan.shapes, given) if name not in ("goal", "first"))
     return Trajectory(*_call.bind(*(array.astype(dtype) for array in given), plan=plan, mode=_STATES, by=EVERY))
+
+
+def _precision(arrays: Iterable[Any]) -> Any:
+    """Double precision if any array is in double precision, otherwise single precision."""
+    return jnp.float64 if jnp.result_type(*arrays, float) == jnp.float64 else jnp.float32
+
+
+def _scan(frame: Any, start: Trajectory, frames: int, _: Any) -> Any:
+    """Positions and velocities at the start and after each frame."""
+    dtype = _precision(start)
+
+    def after(state: Trajectory, number: Any) -> tuple[Trajectory, Trajectory]:
+        state = Trajectory(*(array.astype(dtype) for array in frame(state, number)))
+        return state, state
+
+    start = Trajectory(*(array.astype(dtype) for array in start))
+    _, later = jax.lax.scan(after, start, jnp.arange(frames))
+    return [jnp.concatenate([own[None], after]) for own, after in zip(start, later)]
 
 
 def step(
@@ -249,35 +279,16 @@ def step(
     activations: Any,
     steps: int = 1,
     *,
-    first: int = 0,
+    first: Any = 0,
     physics: Any = {},
 ) -> Trajectory:
-    """:meth:`cosmic.Simulator.step` as a function of JAX, for policies of your own:
-
-    >>> def frame(state, _):
-    ...     state = cosmic.jax.step(sim, z, state.x, state.v, policy(state), steps=10)
-    ...     return state, state
-    >>> end, seen = jax.lax.scan(frame, cosmic.Trajectory(x0, v0), length=50)  # doctest: +SKIP
-    """
+    """:meth:`cosmic.Simulator.step` as a function of JAX, for loops of your own."""
     run = partial(rollout, simulator, first=first)
     return stepped(run, z, x, v, activations, steps, physics, jnp)
 
 
-_Function = Callable[..., Any]
-
-
-@overload
-def loss(function: _Function, *, observed: Optional[Steps] = None, is_far: bool = False) -> Loss: ...
-@overload
-def loss(
-    function: None = None, *, observed: Optional[Steps] = None, is_far: bool = False
-) -> Callable[[_Function], Loss]: ...
-def loss(
-    function: Optional[_Function] = None,
-    *,
-    observed: Optional[Steps] = None,
-    is_far: bool = False,
-) -> Union[Loss, Callable[[_Function], Loss]]:
+@decorator
+def loss(function: Callable[..., Any], observed: Optional[Steps], is_far: bool) -> Loss:
     """Turns a JAX function into an objective for :func:`cosmic.optimize`. Also a decorator.
 
     ``function(x, v)`` returns the loss of positions and velocities of shape ``(states, nodes, 2)``;
@@ -289,20 +300,10 @@ def loss(
     ... def high(x, v, *, power):
     ...     return -x[:, 0, 1].mean() + 0.1 * abs(power).sum(-1).mean()
     """
-    if function is None:
-        return partial(loss, observed=observed, is_far=is_far)
-    of = function
+    compiled = jax.jit(jax.value_and_grad(lambda seen, goal: function(*seen[:2], *goal, **seen[2])))
 
-    def value(x: Any, v: Any, seen: Any, goal: Any) -> Any:
-        return of(x, v, *goal, **seen)
-
-    compiled = jax.jit(jax.value_and_grad(value, argnums=(0, 1, 2)))
-
-    # `Loss` reads the names of the arguments from the signature.
-    @wraps(function)
     def value_and_gradient(x: Any, v: Any, *goal: Any, **seen: Any) -> tuple[Any, ...]:
-        answer, bars = compiled(x, v, seen, goal)
-        x_bar, v_bar, others = jax.tree.map(np.asarray, bars)
-        return float(answer), x_bar, v_bar, *([others] if seen else [])
+        value, bars = compiled((x, v, seen), goal)
+        return float(value), *jax.tree.map(np.asarray, bars)
 
-    return Loss(value_and_gradient, observed, is_far)
+    return Loss(value_and_gradient, observed, is_far, of=function)

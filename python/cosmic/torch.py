@@ -12,17 +12,19 @@ torch.Size([110, 3])
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial, wraps
-from typing import Any, Optional, Union, overload
+from functools import partial
+from typing import Any, Optional
 
 import numpy as np
 
 from ._errors import extra
 from ._goal import Goal
-from ._loss import Loss, Steps
+from ._loss import Loss, Steps, decorator
 from ._plan import Plan, planned
-from ._simulator import Inputs, Observed, Simulator, Trajectory, leaves, stepped, tree
+from ._simulator import Inputs, Observed, Policy, Simulator, Trajectory, leaves, stepped, tree, with_policy
 
+# Without torch, pyright takes this file for it.
+# pyright: reportAttributeAccessIssue=false
 with extra("torch"):
     import torch
 
@@ -69,13 +71,18 @@ def rollout(
     first: int = 0,
     bounded: bool = False,
     goal: Optional[Goal] = None,
+    policy: Optional[Policy] = None,
+    frame_skip: int = 16,
 ) -> Trajectory:
-    """:meth:`cosmic.Simulator.rollout` with torch tensors, which ``autograd`` can differentiate. So is the
-    goal, which may contain tensors.
+    """:meth:`cosmic.Simulator.rollout` with torch tensors, which ``autograd`` can differentiate. So are the
+    goal and the parameters of the policy, which may be tensors.
 
     If a robot diverges, its later states and its gradient are NaN. For ``bounded`` see
     :meth:`cosmic.Simulator.vjp`.
     """
+    if policy is not None:
+        run = partial(rollout, simulator, bounded=bounded)
+        return with_policy(run, simulator, inputs, steps, observed, first, policy, frame_skip, goal, torch)
     device = torch.as_tensor(inputs[0]).device
 
     def numbers(point: Any) -> Any:
@@ -101,41 +108,17 @@ def step(
     return stepped(run, z, x, v, activations, steps, physics, torch)
 
 
-_Function = Callable[..., Any]
-
-
-@overload
-def loss(function: _Function, *, observed: Optional[Steps] = None, is_far: bool = False) -> Loss: ...
-@overload
-def loss(
-    function: None = None, *, observed: Optional[Steps] = None, is_far: bool = False
-) -> Callable[[_Function], Loss]: ...
-def loss(
-    function: Optional[_Function] = None,
-    *,
-    observed: Optional[Steps] = None,
-    is_far: bool = False,
-) -> Union[Loss, Callable[[_Function], Loss]]:
+@decorator
+def loss(function: Callable[..., Any], observed: Optional[Steps], is_far: bool) -> Loss:
     """Turns a torch function into an objective for :func:`cosmic.optimize`. Also a decorator; see
     :func:`cosmic.jax.loss`."""
-    if function is None:
-        return partial(loss, observed=observed, is_far=is_far)
-    of = function
 
-    # `Loss` reads the names of the arguments from the signature.
-    @wraps(function)
     def value_and_gradient(x: Any, v: Any, *goal: Any, **seen: Any) -> tuple[Any, ...]:
         with torch.enable_grad():
-            given = {"x": x, "v": v, **seen}
-            states = {name: torch.from_numpy(array).requires_grad_() for name, array in given.items()}
-            named = {name: states[name] for name in seen}
-            value = of(states["x"], states["v"], *map(torch.from_numpy, goal), **named)
-            gradients = torch.autograd.grad(value, [*states.values()], allow_unused=True)
-        bars = {
-            name: np.zeros_like(given[name]) if g is None else g.numpy()
-            for name, g in zip(given, gradients)
-        }
-        x_bar, v_bar = bars.pop("x"), bars.pop("v")
-        return float(value.detach()), x_bar, v_bar, *([bars] if seen else [])
+            given = [torch.from_numpy(array).requires_grad_() for array in (x, v, *seen.values())]
+            value = function(*given[:2], *map(torch.from_numpy, goal), **dict(zip(seen, given[2:])))
+            bars = torch.autograd.grad(value, given, allow_unused=True, materialize_grads=True)
+        x_bar, v_bar, *by_seen = (bar.numpy() for bar in bars)
+        return float(value.detach()), x_bar, v_bar, dict(zip(seen, by_seen))
 
-    return Loss(value_and_gradient, observed, is_far)
+    return Loss(value_and_gradient, observed, is_far, of=function)

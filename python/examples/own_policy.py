@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 from typing import Any
 
 import cosmic
@@ -13,13 +14,11 @@ import numpy as np
 
 #: A robot of eight nodes, all of whose bars are actuators.
 SIM = cosmic.Simulator({"scene": "stability", "lattice": {"columns": 4, "rows": 2}}, "layout")
-START = SIM.initial()
 EDGES = len(SIM.edges)
-DESIGN = np.tile([0.0, 0.0, 1.0], (EDGES, 1))
+START = SIM.initial()._replace(z=np.tile([0.0, 0.0, 1.0], (EDGES, 1)))
 LENGTH = float(np.ptp(START.x0[:, 0]))
-#: The number of steps with the same activations, and their duration, s.
+#: The number of steps with the same activations.
 HELD = 8
-SECONDS = HELD * SIM.dt
 
 
 def policy(weights: Any, x: Any, v: Any, time: Any) -> Any:
@@ -31,15 +30,9 @@ def policy(weights: Any, x: Any, v: Any, time: Any) -> Any:
 
 def walk(weights: Any, frames: int) -> Any:
     """The distance that the middle of the robot moves in this number of frames, m."""
-
-    def frame(state: Any, number: Any) -> Any:
-        x, v = state
-        held = policy(weights, x, v, SECONDS * number)
-        return tuple(cosmic.jax.step(SIM, DESIGN, x, v, held, HELD)), None
-
-    start = (jnp.asarray(START.x0), jnp.asarray(START.v0))
-    (x, _), _ = jax.lax.scan(frame, start, jnp.arange(frames))
-    return (x - start[0]).mean(0) @ SIM.along
+    options: Any = {"policy": partial(policy, weights), "frame_skip": HELD}
+    seen = cosmic.jax.rollout(SIM, START, observed=[0, HELD * frames], **options)
+    return (seen.x[1] - seen.x[0]).mean(0) @ SIM.along
 
 
 def main(seed: int = 0, iterations: int = 400, frames: int = 128, hidden: int = 32) -> float:
@@ -67,7 +60,7 @@ def main(seed: int = 0, iterations: int = 400, frames: int = 128, hidden: int = 
         rate = 0.01 * (1 - 0.99**k) ** 0.5 / (1 - 0.9**k)
         weights = jax.tree.map(lambda w, m, s: w + rate * m / (jnp.sqrt(s) + 1e-9), weights, mean, square)
     lengths = float(walk(best, frames)) / LENGTH
-    print(f"seed {seed}: {lengths:.2f} lengths in {frames * SECONDS:.2f} s")
+    print(f"seed {seed}: {lengths:.2f} lengths in {frames * HELD * SIM.dt:.2f} s")
     return lengths
 
 

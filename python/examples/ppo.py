@@ -87,7 +87,7 @@ def walked(robot: Robot, model: PPO, seed: int) -> float:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--designed", action="store_true", help="the robots that gradients design")
     arguments = parser.parse_args()
@@ -98,10 +98,11 @@ def main() -> None:
     print("| --- | --- | --: | --: | --- |")
 
     def show(rows: list[Row]) -> None:
-        seconds, median = (np.median([row[k] for row in rows]) for k in (2, 3))
+        seconds, median = (np.median(own) for own in ([row.seconds for row in rows], [row.distance for row in rows]))
         each = ", ".join(f"{row.distance:.2f}" for row in rows)
         print(f"| {rows[0].method} | {rows[0].budget} | {seconds:.0f} | {median:.2f} | {each} |", flush=True)
 
+    done: list[tuple[Row, cosmic.Run]] = []
     for iterations in budgets:
         done = [by_gradients(scene, seed, iterations) for seed in seeds]
         show([row for row, _ in done])

@@ -51,8 +51,8 @@ impl Others {
         let (activations, rest) = numbers.split_at(edges * self.driven.unwrap_or(0));
         let (goals, mut rest) = rest.split_at(2 * self.goals);
         let physics = self.physics.iter().map(move |(name, len)| {
-            let (own, others) = rest.split_at(*len);
-            rest = others;
+            let (own, later) = rest.split_at(*len);
+            rest = later;
             (name.as_str(), own)
         });
         (activations, goals, physics)

@@ -1,6 +1,7 @@
 //! Requested rollouts of robots.
 
 use crate::arrays::{Number, Others, Sizes, flattened};
+use crate::simulator::Simulator;
 use crate::work::{Stop, group_size};
 use autodiff::Real;
 use cosmic::design::{Design, Material};
@@ -31,7 +32,7 @@ pub(crate) enum Mixing {
 
 impl Mixing {
     /// Reads the argument `projection`, which Python has checked.
-    fn of<R: Number>(projection: &str, z: &[[R; 3]]) -> Self {
+    fn new<R: Number>(projection: &str, z: &[[R; 3]]) -> Self {
         match projection {
             "performance" => Self::By(Projection::Performance),
             "stability" => Self::By(Projection::Stability),
@@ -66,17 +67,17 @@ pub(crate) struct Asked<R> {
     pub(crate) sizes: Sizes,
     pub(crate) mixing: Vec<Mixing>,
     pub(crate) robots: usize,
+    /// The robots whose inputs are not finite.
+    pub(crate) lost: Vec<bool>,
     pub(crate) span: Span,
 }
 
 impl<R: Number> Asked<R> {
     /// Reads the arrays of [`Sizes::shapes`], and then those of the other inputs. Each has an axis for robots in front, of
-    /// length 1 if all robots share the array. Python has checked their shapes and their numbers.
-    pub(crate) fn new(
-        sizes: &Sizes,
+    /// length 1 if all robots share the array. Python has checked their shapes. `of` is [`Asked::of`] or [`Asked::along`].
+    pub(crate) fn read(
         arrays: &[Bound<PyAny>],
-        span: Span,
-        projection: &str,
+        of: impl FnOnce(&[&[R]], &[usize], usize) -> PyResult<Self>,
     ) -> PyResult<Self> {
         let arrays = arrays.iter().map(|array| {
             let array = array.cast::<PyArrayDyn<R>>()?;
@@ -87,12 +88,37 @@ impl<R: Number> Asked<R> {
         let data = arrays.iter().map(|array| Ok(array.as_slice()?));
         let data: Vec<&[R]> = data.collect::<PyResult<_>>()?;
         let robots = counts.iter().copied().max().unwrap_or(0);
-        Ok(Self::of(sizes, &data, &counts, robots, span, projection))
+        of(&data, &counts, robots)
     }
 
-    /// As [`Asked::new`], from the numbers of each array, and how many robots each array describes: all, or 1 if all share
-    /// it.
+    /// Takes the numbers of each array, and how many robots each array describes: all, or 1 if all share it. Numbers that are
+    /// not finite become 0, and their robots are lost.
     pub(crate) fn of(
+        simulator: &Simulator,
+        data: &[&[R]],
+        counts: &[usize],
+        robots: usize,
+        span: Span,
+    ) -> PyResult<Self> {
+        let (data, lost) = finite(data, counts, robots);
+        let data: Vec<&[R]> = data.iter().map(|numbers| &**numbers).collect();
+        let projection = simulator.projection_of(data[0], &lost)?;
+        let asked = Self::new(&simulator.sizes, &data, counts, robots, span, projection);
+        Ok(Self { lost, ..asked })
+    }
+
+    /// As [`Asked::of`], for tangents.
+    pub(crate) fn along(
+        sizes: &Sizes,
+        data: &[&[R]],
+        counts: &[usize],
+        robots: usize,
+        span: Span,
+    ) -> Self {
+        Self::new(sizes, data, counts, robots, span, "none")
+    }
+
+    fn new(
         sizes: &Sizes,
         data: &[&[R]],
         counts: &[usize],
@@ -115,7 +141,7 @@ impl<R: Number> Asked<R> {
         let z: Vec<_> = differ(0..1)
             .map(|robot| part(0, robot).as_chunks().0.to_vec())
             .collect();
-        let mixing = (0..robots).map(|robot| Mixing::of(projection, &z[robot % z.len()]));
+        let mixing = (0..robots).map(|robot| Mixing::new(projection, &z[robot % z.len()]));
         Self {
             mixing: mixing.collect(),
             z,
@@ -132,6 +158,7 @@ impl<R: Number> Asked<R> {
                 .collect(),
             sizes: sizes.clone(),
             robots,
+            lost: Vec::new(),
             span,
         }
     }
@@ -303,6 +330,36 @@ impl<R: Number> Asked<R> {
                 .to_owned(),
             })
     }
+}
+
+/// Replaces numbers that are not finite by 0, and such rows of `z`, which is the first array, by void, because not every
+/// projection takes a row of zeros. Returns the numbers of each array, and which robots had such numbers.
+fn finite<'a, R: Number>(
+    data: &[&'a [R]],
+    counts: &[usize],
+    robots: usize,
+) -> (Vec<Cow<'a, [R]>>, Vec<bool>) {
+    let is_finite = |number: &R| Into::<f64>::into(*number).is_finite();
+    let mut lost = vec![false; robots];
+    let mut cleaned: Vec<_> = data.iter().copied().map(Cow::Borrowed).collect();
+    for (k, (numbers, count)) in cleaned.iter_mut().zip(counts).enumerate() {
+        if numbers.iter().all(is_finite) {
+            continue;
+        }
+        let parts: Vec<_> = numbers.chunks(numbers.len() / count).collect();
+        for (robot, lost) in lost.iter_mut().enumerate() {
+            *lost |= !parts[robot % count].iter().all(is_finite);
+        }
+        let numbers = numbers.to_mut();
+        if k == 0 {
+            let rows = numbers.as_chunks_mut().0.iter_mut();
+            rows.filter(|row: &&mut [R; 3]| !row.iter().all(is_finite))
+                .for_each(|row| *row = [R::one(), R::zero(), R::zero()]);
+        }
+        let rest = numbers.iter_mut().filter(|number| !is_finite(number));
+        rest.for_each(|number| *number = R::zero());
+    }
+    (cleaned, lost)
 }
 
 /// Writes the positions and velocities of robots into `x` and `v`. If a robot diverged, NaN replaces its states from the

@@ -34,6 +34,12 @@ mod _core {
     #[pymodule_export]
     use crate::planned::Planned;
     #[pymodule_export]
+    const STATES: i32 = crate::planned::STATES;
+    #[pymodule_export]
+    const PUSHED: i32 = crate::planned::PUSHED;
+    #[pymodule_export]
+    const PULLED: i32 = crate::planned::PULLED;
+    #[pymodule_export]
     use crate::program::program;
     #[pymodule_export]
     use crate::run::{load, player_page, report};
@@ -45,6 +51,8 @@ mod _core {
     /// Whether this wheel has GPU support.
     #[pymodule_export]
     const GPU: bool = crate::device::Device::IS_SUPPORTED;
+    #[pymodule_export]
+    const GRADIENTS: [&str; 5] = crate::rollouts::GRADIENTS;
     #[pymodule_export]
     use crate::simulator::Simulator;
     #[pymodule_export]

@@ -190,8 +190,8 @@ impl Call {
         Python::attach(|py| {
             let mut rest = numbers;
             let arrays = self.shapes.iter().map(|shape| {
-                let (own, others) = rest.split_at(shape.iter().product());
-                rest = others;
+                let (own, later) = rest.split_at(shape.iter().product());
+                rest = later;
                 array(py, own.to_vec(), shape)
             });
             let mut arguments = arrays.collect::<PyResult<Vec<_>>>()?;

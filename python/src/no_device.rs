@@ -16,8 +16,8 @@ impl Device {
 
     pub(crate) fn shared() -> PyResult<Arc<Self>> {
         Err(InputError::new_err(
-            "device: \"gpu\": this package has no GPU support; replace it by another: pip uninstall cosmic-codesign \
-             && pip install cosmic-codesign-gpu",
+            "device: \"gpu\": this package has no GPU support; build the one that has, cosmic-codesign-gpu, from the source \
+             by python/gpu-wheel.sh, and install it in place of cosmic-codesign",
         ))
     }
 

@@ -3,10 +3,9 @@
 use crate::arrays::Number;
 use crate::asked::Asked;
 use crate::errors::{InputError, caught};
-use crate::simulator::{Simulator, span};
+use crate::simulator::Simulator;
 use cosmic::simulator::Span;
 use pyo3::prelude::*;
-use std::borrow::Cow;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicI32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -53,7 +52,6 @@ impl Planned {
     fn new(
         simulator: Py<Simulator>,
         observed: Vec<usize>,
-        first: usize,
         bounded: bool,
         arrays: Vec<(String, usize)>,
     ) -> PyResult<Self> {
@@ -61,7 +59,7 @@ impl Planned {
             let id = NEXT.fetch_add(1, Ordering::Relaxed);
             let plan = Plan {
                 simulator,
-                span: span(observed, first),
+                span: Span::from_start(observed),
                 bounded,
                 arrays,
             };
@@ -97,10 +95,16 @@ impl<R> Array<'_, R> {
     }
 }
 
-/// Runs the rollouts of a plan (mode 0), their derivatives in a direction (1) or their gradients (2), and writes the results
-/// into the arrays `made`. The arrays `given` are those of the plan, and in mode 1 those of the direction, in mode 2 the
-/// cotangents. `by` chooses the gradients, as in [`Simulator::pulled`]. The thread must not have the interpreter's
-/// lock.
+/// The mode in which a call computes states.
+pub(crate) const STATES: i32 = 0;
+/// The mode in which a call computes derivatives of states in a direction.
+pub(crate) const PUSHED: i32 = 1;
+/// The mode in which a call computes gradients of states times cotangents.
+pub(crate) const PULLED: i32 = 2;
+
+/// Runs the rollouts of a plan or their derivatives, and writes the results into the arrays `made`. The arrays `given` are
+/// those of the plan and the number of earlier steps, then in mode [`PUSHED`] their tangents, and in mode [`PULLED`] the
+/// cotangents. `by` chooses the gradients, as in [`Simulator::pulled`]. The thread must not have the interpreter's lock.
 pub(crate) fn rollouts<R: Number>(
     [plan, mode, by]: [i32; 3],
     given: &[Array<R>],
@@ -123,106 +127,91 @@ impl Plan {
         made: &mut [&mut [R]],
     ) -> PyResult<()> {
         let simulator = self.simulator.get();
-        let Some((inputs, others)) = given.split_at_checked(self.arrays.len()) else {
+        let Some((inputs, [first, directions @ ..])) = given.split_at_checked(self.arrays.len())
+        else {
             return Err(misfit());
         };
         // Positions and velocities have axes for states, nodes and directions.
-        let rank = |k: usize| if mode == 2 { 3 } else { self.arrays[k].1 };
+        let rank = |k: usize| if mode == PULLED { 3 } else { self.arrays[k].1 };
         let own: Vec<_> = (inputs.iter().zip(&self.arrays))
             .map(|(array, (_, rank))| array.robots(*rank))
             .collect();
-        let others_own: Vec<_> = (others.iter().take(self.arrays.len()).enumerate())
+        let directions_own: Vec<_> = (directions.iter().take(self.arrays.len()).enumerate())
             .map(|(k, array)| array.robots(rank(k)))
             .collect();
-        let robots = own.iter().chain(&others_own).flatten().copied().max();
-        let robots = robots.unwrap_or(1);
+        let robots = own.iter().chain(&directions_own).flatten().copied();
+        let robots = robots.chain(first.robots(0)).max().unwrap_or(1);
         if robots == 0 {
             return Ok(());
         }
         let count = |own: &[Option<usize>]| -> Vec<usize> {
             own.iter().map(|own| own.unwrap_or(1)).collect()
         };
-        let (inputs, lost) = self.finite(inputs, &own, robots);
-        let numbers: Vec<&[R]> = inputs.iter().map(|array| &**array).collect();
-        let z = self.arrays.iter().position(|(name, _)| name == "z");
-        let projection = z.map_or(Ok("none"), |z| simulator.projection_of(numbers[z], &lost))?;
-        let sizes = &simulator.sizes;
-        let span = match mode {
-            2 => simulator.backwards(self.span.clone(), self.bounded),
-            _ => self.span.clone(),
+        let span = Span {
+            first: self.first(first.numbers)?,
+            ..self.span.clone()
         };
-        let asked = Asked::of(sizes, &numbers, &count(&own), robots, span, projection);
-        let products = match (mode, others, &mut *made) {
-            (0, [], [x, v]) => {
+        let span = match mode {
+            PULLED => simulator.backwards(span, self.bounded),
+            _ => span,
+        };
+        let numbers: Vec<&[R]> = inputs.iter().map(|array| array.numbers).collect();
+        let asked = Asked::of(simulator, &numbers, &count(&own), robots, span)?;
+        let products = match (mode, directions, &mut *made) {
+            (STATES, [], [x, v]) => {
                 if let (_, Some(interrupt)) = simulator.filled(&asked, [x, v])? {
                     return Err(interrupt);
                 }
-                Vec::new()
+                return Ok(());
             }
-            (1, tangents, [_, _]) if tangents.len() == numbers.len() => {
+            (PUSHED, [tangents @ .., _], [_, _]) if tangents.len() == inputs.len() => {
                 let numbers: Vec<&[R]> = tangents.iter().map(|array| array.numbers).collect();
-                let counts = count(&others_own);
-                let along = Asked::of(sizes, &numbers, &counts, robots, self.span.clone(), "none");
+                let (counts, span) = (count(&directions_own), asked.span.clone());
+                let along = Asked::along(&simulator.sizes, &numbers, &counts, robots, span);
                 simulator.pushed(&asked, &along)?
             }
-            (2, [x, v], _) => simulator.pulled(&asked, [x.numbers, v.numbers], by)?,
+            (PULLED, [x, v], [.., by_first]) => {
+                by_first.fill(R::zero());
+                simulator.pulled(&asked, [x.numbers, v.numbers], by)?
+            }
             _ => return Err(misfit()),
         };
-        for (robot, is_lost) in lost.into_iter().enumerate() {
-            let (is_absurd, mut numbers) = match products.get(robot) {
-                Some((is_absurd, numbers)) => (*is_absurd, &numbers[..]),
-                None => (false, &[][..]),
-            };
+        let made = &mut made[..match mode {
+            PULLED => inputs.len(),
+            _ => 2,
+        }];
+        for (robot, (is_absurd, numbers)) in products.iter().enumerate() {
             // The results are the last numbers: derivatives follow the states.
+            let mut numbers = &numbers[..];
             for array in made.iter_mut().rev() {
                 let length = array.len() / robots;
+                let (before, own) = numbers.split_at(numbers.len() - length);
                 let place = &mut array[robot * length..][..length];
-                if is_lost || is_absurd {
-                    place.fill(R::lit(f64::NAN));
-                } else if mode > 0 {
-                    let (before, own) = numbers.split_at(numbers.len() - length);
-                    place.copy_from_slice(own);
-                    numbers = before;
+                match *is_absurd || asked.lost[robot] {
+                    true => place.fill(R::lit(f64::NAN)),
+                    false => place.copy_from_slice(own),
                 }
+                numbers = before;
             }
         }
         Ok(())
     }
 
-    /// Replaces numbers that are not finite by 0, and such rows of `z` by void. Returns the numbers of each array, and
-    /// which robots are lost, because they had such numbers. `own` has the number of robots of each array.
-    fn finite<'a, R: Number>(
-        &self,
-        arrays: &[Array<'a, R>],
-        own: &[Option<usize>],
-        robots: usize,
-    ) -> (Vec<Cow<'a, [R]>>, Vec<bool>) {
-        let is_finite = |number: &R| Into::<f64>::into(*number).is_finite();
-        let mut lost = vec![false; robots];
-        let mut cleaned = Vec::new();
-        for ((array, own), (name, _)) in arrays.iter().zip(own).zip(&self.arrays) {
-            let mut numbers = Cow::Borrowed(array.numbers);
-            if !array.numbers.iter().all(is_finite) {
-                let length = array.numbers.len() / own.unwrap_or(1);
-                for (robot, part) in array.numbers.chunks(length).enumerate() {
-                    match part.iter().all(is_finite) {
-                        true => {}
-                        false if own.is_none() => lost.fill(true),
-                        false => lost[robot] = true,
-                    }
-                }
-                let numbers = numbers.to_mut();
-                if name == "z" {
-                    let rows = numbers.as_chunks_mut().0.iter_mut();
-                    let rows = rows.filter(|row: &&mut [R; 3]| !row.iter().all(is_finite));
-                    rows.for_each(|row| *row = [R::one(), R::zero(), R::zero()]);
-                }
-                let others = numbers.iter_mut().filter(|number| !is_finite(number));
-                others.for_each(|number| *number = R::zero());
-            }
-            cleaned.push(numbers);
+    /// The number of earlier steps, which is the same for all robots.
+    fn first<R: Number>(&self, numbers: &[R]) -> PyResult<usize> {
+        let first: f64 = numbers[0].into();
+        let is_other = |&number: &R| Into::<f64>::into(number) != first;
+        let steps = self.simulator.get().scene.physics.steps;
+        let most = steps - self.span.observed.last().copied().unwrap_or(0);
+        if numbers.iter().any(is_other) {
+            let says = "first: all robots of a batch must have the same number of earlier steps";
+            return Err(InputError::new_err(says));
         }
-        (cleaned, lost)
+        if !(0.0..=most as f64).contains(&first) {
+            let says = format!("first: {first}: expected a whole number, 0 to {most}");
+            return Err(InputError::new_err(says));
+        }
+        Ok(first as usize)
     }
 }
 

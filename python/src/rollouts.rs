@@ -17,6 +17,10 @@ use std::sync::Arc;
 /// Two arrays, such as positions and velocities.
 pub(crate) type Pair<'py> = [Bound<'py, PyAny>; 2];
 
+/// The arrays of a robot in the order of the bits of `by`, which chooses the gradients that are computed: the blocks of
+/// [`ALL`], and all other inputs.
+pub(crate) const GRADIENTS: [&str; 5] = ["z", "controller", "x0", "v0", "others"];
+
 /// Work for the GPU runs in the thread pool like that of several robots, so that signals are noticed.
 const IN_POOL: usize = 2;
 
@@ -38,24 +42,32 @@ impl Simulator {
         }
     }
 
-    /// Simulates all robots into the arrays `x` and `v`, as [`Asked::fill`] does. The thread must not have the
-    /// interpreter's lock.
+    /// Simulates all robots into the arrays `x` and `v`, as [`Asked::fill`] does. Lost robots get NaN. The thread must not have
+    /// the interpreter's lock.
     pub(crate) fn filled<R: Number>(
         &self,
         asked: &Asked<R>,
-        places: [&mut [R]; 2],
+        [x, v]: [&mut [R]; 2],
     ) -> PyResult<Interruptible<Option<usize>>> {
-        let Some(device) = self.device()? else {
-            return in_pool(asked.robots, |stop| asked.fill(&self.task, places, stop));
+        let done = match self.device()? {
+            None => in_pool(asked.robots, |stop| asked.fill(&self.task, [x, v], stop))?,
+            Some(device) => {
+                let (walks, interrupt) = in_pool(IN_POOL, |_| device.rollouts(&self.task, asked))?;
+                let walks = walks.map_err(|why| device.failed(&why))?;
+                (write(&walks, [x, v]), interrupt)
+            }
         };
-        let (walks, interrupt) = in_pool(IN_POOL, |_| device.rollouts(&self.task, asked))?;
-        let walks = walks.map_err(|why| device.failed(&why))?;
-        Ok((write(&walks, places), interrupt))
+        let length = x.len() / asked.robots;
+        let parts = x.chunks_mut(length).zip(v.chunks_mut(length));
+        for ((x, v), _) in parts.zip(&asked.lost).filter(|(_, is_lost)| **is_lost) {
+            x.fill(R::lit(f64::NAN));
+            v.fill(R::lit(f64::NAN));
+        }
+        Ok(done)
     }
 
-    /// For each robot, the gradient of its states times `bars`, by all inputs and then by its other inputs. `by` has a bit for
-    /// each block of [`ALL`], and one for the other inputs. Gradients whose bit is not set may be 0. The thread must not have
-    /// the interpreter's lock.
+    /// For each robot, the gradient of its states times `bars`, by all inputs and then by its other inputs. Gradients whose bit
+    /// in `by` (see [`GRADIENTS`]) is not set may be 0. The thread must not have the interpreter's lock.
     pub(crate) fn pulled<R: Number>(
         &self,
         asked: &Asked<R>,
@@ -122,15 +134,20 @@ impl Simulator {
         })
     }
 
+    fn asked<R: Number>(&self, arrays: &[Bound<PyAny>], span: Span) -> PyResult<Asked<R>> {
+        Asked::read(arrays, |data, counts, robots| {
+            Asked::of(self, data, counts, robots, span)
+        })
+    }
+
     pub(crate) fn rollout_in<'py, R: Number>(
         &self,
         py: Python<'py>,
         arrays: &[Bound<'py, PyAny>],
         span: Span,
-        projection: &str,
         check: bool,
     ) -> PyResult<Pair<'py>> {
-        let asked = Asked::<R>::new(&self.sizes, arrays, span, projection)?;
+        let asked = self.asked::<R>(arrays, span)?;
         let robots = asked.robots;
         let shape = [robots, asked.span.observed.len(), self.sizes.nodes, 2];
         // The arrays are made by NumPy: it requests large memory pages for large arrays, which makes them ten times
@@ -152,18 +169,16 @@ impl Simulator {
     }
 
     /// The gradients of [`pulled`](Self::pulled): a row per robot.
-    #[expect(clippy::too_many_arguments, reason = "the arguments of Python")]
     pub(crate) fn vjp_in<'py, R: Number>(
         &self,
         py: Python<'py>,
         arrays: &[Bound<'py, PyAny>],
         bars: [&Bound<'py, PyAny>; 2],
         span: Span,
-        projection: &str,
         check: bool,
         by: u32,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let asked = Asked::<R>::new(&self.sizes, arrays, span, projection)?;
+        let asked = self.asked::<R>(arrays, span)?;
         let [x, v] = bars.map(|bar| bar.extract::<PyReadonlyArrayDyn<R>>());
         let (x, v) = (x?, v?);
         let bars = [x.as_slice()?, v.as_slice()?];
@@ -178,11 +193,13 @@ impl Simulator {
         arrays: &[Bound<'py, PyAny>],
         tangents: &[Bound<'py, PyAny>],
         span: Span,
-        projection: &str,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let asked = Asked::<R>::new(&self.sizes, arrays, span, projection)?;
-        let along = Asked::<R>::new(&self.sizes, tangents, asked.span.clone(), "none")?;
+        let asked = self.asked::<R>(arrays, span)?;
+        let along = Asked::read(tangents, |data, counts, robots| {
+            let span = asked.span.clone();
+            Ok(Asked::along(&self.sizes, data, counts, robots, span))
+        })?;
         let products = py.detach(|| self.pushed(&asked, &along))?;
         self.rows(py, &asked, products, check)
     }
@@ -199,7 +216,7 @@ impl Simulator {
         for (robot, (is_absurd, numbers)) in products.iter_mut().enumerate() {
             if *is_absurd && check {
                 return Err(self.diverged(asked, robot));
-            } else if *is_absurd {
+            } else if *is_absurd || asked.lost[robot] {
                 numbers.fill(R::lit(f64::NAN));
             }
         }

@@ -12,7 +12,7 @@ use cosmic::lattice::FACTORS;
 use cosmic::scene;
 use cosmic::simulator::Span;
 use cosmic::task::Task;
-use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
+use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use std::sync::{Arc, OnceLock};
 
@@ -192,16 +192,6 @@ impl Simulator {
         })
     }
 
-    /// Returns the projection of robots with these arrays `z`. See [`Simulator::projection_of`].
-    fn choose(&self, z: &Bound<PyAny>, lost: Vec<bool>) -> PyResult<&str> {
-        caught(|| match z.extract::<PyReadonlyArrayDyn<f32>>() {
-            Ok(z) => self.projection_of(z.as_slice()?, &lost),
-            Err(_) => {
-                self.projection_of(z.extract::<PyReadonlyArrayDyn<f64>>()?.as_slice()?, &lost)
-            }
-        })
-    }
-
     /// The point from which Python counts goals: the payload at the start, along the ground and normal to it, in
     /// metres. `None` if goals are not inputs of a rollout.
     #[getter]
@@ -268,18 +258,17 @@ impl Simulator {
         arrays: Vec<Bound<'py, PyAny>>,
         observed: Vec<usize>,
         first: usize,
-        projection: &str,
         check: bool,
     ) -> PyResult<Pair<'py>> {
         let span = span(observed, first);
         caught(|| match is_single(&arrays) {
-            true => self.rollout_in::<f32>(py, &arrays, span, projection, check),
-            false => self.rollout_in::<f64>(py, &arrays, span, projection, check),
+            true => self.rollout_in::<f32>(py, &arrays, span, check),
+            false => self.rollout_in::<f64>(py, &arrays, span, check),
         })
     }
 
-    /// Returns the cotangents of the arrays, given the cotangents of positions and velocities: a row per robot. `by` has
-    /// a bit each for `z`, the controller, `x0`, `v0` and everything else. Cotangents whose bit is not set may be 0.
+    /// Returns the cotangents of the arrays, given the cotangents of positions and velocities: a row per robot. `by` chooses
+    /// the [`GRADIENTS`](crate::rollouts::GRADIENTS). The others may be 0.
     #[expect(clippy::too_many_arguments, reason = "the signature of Python")]
     fn vjp<'py>(
         &self,
@@ -289,7 +278,6 @@ impl Simulator {
         v_bar: &Bound<'py, PyAny>,
         observed: Vec<usize>,
         first: usize,
-        projection: &str,
         bounded: bool,
         check: bool,
         by: u32,
@@ -297,13 +285,12 @@ impl Simulator {
         let span = self.backwards(span(observed, first), bounded);
         let bars = [x_bar, v_bar];
         caught(|| match is_single(&arrays) {
-            true => self.vjp_in::<f32>(py, &arrays, bars, span, projection, check, by),
-            false => self.vjp_in::<f64>(py, &arrays, bars, span, projection, check, by),
+            true => self.vjp_in::<f32>(py, &arrays, bars, span, check, by),
+            false => self.vjp_in::<f64>(py, &arrays, bars, span, check, by),
         })
     }
 
     /// Returns positions and velocities, and the tangents of both, given the tangents of the arrays: a row per robot.
-    #[expect(clippy::too_many_arguments, reason = "the signature of Python")]
     fn jvp<'py>(
         &self,
         py: Python<'py>,
@@ -311,13 +298,12 @@ impl Simulator {
         tangents: Vec<Bound<'py, PyAny>>,
         observed: Vec<usize>,
         first: usize,
-        projection: &str,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
         let span = span(observed, first);
         caught(|| match is_single(&arrays) {
-            true => self.jvp_in::<f32>(py, &arrays, &tangents, span, projection, check),
-            false => self.jvp_in::<f64>(py, &arrays, &tangents, span, projection, check),
+            true => self.jvp_in::<f32>(py, &arrays, &tangents, span, check),
+            false => self.jvp_in::<f64>(py, &arrays, &tangents, span, check),
         })
     }
 }

@@ -37,7 +37,7 @@ STATES, GRADIENTS = 1e-4, 1e-4
 
 @pytest.mark.skipif(_core.GPU, reason="this package has GPU support")
 def test_a_package_without_gpu_support_says_so() -> None:
-    with pytest.raises(cosmic.InputError, match="pip install cosmic-codesign-gpu"):
+    with pytest.raises(cosmic.InputError, match="cosmic-codesign-gpu, from the source by python/gpu-wheel.sh"):
         cosmic.Simulator(SHORT, device="gpu")
 
 

@@ -6,6 +6,7 @@ import gc
 import os
 import subprocess
 import sys
+from functools import partial
 
 import cosmic
 import numpy as np
@@ -363,13 +364,13 @@ def test_a_compiled_function_keeps_its_simulator(sim: cosmic.Simulator) -> None:
 
 
 def test_a_simulator_that_no_longer_exists(sim: cosmic.Simulator) -> None:
-    plan = cosmic._core.Planned(sim._core, [4], 0, False, [("z", 2)])
+    plan = cosmic._core.Planned(sim._core, [4], False, [("z", 2)])
     wrong = jax.ffi.ffi_call("cosmic_rollout", jax.ShapeDtypeStruct((), jnp.float64))
-    arguments = {"plan": np.int32(plan.id), "mode": np.int32(0), "by": np.int32(31)}
+    arguments = {"plan": np.int32(plan.id), "mode": np.int32(cosmic._core.STATES), "by": np.int32(31)}
     with pytest.raises(Exception, match="the arrays of a rollout do not fit its plan"):
         jax.block_until_ready(wrong(**arguments))
     # The last plans are kept, because JAX may still call them.
-    plan = [cosmic._core.Planned(sim._core, [4], 0, False, []) for _ in range(101)]
+    plan = [cosmic._core.Planned(sim._core, [4], False, []) for _ in range(101)]
     del plan
     with pytest.raises(Exception, match="the simulator of this compiled function no longer exists"):
         jax.block_until_ready(wrong(**arguments))
@@ -514,13 +515,12 @@ def test_a_policy_is_differentiated_through_steps(sim: cosmic.Simulator) -> None
     start, frames = airborne(sim), 6
     weights = 0.3 * np.random.default_rng(2).normal(size=(len(sim.edges), 24))
 
-    def walk(weights):
-        def frame(state, _):
-            x, v = state
-            held = jnp.tanh(weights @ jnp.concatenate([x.ravel(), 0.1 * v.ravel()]))
-            return tuple(cosmic.jax.step(sim, start.z, x, v, held, 4)), None
+    def policy(weights, x, v, time):
+        return jnp.tanh(weights @ jnp.concatenate([x.ravel(), jnp.cos(40.0 * time) * v.ravel()]))
 
-        (x, v), _ = jax.lax.scan(frame, (jnp.asarray(start.x0), jnp.asarray(start.v0)), length=frames)
+    def walk(weights):
+        own = {"policy": partial(policy, weights), "frame_skip": 4}
+        x, v = cosmic.jax.rollout(sim, start, 4 * frames, 4, **own)
         return jnp.sum(jnp.sin(3.0 * x)) + jnp.sum(jnp.cos(v))
 
     # The tolerances of the test of the inputs.
@@ -528,3 +528,36 @@ def test_a_policy_is_differentiated_through_steps(sim: cosmic.Simulator) -> None
     both = jax.jit(jax.vmap(jax.grad(walk)))(np.stack([weights, 0.5 * weights]))
     # XLA may sum in another order.
     np.testing.assert_allclose(both[0], jax.grad(walk)(weights), rtol=1e-9, atol=1e-12)
+    # The states are those of NumPy.
+    options = {"policy": partial(policy, weights), "frame_skip": 4, "first": 8}
+    seen = cosmic.jax.rollout(sim, start, 24, 8, **options)
+    for own, other in zip(seen, sim.rollout(start, 24, 8, **options)):
+        np.testing.assert_allclose(own, other, rtol=1e-9, atol=1e-12)
+
+
+def test_the_number_of_earlier_steps_may_be_a_counter(sim: cosmic.Simulator) -> None:
+    inputs = robot(sim, 0)
+
+    def of(first):
+        return cosmic.jax.rollout(sim, inputs, *SPAN, first=first)
+
+    compiled = jax.jit(of)
+    for first in (0, 100):
+        assert same(compiled(first), sim.rollout(inputs, *SPAN, first=first))
+
+    def moved(x0, first):
+        return cosmic.jax.rollout(sim, inputs._replace(x0=x0), *SPAN, first=first)
+
+    gradient = jax.jit(jax.grad(lambda x0, first: moved(x0, first).x.sum()))
+    bars = cosmic.Trajectory(*(k * np.ones_like(array) for k, array in zip((1.0, 0.0), of(0))))
+    # XLA computes only the wanted gradients, which rounds in another order.
+    np.testing.assert_allclose(gradient(inputs.x0, 100), sim.vjp(inputs, bars, *SPAN, first=100).x0, rtol=1e-9, atol=1e-12)
+    # Robots of a batch are simulated together, so they have one clock.
+    both = jax.vmap(moved)
+    two = np.stack([inputs.x0, inputs.x0 + 0.1])
+    assert same([both(two, np.array([100, 100])).x[0]], [of(100).x])
+    for first, says in (([0, 100], "same number of earlier steps"), ([225, 225], "225: .* 0 to 224"), ([-1, -1], "first: -1")):
+        with pytest.raises(Exception, match=says):
+            jax.block_until_ready(both(two, np.array(first)))
+    with pytest.raises(cosmic.InputError, match="first is of type float64"):
+        compiled(100.0)

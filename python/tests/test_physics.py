@@ -7,7 +7,7 @@ from typing import Any
 import cosmic
 import numpy as np
 import pytest
-from common import SHORT, airborne, like, like_robot, pairs, robot, same
+from common import SHORT, airborne, like, like_robot, pairs, robot, same, stacked
 from cosmic._simulator import DRIVEN, leaves, tree
 
 SPAN = (48, 16)
@@ -145,6 +145,38 @@ def test_steps_one_after_the_other_are_a_rollout(sim: cosmic.Simulator) -> None:
     repeated = {DRIVEN: np.repeat(batch.controller[DRIVEN][0, :1], 5, axis=0)}
     one = cosmic.Inputs(batch.z, repeated, batch.x0[0], batch.v0[0])
     assert same(held, tuple(states[0] for states in sim.rollout(one, observed=[5])))
+
+
+def test_a_policy_holds_its_activations_for_a_frame(sim: cosmic.Simulator) -> None:
+    batch = stacked([airborne(sim, seed) for seed in range(3)], shared=("x0",))
+    weights = np.random.default_rng(1).normal(size=(12, len(sim.edges)))
+    times = []
+
+    def policy(x: np.ndarray, v: np.ndarray, time: float) -> np.ndarray:
+        times.append(time)
+        return np.tanh((x + 0.1 * v).reshape(*x.shape[:-2], 12) @ weights)
+
+    seen = sim.rollout(batch, 48, policy=policy, frame_skip=8, first=32)
+    np.testing.assert_allclose(times, sim.dt * np.arange(32, 80, 8), rtol=1e-15)
+    x, v = np.broadcast_to(batch.x0, batch.v0.shape), batch.v0
+    for step in range(0, 48, 8):
+        x, v = sim.step(batch.z, x, v, policy(x, v, 0.0), 8, first=32 + step)
+        if step % 16 == 8:
+            place = (step + 8) // 16
+            assert same((seen.x[:, place], seen.v[:, place]), (x, v))
+    assert np.array_equal(seen.x[1, 0], batch.x0)
+    still = sim.rollout(batch, observed=[0], policy=policy)
+    assert np.array_equal(still.x[0, 0], batch.x0)
+    for wrong, says in [
+        ({"policy": 3}, "policy: 3: expected a function"),
+        ({"frame_skip": 5}, "frame_skip: 5: .* step 16 is observed"),
+        ({"frame_skip": 0}, "frame_skip: 0: expected"),
+        ({"goal": 1.0}, "goal: a rollout with a policy"),
+        ({"first": 250}, "step 298 is beyond"),
+        ({"policy": lambda x, v, time: 0.0}, "activations: expected the shape"),
+    ]:
+        with pytest.raises(cosmic.InputError, match=says):
+            sim.rollout(batch, 48, **{"policy": policy, **wrong})
 
 
 def test_constant_activations_need_one_row(sim: cosmic.Simulator) -> None:

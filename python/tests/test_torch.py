@@ -84,9 +84,8 @@ def test_a_policy_is_differentiated_through_steps(sim: cosmic.Simulator) -> None
     weights = torch.full((len(sim.edges), 12), 0.1, dtype=torch.float64, requires_grad=True)
 
     def walk(weights: torch.Tensor) -> torch.Tensor:
-        x, v = start.x0, start.v0
-        for _ in range(3):
-            x, v = cosmic.torch.step(sim, start.z, x, v, torch.tanh(weights @ x.ravel()), 4)
+        own = {"policy": lambda x, v, time: torch.tanh(weights @ x.ravel() + time), "frame_skip": 4}
+        x, v = cosmic.torch.rollout(sim, start, 12, 4, **own)
         return torch.sin(3.0 * x).sum() + torch.cos(v).sum()
 
     # torch takes differences with a step of 1e-6, as for the other inputs.
