@@ -30,7 +30,8 @@ class Scene:
         """A copy of this scene, changed by the settings in a TOML text. If a truss is given, the text names it
         ``truss.json``."""
     def __getitem__(self, key: str) -> Any:
-        """The value of a setting such as ``physics.gravity``, as a scene file states it."""
+        """The value of a setting such as ``physics.gravity``, as a scene file states it. The value of ``lattice.file`` is a
+        :class:`cosmic.Lattice`, or ``"off"``."""
     def keys(self) -> list[str]:
         """The keys of all settings."""
     def __iter__(self) -> Iterator[str]: ...

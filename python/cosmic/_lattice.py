@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any, Optional, Union
 
 import numpy as np
@@ -13,7 +12,8 @@ import numpy.typing as npt
 
 from . import _core
 from ._core import Scene
-from ._errors import InputError
+from ._checks import path as as_path
+from ._errors import FileError, InputError
 
 _Whole = npt.NDArray[np.int64]
 
@@ -71,7 +71,7 @@ class Lattice:
             "nodes": _floats("nodes", nodes, 2),
             "edges": _pairs("edges", edges),
             "payload": _payload(payload),
-            "tie": [_whole(f"tie[{k}]", group) for k, group in enumerate(tie)],
+            "tie": [_whole(f"tie[{k}]", group) for k, group in enumerate(_listed("tie", tie))],
         }
         rules = {"keep": keep, "skeleton": skeleton, "actuator": actuator, "forbid": forbid}
         truss.update({name: _whole(name, rule) for name, rule in rules.items()})
@@ -85,6 +85,8 @@ class Lattice:
     @classmethod
     def of(cls, scene: Scene) -> Lattice:
         """The lattice of a scene, if it came from arrays or from a truss file."""
+        if not isinstance(scene, Scene):
+            raise InputError(f"Lattice.of: expected a scene, found {type(scene).__name__}; cosmic.as_scene makes one")
         if scene.truss is None:
             raise InputError(
                 "Lattice.of: the lattice of this scene is generated from columns and rows, and no node was renumbered"
@@ -95,7 +97,10 @@ class Lattice:
 
     def save(self, path: Union[str, os.PathLike[str]]) -> None:
         """Writes a truss file, which a scene can name as its ``lattice.file``."""
-        Path(path).write_text(self.truss)
+        try:
+            as_path("path", path).write_text(self.truss, encoding="utf-8")
+        except OSError as error:
+            raise FileError(f"Lattice.save: cannot write {path}: {error.strerror}") from None
 
     def _read(self, truss: str) -> None:
         """Takes the arrays from the text of a truss file."""
@@ -157,6 +162,12 @@ def _whole(name: str, given: Any) -> Any:
     return made.tolist()
 
 
+def _listed(name: str, given: Any) -> Sequence[Any]:
+    if not isinstance(given, (list, tuple)):
+        raise InputError(f"{name}: expected a list of lists of edges, found {_short(given)}")
+    return given
+
+
 def _pairs(name: str, given: Any) -> Any:
     made = _array(name, given, "iu", "whole numbers")
     if made.ndim != 2 or made.shape[1] != 2:
@@ -172,5 +183,5 @@ def _payload(payload: Any) -> Any:
     if isinstance(payload, Mapping):
         nodes, masses = _whole("payload", [*payload]), _floats("payload", [*payload.values()], 1)
         return [{"node": node, "mass": mass} for node, mass in zip(nodes, masses)]
-    given = [payload] if np.ndim(payload) == 0 else payload
+    given = [payload] if isinstance(payload, (int, np.integer)) else payload
     return [{"node": node} for node in _whole("payload", given)]

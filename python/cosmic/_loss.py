@@ -12,7 +12,7 @@ from typing import Any, Optional, Protocol, Union, overload
 import numpy as np
 import numpy.typing as npt
 
-from ._checks import whole
+from ._checks import array, whole, yes
 from ._errors import InputError
 
 Floats = npt.NDArray[np.float64]
@@ -37,6 +37,16 @@ SEES = (
     "strain",
     "time",
 )
+
+
+def check_function(function: Any) -> None:
+    """Checks an argument that is the function of a loss."""
+    if not callable(function):
+        raise InputError(f"a loss is a function or a cosmic.Loss, not {type(function).__name__}")
+
+
+class LossError(InputError):
+    """A loss returned a gradient that is not finite."""
 
 
 class Loss:
@@ -79,13 +89,18 @@ class Loss:
         *,
         of: Optional[Callable[..., Any]] = None,
     ) -> None:
+        check_function(function)
         # With `of`, `function` is the gradient of that function, which has the names of the arguments.
         self.function = function
+        self.name: str = getattr(of or function, "__qualname__", repr(of or function))
         self.sees = _sees(of or function)
-        self.is_far = is_far
+        self.is_far = yes("is_far", is_far)
         if observed is not None and not callable(observed):
             observed = whole("observed", observed, 1)
         self._observed = observed
+
+    def __repr__(self) -> str:
+        return f"<Loss {self.name}>"
 
     def observed(self, steps: int) -> list[int]:
         """The steps of the states that the loss sees."""
@@ -125,19 +140,25 @@ class Loss:
                 f"the loss: expected a dictionary of gradients with respect to {', '.join(seen)} as its fourth "
                 f"thing, found {by_seen!r}"
             )
-        value = np.asarray(answer[0])
+        value = array("the loss", answer[0])
         if value.ndim != 0 or value.dtype.kind not in "fiu":
             raise InputError(f"the loss: expected a number as its value, found {answer[0]!r}")
         gradients = {"x": answer[1], "v": answer[2], **by_seen}
         flat = []
         for name, like in {"x": x, "v": v, **seen}.items():
-            array = np.asarray(gradients.get(name, np.zeros_like(like)))
-            if array.shape != like.shape or array.dtype.kind not in "fiu":
+            own = array(f"the gradient of the loss with respect to {name}", gradients.get(name, np.zeros_like(like)))
+            if own.shape != like.shape or own.dtype.kind not in "fiu":
                 raise InputError(
                     f"the gradient of the loss with respect to {name}: expected floats of the "
-                    f"shape {like.shape}, found {array.dtype} of the shape {array.shape}"
+                    f"shape {like.shape}, found {own.dtype} of the shape {own.shape}"
                 )
-            flat.append(np.float64(array).ravel())
+            lost = np.argwhere(~np.isfinite(own))
+            if len(lost):
+                place = lost[0].tolist()
+                raise LossError(
+                    f"{self!r}: the gradient with respect to {name} is {own[tuple(place)]} at {place}; it must be finite"
+                )
+            flat.append(np.float64(own).ravel())
         return float(value), np.concatenate(flat)
 
 
@@ -159,6 +180,7 @@ def decorator(make: Callable[[_Function, Optional[Steps], bool], Loss]) -> Decor
     def decorated(function: Any = None, *, observed: Optional[Steps] = None, is_far: bool = False) -> Any:
         if function is None:
             return lambda function: make(function, observed, is_far)
+        check_function(function)
         return make(function, observed, is_far)
 
     return decorated
@@ -190,6 +212,4 @@ def as_loss(loss: Union[Loss, ValueAndGradient, None]) -> Optional[Loss]:
     """Converts a function to a loss. A loss, or None, is returned as it is."""
     if loss is None or isinstance(loss, Loss):
         return loss
-    if callable(loss):
-        return Loss(loss)
-    raise InputError(f"a loss is a function or a cosmic.Loss, not {type(loss).__name__}")
+    return Loss(loss)

@@ -6,6 +6,8 @@ import math
 import os
 from typing import Optional
 
+import numpy as np
+
 from . import _core
 from ._core import Scene
 from ._errors import InputError, OutOfMemoryError
@@ -29,9 +31,9 @@ def limit_memory(megabytes: Optional[float] = None) -> None:
     """Sets how much memory a call may need, in MB. Work that needs more raises :class:`OutOfMemoryError`
     before it begins. By default, the limit is the memory of the machine."""
     global _limit
-    if megabytes is not None and not megabytes > 0:
+    if megabytes is not None and not (isinstance(megabytes, (int, float, np.number)) and megabytes > 0):
         raise InputError(f"megabytes: {megabytes!r}: expected a positive number")
-    _limit = _machine() if megabytes is None else megabytes * 1e6
+    _limit = _machine() if megabytes is None else float(megabytes) * 1e6
 
 
 def check(needed: float, what: str, remedy: str) -> None:

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Any, Optional
 
 from . import _core
+from ._checks import array
 from ._goal import Goal, Goals, as_goals
-from ._simulator import Array, Inputs, Observed, Simulator, Trajectory, leaves, tree, with_goal
+from ._simulator import Array, Inputs, Observed, Simulator, Trajectory, check_kind, leaves, tree, with_goal
 
 
 @dataclass(frozen=True)
@@ -80,17 +81,18 @@ def planned(
     of: Any,
 ) -> tuple[Plan, list[Any]]:
     """The plan of a rollout, and its arrays. ``numbers`` makes arrays of the module ``of`` from the parts of a goal."""
+    check_kind(simulator)
     seen, first = simulator.span(steps, observed, first)
     named, changes = simulator.named(inputs), None
     if goal is not None:
         origin = simulator._core.goal_origin
         later, points = as_goals(goal, origin, simulator.dt, numbers, of)
         named, changes = with_goal(named, points), tuple(later)
-    arrays = {name: of.asarray(array) for name, array in named.items()}
+    arrays = {name: array(name, own, of) for name, own in named.items()}
     # A scalar factor gets an axis of length 1, so that an axis for robots in front of it is recognised.
     arrays = {
-        name: array.reshape(1) if name in simulator.factors and array.ndim == 0 else array
-        for name, array in arrays.items()
+        name: own.reshape(1) if name in simulator.factors and own.ndim == 0 else own
+        for name, own in arrays.items()
     }
     shapes = simulator.shapes_of(arrays, seen[-1], changes)
     return Plan(simulator, tuple(seen), first, bounded, changes, tuple(shapes.items())), list(arrays.values())

@@ -10,6 +10,7 @@ import tempfile
 import warnings
 import weakref
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Optional, Union
@@ -19,10 +20,11 @@ import numpy.typing as npt
 
 from . import _core
 from ._checks import seed as as_seed
-from ._checks import whole
+from ._checks import path as as_path
+from ._checks import whole, yes
 from ._core import Scene
 from ._errors import InputError
-from ._loss import as_loss
+from ._loss import LossError, as_loss
 from ._memory import check_optimisation
 from ._scene import SceneLike, as_scene
 from ._simulator import Inputs, Simulator
@@ -73,7 +75,7 @@ class Run:
     """The times of these states, s."""
 
     def __init__(self, folder: _Path, *, keep: Any = None) -> None:
-        self.folder = Path(folder)
+        self.folder = as_path("folder", folder)
         # The run may be unpickled in another working directory.
         self._absolute = self.folder.absolute()
         # A temporary folder lives as long as the run.
@@ -119,7 +121,7 @@ class Run:
 
     def save(self, path: _Path) -> Path:
         """Copies the run's folder to a new one."""
-        path = Path(path)
+        path = as_path("path", path)
         if path.exists() and (not path.is_dir() or any(path.iterdir())):
             raise InputError(f"{path} exists and is not empty; name a new or empty folder")
         shutil.copytree(self.folder, path, dirs_exist_ok=True)
@@ -235,16 +237,15 @@ def optimize(
     """
     given = as_scene(_core.scenes()[0] if scene is None else scene)
     folder, keep = _folder(out)
-    if isinstance(start, Run):
-        start = start.folder
-    if start is not None and os.path.isdir(start):
-        start = os.path.join(start, "design.json")
+    if start is not None:
+        start = start.folder if isinstance(start, Run) else as_path("start", start)
+        start = start / "design.json" if start.is_dir() else start
     check_optimisation(given)
     own = as_loss(loss)
     seed = as_seed(seed)
     last = None if iterations is None else whole("iterations", iterations, 1)
     pool = _threads(threads)
-    with _Bar(f"{given.name} seed {seed}", progress) as bar:
+    with _Bar(f"{given.name} seed {seed}", progress) as bar, _iteration(folder):
         interrupted = _core.optimise(
             given, given.name, seed, last, folder, start, own, pool, bar, _warn
         )
@@ -262,10 +263,21 @@ def resume(
     """Continues the run in a folder; a finished run is only read. If the run has a loss in Python, pass
     the same ``loss`` again. ``allow_unstable`` sets ``physics.unstable_step`` to ``"warn"`` in the run's
     scene, for a run whose time step has become unstable."""
-    own, pool = as_loss(loss), _threads(threads)
-    with _Bar(os.path.basename(os.path.abspath(folder)), progress) as bar:
-        interrupted = _core.resume(folder, own, allow_unstable, pool, bar, _warn)
-    return _result(Path(folder), None, own, interrupted)
+    own, pool, folder = as_loss(loss), _threads(threads), as_path("folder", folder)
+    with _Bar(folder.absolute().name, progress) as bar, _iteration(folder):
+        interrupted = _core.resume(folder, own, yes("allow_unstable", allow_unstable), pool, bar, _warn)
+    return _result(folder, None, own, interrupted)
+
+
+@contextmanager
+def _iteration(folder: Path) -> Iterator[None]:
+    """Adds the number of the iteration to an error about the values of a loss."""
+    try:
+        yield
+    except LossError as error:
+        history = folder / "history.jsonl"
+        done = len(history.read_text(encoding="utf-8").splitlines()) if history.exists() else 0
+        raise LossError(f"iteration {done + 1}: {error}") from None
 
 
 def _threads(threads: Optional[int]) -> Optional[int]:
@@ -276,7 +288,7 @@ def _threads(threads: Optional[int]) -> Optional[int]:
 def _folder(out: Optional[_Path]) -> tuple[Path, Any]:
     """The folder of a run, and the object that keeps a temporary folder."""
     if out is not None:
-        return Path(out), None
+        return as_path("out", out), None
     keep = _Temporary()
     return keep.path, keep
 

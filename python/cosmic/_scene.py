@@ -27,7 +27,7 @@ def as_scene(source: SceneLike) -> Scene:
     path. A dictionary contains settings of sections, nested or with dots. They change the default
     scene, or the scene under the key ``"scene"``:
     ``{"scene": "stability", "physics": {"friction": 0.6}, "schedule.iterations": 100}``. Arrays are
-    valid where lists are. Under the key ``"lattice"`` there may be a :class:`cosmic.Lattice`.
+    valid where lists are. Under the key ``"lattice"`` or ``"lattice.file"`` there may be a :class:`cosmic.Lattice`.
     """
     if isinstance(source, Scene):
         return source
@@ -35,14 +35,15 @@ def as_scene(source: SceneLike) -> Scene:
         settings = dict(source)
         if "base" in settings:
             raise InputError("`base` is not a key of a dictionary; name the base as `scene`")
-        base = as_scene(settings.pop("scene", None) or _core.scenes()[0])
-        lattice = settings.get("lattice")
-        if isinstance(lattice, Lattice):
-            # The library knows the lattice by the name of the file that a run keeps of it.
-            del settings["lattice"]
-            text = _toml({"lattice.file": "truss.json", **_flat(settings)}, base)
-            return base.overridden(text, lattice.truss)
-        return base.overridden(_toml(settings, base)) if settings else base
+        base = as_scene(settings.pop("scene", _core.scenes()[0]))
+        settings, truss = _flat(settings), None
+        for key in ("lattice", "lattice.file"):
+            lattice = settings.get(key)
+            if isinstance(lattice, Lattice):
+                # The library knows the lattice by the name of the file that a run keeps of it.
+                del settings[key]
+                settings["lattice.file"], truss = "truss.json", lattice.truss
+        return base.overridden(_toml(settings, base), truss) if settings else base
     if isinstance(source, str) and _is_toml(source):
         return Scene.parse(_encodable(source))
     if isinstance(source, (str, os.PathLike)):
@@ -59,10 +60,10 @@ def _is_toml(text: str) -> bool:
     return "=" in text and not text.endswith(".toml") and not os.path.exists(text)
 
 
-def _toml(settings: Mapping[Any, Any], base: Scene) -> str:
-    """Converts a dictionary of settings that change a scene to TOML."""
+def _toml(settings: Mapping[str, Any], base: Scene) -> str:
+    """Converts settings that change a scene, each with the key ``section.key``, to TOML."""
     sections: dict[str, list[str]] = {}
-    for key, value in _flat(settings).items():
+    for key, value in settings.items():
         section, dot, name = key.partition(".")
         if not dot:
             raise InputError(_no_section(key, base))
@@ -117,7 +118,7 @@ def _value(key: str, value: Any) -> str:
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(_value(key, entry) for entry in value) + "]"
     if isinstance(value, Lattice):
-        raise InputError(f'`{key}` is {value!r}; a lattice from arrays has the key "lattice"')
+        raise InputError(f'`{key}` is {value!r}; a lattice has the key "lattice"')
     if value is None:
         raise InputError(
             f'`{key}` is None: leave the key out to keep the value of the scene, or write "off" to switch a setting off'

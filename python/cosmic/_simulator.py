@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from types import MappingProxyType
 from typing import Any, NamedTuple, Optional, TypeVar, Union, overload
 
@@ -12,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from ._checks import array, choice, floats, whole
 from ._checks import seed as as_seed
-from ._checks import whole
 from ._core import Scene
 from ._errors import InputError
 from ._goal import Goal, Goals, as_goals
@@ -150,13 +151,8 @@ class Simulator:
 
     def __init__(self, scene: SceneLike, projection: str = "auto", device: str = "cpu") -> None:
         self.scene: Scene = as_scene(scene)
-        for name, value, choices in [
-            ("projection", projection, PROJECTIONS),
-            ("device", device, DEVICES),
-        ]:
-            if value not in choices:
-                allowed = ", ".join(map(repr, choices))
-                raise InputError(f"{name}: {value!r}: allowed: {allowed}")
+        choice("projection", projection, PROJECTIONS)
+        choice("device", device, DEVICES)
         self.device = device
         self._sizes = self.scene.sizes
         check_simulator(self._sizes)
@@ -338,10 +334,11 @@ class Simulator:
         """
         seen, first = self.span(steps, observed, first)
         robots = self._robots(inputs, seen, goal, check, steps=seen[-1])
-        if len(cotangents) != 2:
-            raise InputError(f"expected the 2 arrays of Trajectory, found {len(cotangents)}")
+        if not isinstance(cotangents, (tuple, list)) or len(cotangents) != 2:
+            found = len(cotangents) if isinstance(cotangents, (tuple, list)) else type(cotangents).__name__
+            raise InputError(f"cotangents: expected the 2 arrays of Trajectory, found {found}")
         dtype = robots.arrays[0].dtype
-        x_bar, v_bar = (ordered(bar, dtype) for bar in _numbers(("x_bar", "v_bar"), cotangents))
+        x_bar, v_bar = (ordered(floats(*bar), dtype) for bar in zip(("x_bar", "v_bar"), cotangents))
         batch = () if robots.batch is None else (robots.batch,)
         expected = (*batch, len(seen), *self.shapes["x0"])
         for name, bar in (("x_bar", x_bar), ("v_bar", v_bar)):
@@ -417,7 +414,7 @@ class Simulator:
         """Checks the arrays of robots and how much memory a rollout needs, and gives each array an axis of
         robots."""
         given = self.named(inputs)
-        named = dict(zip(given, _numbers(given, list(given.values()))))
+        named = {name: floats(name, own) for name, own in given.items()}
         if dtype is None:
             # Python's numbers do not decide, as in NumPy and JAX.
             dtype = _precision(named[name] for name, own in given.items() if not isinstance(own, (int, float)))
@@ -445,8 +442,7 @@ class Simulator:
 
     def _goals(self, goal: Goal) -> Goals:
         """The goals of an argument."""
-        numbers: Callable[[Any], Array] = lambda point: _numbers(["goal"], [point])[0]
-        return as_goals(goal, self._core.goal_origin, self.dt, numbers)
+        return as_goals(goal, self._core.goal_origin, self.dt, partial(floats, "goal"))
 
     def named(self, inputs: Inputs) -> dict[str, Any]:
         """The arrays of a robot by name. Raises :class:`InputError` if one is missing or unknown."""
@@ -540,7 +536,7 @@ def wanted(by: Optional[Iterable[str]], shapes: Mapping[str, tuple[int, ...]]) -
         raise InputError(f"by: expected a list of names, found {by!r}")
     bits = 0
     for name in by:
-        if name not in shapes:
+        if not isinstance(name, str) or name not in shapes:
             raise InputError(f"by: {name!r}: allowed: {', '.join(shapes)}")
         is_other = "." in name or name in (DRIVEN, "goal")
         bits |= _BITS.get(name, _BITS["others" if is_other else "controller"])
@@ -557,7 +553,7 @@ def stepped(
     rollout: Any, z: Any, x: Any, v: Any, activations: Any, steps: int, physics: Any, of: Any, **options: Any
 ) -> Trajectory:
     """Steps with constant activations by a function like :meth:`Simulator.rollout`, with arrays of the module ``of``."""
-    held = of.asarray(activations)
+    held = array("activations", activations, of)
     if held.ndim not in (1, 2):
         raise InputError(
             f"activations: expected the shape (edges,), or (batch, edges) for several robots, found {list(held.shape)}"
@@ -565,6 +561,12 @@ def stepped(
     held, steps = held[..., None, :], whole("steps", steps, 1)
     seen = rollout(Inputs(z, {DRIVEN: held}, x, v, physics), observed=[steps], **options)
     return Trajectory(*(states[..., 0, :, :] for states in seen))
+
+
+def check_kind(simulator: Any) -> None:
+    """Checks an argument that is a simulator."""
+    if not isinstance(simulator, Simulator):
+        raise InputError(f"simulator: expected a cosmic.Simulator, found {type(simulator).__name__}")
 
 
 def with_policy(
@@ -582,6 +584,7 @@ def with_policy(
     **options: Any,
 ) -> Trajectory:
     """A rollout with a policy, by a function like :meth:`Simulator.rollout`, with arrays of the module ``of``."""
+    check_kind(simulator)
     if not callable(policy):
         raise InputError(f"policy: {policy!r}: expected a function of x, v and time")
     if goal is not None:
@@ -606,7 +609,7 @@ def with_policy(
     # A policy gets the states of all robots, also if the robots share their start.
     batches = [np.shape(own)[:-2] for own in (z, x0, v0)]
     batches += [np.shape(own)[: max(0, np.ndim(own) - (name in simulator.factors))] for name, own in physics.items()]
-    batch, state = max(batches, key=len), (of.asarray(x0), of.asarray(v0))
+    batch, state = max(batches, key=len), (array("x0", x0, of), array("v0", v0, of))
     start = Trajectory(*(own if own.ndim != 2 else of.broadcast_to(own, (*batch, *own.shape)) for own in state))
     states = (loop or _loop)(frame, start, seen[-1] // length, of)
     return Trajectory(*(own[..., np.array(seen) // length, :, :] for own in states))
@@ -634,19 +637,6 @@ def _batch(name: str, array: Array, shape: tuple[int, ...]) -> Optional[int]:
     if array.shape[0] == 0:
         raise InputError(f"{name}: the batch has no robots; expected one or more")
     return int(array.shape[0])
-
-
-def _numbers(names: Iterable[str], given: Sequence[Any]) -> list[Array]:
-    """Converts arguments to arrays of numbers."""
-    arrays = []
-    for name, array in zip(names, given):
-        try:
-            arrays.append(np.asarray(array))
-        except ValueError as error:
-            raise InputError(f"{name}: expected an array of numbers: {error}") from None
-        if arrays[-1].dtype.kind not in "fiu":
-            raise InputError(f"{name} is of type {arrays[-1].dtype}: expected float32 or float64")
-    return arrays
 
 
 def _precision(arrays: Iterable[Array]) -> np.dtype[Any]:

@@ -20,7 +20,7 @@ from ._errors import InputError, extra
 from ._goal import Goals, as_goals
 from ._run import Run
 from ._scene import SceneLike
-from ._checks import whole
+from ._checks import array, choice, floats, real, whole
 from ._simulator import Simulator, ordered
 
 with extra("gym"):
@@ -61,15 +61,13 @@ class _Walk:
         observation: str,
         reward: Optional[Mapping[str, float]],
     ) -> None:
-        if observation not in _OBSERVATIONS:
-            allowed = ", ".join(map(repr, _OBSERVATIONS))
-            raise InputError(f"observation: {observation!r}: allowed: {allowed}")
+        choice("observation", observation, list(_OBSERVATIONS))
         self.observation = observation
         self.sim = Simulator(robot.scene if isinstance(robot, Run) else robot)
         first = self.sim.initial()
         if z is None:
             z = robot.design.z if isinstance(robot, Run) else first.z
-        self.z = ordered(z)
+        self.z = ordered(floats("z", z))
         if self.z.shape != self.sim.shapes["z"] or not np.isfinite(self.z).all():
             expected = list(self.sim.shapes["z"])
             raise InputError(f"z: expected the shape {expected} and finite numbers, found {list(self.z.shape)}")
@@ -77,9 +75,7 @@ class _Walk:
         if not self.core.actuators:
             raise InputError("the design has no actuator, so actions would have no effect; choose another design")
         self.frame_skip = whole("frame_skip", frame_skip, 1, self.sim.steps)
-        if not 0.0 <= scatter < np.inf:
-            raise InputError(f"scatter: {scatter}: expected a length in m that is finite and 0 or more")
-        self.scatter = scatter
+        self.scatter = real("scatter", scatter, 0.0, " m")
         self.seconds = self.frame_skip * self.sim.dt
         self.origin = self.sim._core.goal_origin
         self.reward = self.weights(reward)
@@ -104,10 +100,7 @@ class _Walk:
             allowed = ", ".join(map(repr, terms))
             given = "" if "goal" in terms else " ('goal' needs a scene with given goals)"
             raise InputError(f"reward: {reward!r}: expected weights of the terms {allowed}{given}")
-        weights = {term: float(weight) for term, weight in reward.items()}
-        if not np.isfinite(list(weights.values())).all():
-            raise InputError(f"reward: {reward!r}: expected finite weights")
-        return weights
+        return {term: real(f"reward[{term!r}]", weight, -np.inf) for term, weight in reward.items()}
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in self.__dict__.items() if name != "core"}
@@ -143,6 +136,8 @@ class _Walk:
     def goals_of(self, options: Optional[dict[str, Any]]) -> list[Optional[Goals]]:
         """The goals that the options of a reset give to each robot."""
         robots = len(self.done)
+        if not isinstance(options, (dict, type(None))):
+            raise InputError(f"options: {options!r}: expected a dictionary, such as {{'goal': 1.0}}")
         if options is None or options.get("goal") is None:
             return [None] * robots
         changes, points = as_goals(options["goal"], self.origin, self.sim.dt, _finite)
@@ -165,7 +160,7 @@ class _Walk:
 
     def held(self, actions: npt.ArrayLike) -> _Floats:
         """Converts actions to the activations of all edges, one row for each robot."""
-        given = np.asarray(actions, np.float64)
+        given = floats("action", actions).astype(np.float64)
         expected = (len(self.done), len(self.core.actuators))
         if given.shape != expected:
             raise InputError(f"action: expected the shape {expected}, found {given.shape}")
@@ -248,9 +243,7 @@ def _finite(goal: Any) -> _Floats:
 
 
 def _check_mode(render_mode: Optional[str], modes: Sequence[str]) -> None:
-    if render_mode not in (None, *modes):
-        allowed = ", ".join(map(repr, (None, *modes)))
-        raise InputError(f"render_mode: {render_mode!r}: allowed: {allowed}")
+    choice("render_mode", render_mode, (None, *modes))
 
 
 class _Window:
@@ -333,7 +326,7 @@ class WalkEnv(gymnasium.Env[_Seen, npt.NDArray[np.float32]]):
     def reset(
         self, *, seed: Optional[int] = None, options: Optional[dict[str, Any]] = None
     ) -> tuple[_Seen, dict[str, Any]]:
-        super().reset(seed=seed)
+        super().reset(seed=None if seed is None else whole("seed", seed, 0))
         (goals,) = self._walk.goals_of(options)
         self._walk.begin(0, self.np_random, goals)
         self._seen = [self._walk.x[0].copy()]
@@ -346,7 +339,7 @@ class WalkEnv(gymnasium.Env[_Seen, npt.NDArray[np.float32]]):
     ) -> tuple[_Seen, float, bool, bool, dict[str, Any]]:
         if self._over:
             raise gymnasium.error.ResetNeeded("no episode is running: call reset")
-        made, lost = self._walk.advance(self._walk.held(np.asarray(action)[None]))
+        made, lost = self._walk.advance(self._walk.held(floats("action", action)[None]))
         if self.render_mode is not None:
             self._seen.append(self._walk.x[0].copy())
         over = bool(self._walk.is_over[0]) and not lost[0]
@@ -411,7 +404,7 @@ class WalkVectorEnv(VectorEnv[_Seen, npt.NDArray[np.float32], npt.NDArray[Any]])
             raise InputError(f"autoreset_mode: {autoreset_mode!r}: allowed: {allowed}") from None
         most = max_episode_steps
         self._most = None if most is None else whole("max_episode_steps", most, 1)
-        self._walk = _Walk(robot, z, num_envs, frame_skip, scatter, observation, reward)
+        self._walk = _Walk(robot, z, self.num_envs, frame_skip, scatter, observation, reward)
         self.metadata = {
             **self.metadata,
             "render_fps": self._walk.frames_per_second,
@@ -419,11 +412,11 @@ class WalkVectorEnv(VectorEnv[_Seen, npt.NDArray[np.float32], npt.NDArray[Any]])
         }
         self.single_action_space = self._walk.action_space
         self.single_observation_space = self._walk.observation_space
-        self.action_space = batch_space(self.single_action_space, num_envs)
-        self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self._over = np.zeros(num_envs, np.bool_)
-        self._frames = np.zeros(num_envs, np.int64)
-        self._seen: list[list[_Floats]] = [[] for _ in range(num_envs)]
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self._over = np.zeros(self.num_envs, np.bool_)
+        self._frames = np.zeros(self.num_envs, np.int64)
+        self._seen: list[list[_Floats]] = [[] for _ in range(self.num_envs)]
         self._random: list[tuple[np.random.Generator, int]] = []
 
     # As in gymnasium's SyncVectorEnv, and not as in its base class.
@@ -457,12 +450,14 @@ class WalkVectorEnv(VectorEnv[_Seen, npt.NDArray[np.float32], npt.NDArray[Any]])
         if seed is None:
             seeds: list[Optional[int]] = [None] * self.num_envs
         elif isinstance(seed, (int, np.integer)):
-            seeds = [int(seed) + k for k in range(self.num_envs)]
+            seeds = [whole("seed", seed, 0) + k for k in range(self.num_envs)]
+        elif isinstance(seed, (list, tuple, np.ndarray)):
+            seeds = [None if own is None else whole("seed", own, 0) for own in seed]
         else:
-            seeds = list(seed)
+            raise InputError(f"seed: {seed!r}: expected a whole number, a list of {self.num_envs} numbers, or None")
         if len(seeds) != self.num_envs:
             raise InputError(f"seed: expected {self.num_envs} seeds, one per robot, found {len(seeds)}")
-        begins, goals = self._mask(options), self._walk.goals_of(options)
+        goals, begins = self._walk.goals_of(options), self._mask(options)
         self._seeded([own if begins[k] else None for k, own in enumerate(seeds)])
         self._begin(begins, goals)
         return self._walk.observe(), self._info(begins)
@@ -471,7 +466,7 @@ class WalkVectorEnv(VectorEnv[_Seen, npt.NDArray[np.float32], npt.NDArray[Any]])
         """The robots to reset: all, unless the options have a mask."""
         if options is None or "reset_mask" not in options:
             return np.ones(self.num_envs, np.bool_)
-        mask: npt.NDArray[np.bool_] = np.array(options["reset_mask"])
+        mask: npt.NDArray[np.bool_] = array("reset_mask", options["reset_mask"])
         if mask.dtype != np.bool_ or mask.shape != (self.num_envs,) or not mask.any():
             raise InputError(
                 f"reset_mask: expected {self.num_envs} booleans, at least one of them True, "

@@ -23,6 +23,7 @@ from typing import Any, Optional
 import numpy as np
 
 from . import _core
+from ._checks import array as as_array
 from ._errors import InputError, extra
 from ._goal import Goal
 from ._loss import Loss, Steps, decorator
@@ -229,7 +230,10 @@ def rollout(
     """
 
     def numbers(point: Any) -> Any:
-        array: Any = jnp.asarray(point, float)
+        array: Any = as_array("goal", point, jnp)
+        if jnp.issubdtype(array.dtype, jnp.complexfloating):
+            raise InputError(f"goal is of type {array.dtype}: expected a number")
+        array = array.astype(float)
         if array.ndim > 1:
             raise InputError(
                 f"goal: expected a number or a pair (along, above), found the shape {list(array.shape)}; "

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import csv
 import os
-from pathlib import Path
 from typing import Any, Union
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._checks import whole
+from ._checks import path, whole
 from ._memory import check_optimisation
 
 _Path = Union[str, "os.PathLike[str]"]
@@ -23,7 +22,7 @@ _Path = Union[str, "os.PathLike[str]"]
 
 def count(spec: _Path) -> int:
     """The number of runs of a sweep."""
-    return _core.sweep_count(os.fsdecode(spec))
+    return _core.sweep_count(str(path("spec", spec)))
 
 
 def run(spec: _Path, out: _Path, index: int) -> str:
@@ -33,13 +32,13 @@ def run(spec: _Path, out: _Path, index: int) -> str:
     process is running it. Ctrl-C saves the run; the same call continues it.
     """
     number = whole("index", index, 0)
-    return _core.sweep_run(os.fsdecode(spec), Path(out), number, check_optimisation)
+    return _core.sweep_run(str(path("spec", spec)), path("out", out), number, check_optimisation)
 
 
 def merge(out: _Path) -> dict[str, npt.NDArray[Any]]:
     """Writes ``results.csv``, and returns its columns, ready for a data frame. Unfinished runs have a
     state but no numbers."""
-    with open(_core.sweep_merge(Path(out)), newline="") as table:
+    with open(_core.sweep_merge(path("out", out)), newline="") as table:
         return {name: _column(cells) for name, *cells in zip(*csv.reader(table))}
 
 

@@ -17,6 +17,7 @@ from typing import Any, Optional
 
 import numpy as np
 
+from ._checks import array
 from ._errors import extra
 from ._goal import Goal
 from ._loss import Loss, Steps, decorator
@@ -86,7 +87,7 @@ def rollout(
     device = torch.as_tensor(inputs[0]).device
 
     def numbers(point: Any) -> Any:
-        return torch.as_tensor(point, dtype=torch.float64, device=device)
+        return array("goal", point, torch).to(device, torch.float64)
 
     plan, arrays = planned(simulator, inputs, steps, observed, first, bounded, goal, numbers, torch)
     return Trajectory(*_Rollout.apply(plan, *map(torch.as_tensor, arrays)))

@@ -74,9 +74,14 @@ impl Scene {
         caught(|| Ok(self.scene.lattice.file.truss().map(|truss| truss.to_json())))
     }
 
-    /// Returns the value of a setting, such as `physics.gravity`, as a scene file states it.
-    fn __getitem__<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
-        let value = caught(|| self.scene.value(key).map_err(raised))?;
+    /// Returns the value of a setting, such as `physics.gravity`, as a scene file states it. A truss is a `cosmic.Lattice`.
+    fn __getitem__<'py>(this: &Bound<'py, Self>, key: &str) -> PyResult<Bound<'py, PyAny>> {
+        let (py, scene) = (this.py(), &this.get().scene);
+        if key == "lattice.file" && scene.lattice.file.truss().is_some() {
+            let lattice = py.import("cosmic._lattice")?.getattr("Lattice")?;
+            return lattice.call_method1("of", (this,));
+        }
+        let value = caught(|| scene.value(key).map_err(raised))?;
         let json = py.import("json")?;
         json.call_method1("loads", (value.to_string(),))
     }

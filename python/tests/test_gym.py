@@ -210,13 +210,13 @@ def test_the_robot_of_a_run_is_driven(run: cosmic.Run) -> None:
     ("arguments", "says"),
     [
         ({"frame_skip": 0}, "frame_skip: 0: expected a whole number, 1 to 256"),
-        ({"scatter": float("nan")}, "scatter: nan: expected a length"),
+        ({"scatter": float("nan")}, "scatter: nan: expected a finite number, 0 m or more"),
         ({"render_mode": "ansi"}, "render_mode: 'ansi': allowed: None, 'human', 'rgb_array'"),
         ({"observation": "raw"}, "observation: 'raw': allowed: 'scaled', 'paper'"),
         ({"reward": {"speed": 1.0}}, "expected weights of the terms 'distance', 'energy', 'upright'"),
         ({"reward": {"goal": 1.0}}, "'goal' needs a scene with given goals"),
         ({"reward": {}}, "reward: {}: expected weights"),
-        ({"reward": {"distance": float("inf")}}, "expected finite weights"),
+        ({"reward": {"distance": float("inf")}}, "reward\\['distance'\\]: inf: expected a finite number"),
         ({"z": np.zeros((3, 3))}, r"z: expected the shape \[20, 3\]"),
         ({"z": np.tile([1.0, 0.0, 0.0], (20, 1))}, "no actuator"),
     ],
@@ -228,6 +228,22 @@ def test_wrong_arguments_are_refused(arguments: dict[str, Any], says: str) -> No
         cosmic.gym.WalkVectorEnv(0, SCENE)
     with pytest.raises(cosmic.InputError, match="render_mode: 'human': allowed: None, 'rgb_array'"):
         cosmic.gym.WalkVectorEnv(2, SCENE, render_mode="human")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ({"seed": "one"}, "seed: 'one': expected a whole number"),
+        ({"seed": -1}, "seed: -1: expected a whole number, 0 or more"),
+        ({"seed": [None, 1.5]}, "seed: "),
+        ({"options": 3}, "options: 3: expected a dictionary"),
+        ({"options": {"goal": "far"}}, "goal: "),
+    ],
+)
+def test_wrong_resets_are_refused(arguments: dict[str, Any], says: str) -> None:
+    for env in (cosmic.gym.WalkEnv(GOALS), cosmic.gym.WalkVectorEnv(2, GOALS)):
+        with pytest.raises(cosmic.InputError, match=says):
+            env.reset(**arguments)
 
 
 def test_an_episode_begins_with_reset_and_ends() -> None:

@@ -102,9 +102,25 @@ def test_a_robot_is_designed_on_a_lattice_from_arrays(tmp_path: Path) -> None:
         (lambda: lattice(rest=NODES), r"rest: expected the shape \(edges,\), found \[4, 2\]"),
         (lambda: lattice(stiffness=np.zeros(6)), r"`stiffness\[0\]`: expected a number above 0 N/m"),
         (lambda: cosmic.Lattice.of(cosmic.as_scene("stability")), "is generated from columns and rows"),
-        (lambda: cosmic.as_scene({"lattice.file": lattice()}), 'a lattice from arrays has the key "lattice"'),
+        (lambda: cosmic.as_scene({"physics.steps": lattice()}), 'a lattice has the key "lattice"'),
     ],
 )
 def test_a_wrong_lattice_is_named(call: Any, says: str) -> None:
     with pytest.raises(cosmic.InputError, match=says):
         call()
+
+
+def test_a_scene_with_a_lattice_is_a_dictionary(tmp_path: Path) -> None:
+    scene = cosmic.as_scene({**SCENE, "lattice": lattice(keep=[1])})
+    assert scene["lattice.file"] == lattice(keep=[1])
+    assert cosmic.as_scene(dict(scene)) == scene
+    (tmp_path / "scene.toml").write_text(scene.to_toml())
+    lattice(keep=[1]).save(tmp_path / "truss.json")
+    assert cosmic.as_scene(dict(cosmic.as_scene(tmp_path / "scene.toml"))) == scene
+
+
+def test_a_file_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    with pytest.raises(cosmic.FileError, match="Lattice.save: cannot write .*missing.a.json: No such file"):
+        lattice().save(tmp_path / "missing/a.json")
+    with pytest.raises(cosmic.InputError, match="path: 3: expected a path"):
+        lattice().save(3)  # type: ignore[arg-type]

@@ -252,6 +252,19 @@ def test_a_run_goes_on_after_an_exception_in_its_loss(tmp_path: Path) -> None:
     assert is_same_run(resumed.folder, whole.folder)
 
 
+def test_a_gradient_that_is_not_finite_stops_the_run() -> None:
+    iterations = []
+
+    def spoilt(x: np.ndarray, v: np.ndarray) -> Any:
+        value, x_bar, v_bar = final(x, v)
+        if len(iterations) >= 3:
+            x_bar[-1, 0, 0] = np.nan
+        return value, x_bar, v_bar
+
+    with pytest.raises(cosmic.InputError, match=r"iteration \d+: <Loss .*spoilt>: .* respect to x is nan at \[0, 0, 0\]"):
+        cosmic.optimize(FINAL, SEED, loss=spoilt, progress=lambda *_: iterations.append(1))
+
+
 def test_a_run_with_a_loss_can_only_be_resumed_with_a_loss(tmp_path: Path) -> None:
     loss = cosmic.Loss(final, is_far=True)
 

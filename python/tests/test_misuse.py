@@ -48,6 +48,9 @@ WRONG: dict[str, tuple[Call, list[str]]] = {
         lambda sim, i, t: cosmic.Simulator(sim.scene, "soft").rollout(i, 32),
         ["projection", "soft", "performance"],
     ),
+    "no cotangents": (lambda sim, i, t: sim.vjp(i, 3, 32), ["cotangents", "found int"]),
+    "names": (lambda sim, i, t: sim.vjp(i, t, 32, by=[[1]]), ["by", "[1]"]),
+    "activations": (lambda sim, i, t: sim.step(i.z, i.x0, i.v0, [[1], [2, 3]]), ["activations"]),
     "one cotangent": (lambda sim, i, t: sim.vjp(i, t[:1], 32), ["2 arrays", "found 1"]),
     "cotangent": (
         lambda sim, i, t: sim.vjp(i, cosmic.Trajectory(t.x, t.v[:1]), 32),
@@ -67,6 +70,39 @@ WRONG: dict[str, tuple[Call, list[str]]] = {
     "base": (lambda sim, i, t: cosmic.Simulator({"base": "earth"}), ["`base`", "as `scene`"]),
     "no setting": (lambda sim, i, t: cosmic.Simulator({"physics.steps": object()}), ["use a number"]),
 }
+
+
+#: Wrong arguments of other functions and classes, with the name that the message must contain.
+ELSEWHERE: dict[str, tuple[Callable[[Any], Any], list[Any]]] = {
+    "projection": (lambda bad: cosmic.Simulator(SHORT, bad), [None, 3, np.zeros(2)]),
+    "device": (lambda bad: cosmic.Simulator(SHORT, device=bad), [None, "tpu"]),
+    "seed": (lambda bad: cosmic.optimize(SHORT, bad), ["one", 1.5, -1, float("inf")]),
+    "loss": (lambda bad: cosmic.optimize(SHORT, loss=bad), [3, "far"]),
+    "iterations": (lambda bad: cosmic.optimize(SHORT, iterations=bad), [0, 1.5, "all"]),
+    "start": (lambda bad: cosmic.optimize(SHORT, start=bad), [3, [1], b"run"]),
+    "out": (lambda bad: cosmic.optimize(SHORT, out=bad), [3, [1], b"run"]),
+    "threads": (lambda bad: cosmic.optimize(SHORT, threads=bad), [0, "all", 1.5]),
+    "progress": (lambda bad: cosmic.optimize(SHORT, progress=bad), [3, "bar"]),
+    "folder": (cosmic.load, [None, 3, b"run"]),
+    "allow_unstable": (lambda bad: cosmic.resume("run", allow_unstable=bad), ["yes", None, 1]),
+    "a loss is": (cosmic.Loss, [None, 3, "far"]),
+    "observed": (lambda bad: cosmic.Loss(print, bad), ["all", 0, 1.5]),
+    "is_far": (lambda bad: cosmic.Loss(print, None, bad), [1, "yes", None]),
+    "megabytes": (cosmic.limit_memory, ["1 GB", -1.0, [1]]),
+    "Lattice.of": (cosmic.Lattice.of, [None, "earth"]),
+    "tie": (lambda bad: cosmic.Lattice([[0, 0], [1, 0]], [[0, 1]], tie=bad), [3, None]),
+    "payload": (lambda bad: cosmic.Lattice([[0, 0], [1, 0]], [[0, 1]], payload=bad), [[[1], [2, 3]], "left"]),
+    "spec": (cosmic.sweep.count, [None, 3]),
+    "scene": (cosmic.as_scene, [None, 3, {"scene": []}]),
+}
+
+
+@pytest.mark.parametrize("name", ELSEWHERE)
+def test_other_wrong_arguments_are_named(name: str) -> None:
+    call, wrong = ELSEWHERE[name]
+    for bad in wrong:
+        with pytest.raises(cosmic.InputError, match=name):
+            call(bad)
 
 
 def with_speed(inputs: cosmic.Inputs, value: float) -> cosmic.Inputs:

@@ -189,6 +189,13 @@ def test_constant_activations_need_one_row(sim: cosmic.Simulator) -> None:
     np.testing.assert_allclose(one[0], each.sum(0), rtol=1e-12)
 
 
+def test_only_the_newest_simulators_are_kept(sim: cosmic.Simulator) -> None:
+    for steps in range(1, 41):
+        sim.rollout(driven(sim, steps), observed=[steps])
+    assert len(sim._kept) == 32
+    assert same(sim.rollout(driven(sim, 1), observed=[1]), cosmic.Simulator(SHORT).rollout(driven(sim, 1), observed=[1]))
+
+
 def test_numbers_of_python_do_not_decide_the_precision(sim: cosmic.Simulator) -> None:
     single = tree({name: np.float32(array) for name, array in leaves(robot(sim, 0)).items()})
     assert sim.rollout(single._replace(physics={"physics.gravity": 9.81}), *SPAN).x.dtype == np.float32
