@@ -24,8 +24,12 @@ SIM, _ = worlds("mlp")
 
 def body(place: Any, z: Any, title: str) -> None:
     """Draws the bars of a robot: skeleton black, motors red."""
-    for ends, material in zip(SIM.initial().x0[SIM.edges], z.argmax(axis=1)):
-        place.plot(*ends.T, ("none", "black", "crimson")[material], linewidth=1.2)
+    ends = SIM.initial().x0[SIM.edges]
+    for material, colour in ((1, "black"), (2, "crimson")):
+        bars = ends[z[:, material] == 1.0]
+        # Gaps between the bars.
+        points = np.concatenate([bars, np.full_like(bars[:, :1], np.nan)], axis=1)
+        place.plot(*points.reshape(-1, 2).T, colour, linewidth=1.2)
     place.set_title(title, fontsize=8)
     place.set_aspect("equal")
     place.axis("off")
@@ -49,7 +53,7 @@ def one_policy(folder: Path) -> None:
     chart.plot([0.0, most], [0.0, most], "lightgrey", zorder=0)
     chart.set(xlabel="network of its own, m", ylabel="shared network, m")
     chart.legend(fontsize=7, frameon=False)
-    picture.savefig(STUDIES / "one_policy.svg", metadata={"Date": None})
+    picture.savefig(STUDIES / "one_policy/one_policy.svg", metadata={"Date": None})
 
 
 def evolve(folder: Path) -> None:
@@ -63,7 +67,7 @@ def evolve(folder: Path) -> None:
         chart.plot([k - 0.3, k + 0.3], [np.median(far)] * 2, "crimson")
         body(place, found[f"{name}-z"][far.argmax()], f"{name}\n{far.max():.2f} m")
     chart.set(ylabel="distance, m", xticks=range(len(names)), xticklabels=names)
-    picture.savefig(STUDIES / "evolve.svg", metadata={"Date": None})
+    picture.savefig(STUDIES / "evolve/evolve.svg", metadata={"Date": None})
 
 
 if __name__ == "__main__":

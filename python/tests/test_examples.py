@@ -73,7 +73,8 @@ import evolve
 import numpy as np
 
 folder, is_evolution = sys.argv.pop(1), sys.argv.pop(1) == "evolve"
-evolve.SETTINGS.update({"schedule.horizon": [128, 256], "loss.window": 64})
+for settings in (evolve.SETTINGS, evolve.FIXED):
+    settings.update({"schedule.horizon": [128, 256], "loss.window": 64})
 if is_evolution:
     sys.argv.append(folder)
     evolve.main()
@@ -97,7 +98,7 @@ def test_one_policy_controls_robots_that_it_has_not_seen_and_evolution_uses_it(t
     pytest.importorskip("jax")
     pytest.importorskip("optax")
     printed = []
-    for arguments in (["one_policy", "--updates", "40", "--own", "4"], ["evolve", "--seeds", "3", "--iterations", "40"]):
+    for arguments in (["one_policy", "--updates", "40", "--own", "8"], ["evolve", "--seeds", "3", "--iterations", "40"]):
         command = [sys.executable, "-c", POLICIES, tmp_path / "out", *arguments]
         done = subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=EXAMPLES)
         assert done.returncode == 0, done.stderr

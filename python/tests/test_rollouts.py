@@ -95,6 +95,20 @@ def test_a_mirrored_robot_has_a_mirrored_layout() -> None:
     assert all(materials[frozenset(turned[node] for node in bar)] == own for bar, own in materials.items())
 
 
+def test_a_network_does_not_see_nodes_without_a_bar() -> None:
+    sim = cosmic.Simulator({**SHORT, "volume": {"solid": [0.3, 0.4], "actuator": [0.2, 0.3]}})
+    layouts = sim.layout(np.random.default_rng(0).uniform(size=(8, *sim.shapes["z"])))
+    absent = np.array([[~(layout[(sim.edges == node).any(1), 0] == 0.0).any() for node in range(6)] for layout in layouts])
+    assert absent.any(1).sum() >= 4
+    inputs = robot(sim, 0)._replace(z=layouts)
+    # Absent nodes elsewhere, with velocities.
+    moved = inputs._replace(x0=inputs.x0 + 0.1 * absent[..., None], v0=inputs.v0 + 0.3 * absent[..., None])
+    one, other = sim.rollout(inputs), sim.rollout(moved)
+    present = np.broadcast_to(~absent[:, None], one.x.shape[:3])
+    assert np.array_equal(one.x[present], other.x[present])
+    assert np.abs(one.x - other.x).max() > 0.09
+
+
 def test_a_rollout_returns_the_requested_steps(sim: cosmic.Simulator) -> None:
     inputs = robot(sim, 0)
     assert sim.observed(40, 16) == [0, 16, 32, 40]
