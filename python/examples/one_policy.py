@@ -189,9 +189,9 @@ def main() -> None:
         many = {block: np.stack([array] * given.own) for block, array in first.items()}
         own = train(sim, many, lambda: Bodies(*(a[:, None] for a in batch(few))), given.updates, own=True)
         walks, best = measured(sims, shared, unseen, given.seed), measured(sims, own, few, given.seed)[0]
-        far, kept = walks[0].mean(), walks[0][: given.own]
+        far, error, kept = walks[0].mean(), walks[0].std() / len(unseen) ** 0.5, walks[0][: given.own]
         shares = " | ".join(f"{walk.mean() / far:.2f}" for walk in walks[1:])
-        print(f"| {name} | {seconds:.0f} | {far:.3f} | {kept.mean() / best.mean():.2f} | {shares} |", flush=True)
+        print(f"| {name} | {seconds:.0f} | {far:.3f} ± {error:.3f} | {kept.mean() / best.mean():.2f} | {shares} |", flush=True)
         np.savez(given.out / f"{policy}.npz", **shared)
         np.savez(given.out / f"{policy}-walks.npz", z=few, own=best, shared=kept)
 
