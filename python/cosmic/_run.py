@@ -212,7 +212,7 @@ def optimize(
     *,
     loss: Any = None,
     iterations: Optional[int] = None,
-    start: Union[Run, _Path, None] = None,
+    start: Union[Run, Inputs, _Path, None] = None,
     out: Optional[_Path] = None,
     threads: Optional[int] = None,
     progress: Union[bool, Progress] = True,
@@ -227,7 +227,8 @@ def optimize(
       the scene's objective.
     - ``iterations``: fit the phases of the schedule into this many iterations, so that a short run ends
       with a finished robot. If ``start`` is a finished robot, it is fine-tuned for so many iterations.
-    - ``start``: start with the robot of a run, of its folder or of a ``design.json``.
+    - ``start``: start with the robot of a run, of its folder or of a ``design.json``, or with the design and the
+      controller of :class:`Inputs`.
     - ``out``: a new or empty folder for the run, which can be resumed; by default temporary.
     - ``progress``: True for a progress bar, or a function that is called after every iteration with
       its number, the last iteration's number, and a dictionary of results.
@@ -237,8 +238,12 @@ def optimize(
     """
     given = as_scene(_core.scenes()[0] if scene is None else scene)
     folder, keep = _folder(out)
-    if start is not None:
+    if isinstance(start, Inputs):
+        written = _design_file(given, start)
+        start = written.path
+    elif start is not None:
         start = start.folder if isinstance(start, Run) else as_path("start", start)
+    if start is not None:
         start = start / "design.json" if start.is_dir() else start
     check_optimisation(given)
     own = as_loss(loss)
@@ -291,6 +296,27 @@ def _folder(out: Optional[_Path]) -> tuple[Path, Any]:
         return as_path("out", out), None
     keep = _Temporary()
     return keep.path, keep
+
+
+def _design_file(scene: Scene, robot: Inputs) -> _Temporary:
+    """A temporary folder with the ``design.json`` of a robot. Raises :class:`InputError` if the arrays do not fit the scene."""
+    sim = Simulator(scene)
+    arrays = {name: np.asarray(array, float) for name, array in sim.named(robot).items()}
+    for name, array in arrays.items():
+        if array.shape != sim.shapes.get(name, array.shape):
+            expected, found = list(sim.shapes[name]), list(array.shape)
+            raise InputError(f"start: {name}: expected the shape {expected}, found {found}")
+    design = {
+        "format": "cosmic-design",
+        "version": 1,
+        "edges": sim.edges.tolist(),
+        "z": arrays["z"].tolist(),
+        "materials": arrays["z"].argmax(axis=-1).tolist(),
+        "controller": {name: arrays[name].tolist() for name in robot.controller},
+    }
+    folder = _Temporary()
+    (folder.path / "design.json").write_text(json.dumps(design), encoding="utf-8")
+    return folder
 
 
 class _Temporary:

@@ -191,6 +191,22 @@ class Simulator:
         check_start(self._sizes, 3)
         return tree(split(self._core.initial(as_seed(seed))[0], self.shapes))
 
+    def layout(self, z: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """The finished robots to which an optimisation would snap the design vectors ``z``, of shape ``(edges, 3)`` or
+        ``(batch, edges, 3)``. The result has the same shape, and its rows are one-hot.
+
+        Every edge gets the material of its largest number. Then edges change until the robot obeys the scene's
+        ``[design]``, such as ``one_piece``, and the bounds of ``[volume]``, each wider by 0.03. Edges whose numbers differ
+        least change first; of equal ones the edge with the smallest index. So
+        numbers drawn uniformly from 0 to 1 give a random robot, and ``0.5 * layout`` plus such numbers times 0.5 a
+        relative of a robot."""
+        (given,) = _numbers(["z"], [z])
+        robots = _batch("z", given, self.shapes["z"])
+        if not np.isfinite(given).all():
+            raise InputError("z: expected finite numbers")
+        snapped = self._core.layouts(ordered(given if robots else given[None]))
+        return snapped if robots else snapped[0]
+
     def observed(self, steps: Optional[int] = None, observed: Observed = 16) -> list[int]:
         """The numbers of the observed steps of a rollout.
 

@@ -7,12 +7,14 @@ use crate::rollouts::Pair;
 use crate::scene::Scene;
 use autodiff::CotangentBound;
 use cosmic::codesign::CoDesign;
+use cosmic::design::{LayoutRules, Material, VolumeBounds, snap};
 use cosmic::inputs::ALL;
 use cosmic::lattice::FACTORS;
-use cosmic::scene;
+use cosmic::projection::Projection;
+use cosmic::scene::{self, VolumeSettings};
 use cosmic::simulator::Span;
 use cosmic::task::Task;
-use numpy::PyArrayDyn;
+use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use std::sync::{Arc, OnceLock};
 
@@ -247,6 +249,26 @@ impl Simulator {
             let numbers = codesign.evaluator().inputs(&progress).get(ALL);
             let shape = [1, numbers.len()];
             array(py, numbers, &shape)
+        })
+    }
+
+    /// Snaps design vectors to layouts, as an optimisation does. Both have the shape `(robots, edges, 3)`; the rows of a
+    /// layout are one-hot.
+    fn layouts<'py>(
+        &self,
+        py: Python<'py>,
+        z: PyReadonlyArrayDyn<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        caught(|| {
+            let (scene, task) = (&self.scene, &self.task);
+            let rules = LayoutRules::new(&task.lattice, &scene.design);
+            let bounds = VolumeBounds::widened(&scene.volume, VolumeSettings::WIDENING);
+            let robots = z.as_slice()?.as_chunks().0.chunks(self.sizes.edges);
+            let snapped = robots.flat_map(|z| {
+                let mixtures = task.projector.mixtures(Projection::Performance, z);
+                snap(&mixtures, &bounds, &rules)
+            });
+            array(py, snapped.flat_map(Material::one_hot).collect(), z.shape())
         })
     }
 

@@ -69,6 +69,62 @@ def test_a_policy_of_your_own_learns_to_walk() -> None:
     assert float(done.stdout.split()[2]) > 0.1, done.stdout
 
 
+#: Short runs of `one_policy.py` and `evolve.py` on a small lattice. The arguments are a folder and those of the example.
+POLICIES = """import sys
+
+import one_policy
+
+one_policy.SCENE.update({"lattice": {"columns": 3, "rows": 3}, "physics.steps": 256, "controller": {"hidden": 8}})
+one_policy.BATCH, one_policy.EVERY, one_policy.RATE = 16, 64, 0.01
+import evolve
+import numpy as np
+
+folder, is_evolution = sys.argv.pop(1), sys.argv.pop(1) == "evolve"
+for settings in (evolve.SETTINGS, evolve.FIXED):
+    settings.update({"schedule.horizon": [128, 256], "loss.window": 64})
+if is_evolution:
+    sys.argv.append(folder)
+    evolve.main()
+    sys.exit()
+sys.argv += ["--out", folder]
+one_policy.main()
+sim, _ = one_policy.worlds("mlp")
+unseen = one_policy.bodies(sim, np.random.default_rng(1), 100)
+start = one_policy.placed(sim, np.random.default_rng(2), unseen, one_policy.LOST)
+# Rounded numbers of motors: a quarter of each robot's are lost.
+lost = (start.strain == 0.0).sum(1)
+assert np.array_equal(lost, np.round(0.25 * unseen[..., 2].sum(1))) and lost.min() > 0
+assert not np.any((start.strain == 0.0) & (unseen[..., 2] == 0.0))
+for weights in (one_policy.begin(sim, 0), dict(np.load(folder + "/mlp.npz"))):
+    start = one_policy.placed(sim, np.random.default_rng(2), unseen)
+    print("distance", one_policy.walked(sim, one_policy.controller(weights, unseen), start).mean())
+"""
+
+
+def test_one_policy_controls_robots_that_it_has_not_seen_and_evolution_uses_it(tmp_path: Path) -> None:
+    pytest.importorskip("jax")
+    pytest.importorskip("optax")
+    printed = []
+    for arguments in (["one_policy", "--updates", "40", "--own", "8"], ["evolve", "--seeds", "3", "--iterations", "40"]):
+        command = [sys.executable, "-c", POLICIES, tmp_path / "out", *arguments]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=EXAMPLES)
+        assert done.returncode == 0, done.stderr
+        printed.append(done.stdout)
+    untrained, trained = map(float, re.findall(r"distance (\S+)", printed[0]))
+    assert trained > 2.0 * untrained, printed[0]
+    closed, opened = (
+        [float(cell.split()[0]) for cell in row.split("|")[1:-1]] for row in re.findall(r"loop (\|.*)", printed[0])
+    )
+    assert len(closed) == len(opened) == 7 and closed[1] > 0.0, printed[0]
+    rows = {name: row.split("|") for name, row in re.findall(r"^\| (\w+) \|(.*)", printed[1], re.MULTILINE)}
+    assert list(rows) == ["optimize", "evolved", "refined"], printed[1]
+    seconds, distances = ({name: float(row[k]) for name, row in rows.items()} for k in (0, 1))
+    # An evolution ends with the generation in which its seconds are spent.
+    assert max(seconds.values()) < 3.0 * min(seconds.values()) + 0.3, printed[1]
+    # The best of many robots walks farther than a robot on average.
+    assert distances["evolved"] > 2.0 * closed[1], printed
+
+
 #: Losses with types. Only the last line is wrong.
 LOSSES = """from typing import Any
 

@@ -31,6 +31,8 @@ WRONG: dict[str, tuple[Call, list[str]]] = {
     "shape": (lambda sim, i, t: sim.rollout(i._replace(z=i.z[:4])), ["z", "[11, 3]", "[4, 3]"]),
     "two axes": (lambda sim, i, t: sim.rollout(i._replace(z=i.z[None, None])), ["z", "[1, 1, 11"]),
     "no robots": (lambda sim, i, t: sim.rollout(i._replace(z=i.z[None][:0])), ["z", "no robots"]),
+    "layout of NaN": (lambda sim, i, t: sim.layout(i.z * np.nan), ["z", "finite"]),
+    "layout of another lattice": (lambda sim, i, t: sim.layout(i.z[:4]), ["z", "[11, 3]", "[4, 3]"]),
     "batches": (
         lambda sim, i, t: sim.rollout(i._replace(z=np.stack([i.z] * 2), x0=np.stack([i.x0] * 3))),
         ["x0: 3 robots", "z has 2"],

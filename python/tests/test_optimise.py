@@ -107,10 +107,9 @@ def test_a_temporary_folder_is_deleted_with_its_run() -> None:
 def test_a_start_is_taken_from_another_run(run: cosmic.Run, tmp_path: Path) -> None:
     made = [
         cosmic.optimize(SCENE, SEED, start=start, progress=False)
-        for start in (run, run.folder, run.folder / "design.json")
+        for start in (run, run.folder, run.folder / "design.json", run.inputs)
     ]
-    assert is_same_run(made[0].folder, made[1].folder)
-    assert is_same_run(made[0].folder, made[2].folder)
+    assert all(is_same_run(made[0].folder, other.folder) for other in made[1:])
     assert not is_same_run(made[0].folder, run.folder)
 
 
@@ -223,6 +222,8 @@ def test_unsuitable_folders_are_refused(run: cosmic.Run, tmp_path: Path) -> None
         cosmic.optimize(SCENE, out=run.folder, progress=False)
     with pytest.raises(cosmic.FileError, match="missing"):
         cosmic.optimize(SCENE, start=tmp_path / "missing", progress=False)
+    with pytest.raises(cosmic.InputError, match=r"start: w1: expected the shape \[3, 48\], found \[32, 48\]"):
+        cosmic.optimize({**SCENE, "controller.hidden": 3}, start=run.inputs, progress=False)
 
 
 def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import copy
 import pickle
+from typing import Any
 
 import cosmic
 import numpy as np
 import pytest
-from common import NAMES, SHORT, airborne, changed, mapped, one_of, robot, same, stacked
+from common import NAMES, SCENE, SEED, SHORT, airborne, changed, mapped, one_of, robot, same, stacked
 from cosmic._simulator import leaves
 
 
@@ -36,6 +37,76 @@ def test_a_rollout_may_be_shorter_than_the_horizon_of_an_optimisation() -> None:
 def test_seeds_differ_and_repeat(sim: cosmic.Simulator) -> None:
     assert same(sim.initial(1), sim.initial(1))
     assert not np.array_equal(sim.initial(1).controller["w1"], sim.initial(2).controller["w1"])
+
+
+def pieces(edges: np.ndarray, layout: np.ndarray) -> set[int]:
+    """The pieces that have a bar or the payload, named by their first nodes."""
+    bars = edges[layout[:, 0] == 0.0]
+    of = np.arange(edges.max() + 1)
+    for _ in of:
+        for i, j in bars:
+            of[[i, j]] = of[[i, j]].min()
+    return {int(of[node]) for node in (0, *bars.ravel())}
+
+
+@pytest.mark.parametrize("changes", [{}, {"design": {"crossings": False, "feet": 2}}, {"volume.actuator": [0.3, 0.3]}])
+def test_random_numbers_become_robots_in_one_piece(changes: dict[str, Any]) -> None:
+    sim = cosmic.Simulator({**SHORT, "lattice.rows": 3, **changes})
+    edges, random = len(sim.edges), np.random.default_rng(0)
+    z = random.uniform(size=(50, edges, 3))
+    made = sim.layout(z)
+    assert made.shape == z.shape and np.array_equal(np.sort(made), np.tile([0.0, 0.0, 1.0], (50, edges, 1)))
+    solid, actuator = 1.0 - made[:, :, 0].mean(1), made[:, :, 2].mean(1)
+    # Bounds of the scene, 0.03 wider, as numbers of edges.
+    for volume, key in ((solid, "volume.solid"), (actuator, "volume.actuator")):
+        least, most = sim.scene[key]
+        assert np.all(np.round(volume * edges) >= np.ceil((least - 0.03) * edges - 1e-9))
+        assert np.all(np.round(volume * edges) <= np.floor((most + 0.03) * edges + 1e-9))
+    assert all(pieces(sim.edges, layout) == {0} for layout in made)
+    # The largest numbers alone are not: their volumes are 2/3 and 1/3.
+    assert not any(np.array_equal(np.eye(3)[rows.argmax(1)], layout) for rows, layout in zip(z, made))
+    assert len({layout.tobytes() for layout in made}) == 50
+    # A robot of a batch is the robot alone, and robots that obey the rules stay as they are.
+    assert np.array_equal(sim.layout(z[7]), made[7]) and np.array_equal(sim.layout(made), made)
+    # Layouts decide nothing about the robots that the simulator takes.
+    assert sim.projection == "auto"
+
+
+def test_a_layout_is_the_robot_to_which_an_optimisation_snaps() -> None:
+    # Without trials of other materials, the snap of an optimisation is the layout of its last design vectors.
+    ends = {"schedule": {**SCENE["schedule"], "snap_trials": 0, "polish_trials": 0}}
+    sim = cosmic.Simulator({**SCENE, **ends})
+    begun = sim.initial(SEED).z
+    at_once = {"iterations": 1, "attraction_from": 1, "snap_at": 1, "horizon_over": [0, 0]}
+    scene = {**SCENE, "schedule": {**ends["schedule"], **at_once}, "binarisation.threshold_over": [0, 0]}
+    snapped = cosmic.optimize(scene, SEED, progress=False)
+    assert np.array_equal(snapped.design.z, sim.layout(begun))
+    assert not np.array_equal(snapped.design.z, np.eye(3)[begun.argmax(1)])
+
+
+def test_a_mirrored_robot_has_a_mirrored_layout() -> None:
+    scene: dict[str, Any] = {**SHORT, "lattice": {"columns": 5, "rows": 3, "mirror": True, "payload": "auto"}}
+    sim = cosmic.Simulator(scene)
+    layout = sim.layout(np.random.default_rng(0).uniform(size=sim.shapes["z"]))
+    places = sim.initial().x0
+    ends = places[:, 0].min() + places[:, 0].max()
+    turned = [np.abs(places - [ends - x, y]).sum(1).argmin() for x, y in places]
+    materials = {frozenset(bar): row for bar, row in zip(sim.edges.tolist(), layout.argmax(1))}
+    assert all(materials[frozenset(turned[node] for node in bar)] == own for bar, own in materials.items())
+
+
+def test_a_network_does_not_see_nodes_without_a_bar() -> None:
+    sim = cosmic.Simulator({**SHORT, "volume": {"solid": [0.3, 0.4], "actuator": [0.2, 0.3]}})
+    layouts = sim.layout(np.random.default_rng(0).uniform(size=(8, *sim.shapes["z"])))
+    absent = np.array([[~(layout[(sim.edges == node).any(1), 0] == 0.0).any() for node in range(6)] for layout in layouts])
+    assert absent.any(1).sum() >= 4
+    inputs = robot(sim, 0)._replace(z=layouts)
+    # Absent nodes elsewhere, with velocities.
+    moved = inputs._replace(x0=inputs.x0 + 0.1 * absent[..., None], v0=inputs.v0 + 0.3 * absent[..., None])
+    one, other = sim.rollout(inputs), sim.rollout(moved)
+    present = np.broadcast_to(~absent[:, None], one.x.shape[:3])
+    assert np.array_equal(one.x[present], other.x[present])
+    assert np.abs(one.x - other.x).max() > 0.09
 
 
 def test_a_rollout_returns_the_requested_steps(sim: cosmic.Simulator) -> None:
