@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use super::replay::{Inputs, Plan, Points, Replayed, Wanted};
+use super::symbol::Symbol;
 use crate::arrays::{Array, Bars, Graph, Kernel, Operation, SlotEdge, StepValues, checked};
 use crate::real::Real;
 
@@ -11,9 +12,13 @@ use crate::real::Real;
 pub(crate) fn recorded<K: Kernel<I, O>, const I: usize, const O: usize>(
     kernel: &K,
 ) -> Option<Plan> {
-    Plan::record([I, K::UNIFORMS], |x, given| {
-        kernel.eval(std::array::from_fn(|k| x[k]), given).to_vec()
-    })
+    let code =
+        |x: &[Symbol], given: &[Symbol]| kernel.eval(std::array::from_fn(|k| x[k]), given).to_vec();
+    if const { K::IS_REPLAYED } {
+        Plan::record_simplified([I, K::UNIFORMS], code)
+    } else {
+        Plan::record([I, K::UNIFORMS], code)
+    }
 }
 
 /// The elements or edges to which a kernel is applied.
@@ -116,6 +121,9 @@ impl ReplayedKernel {
         let column = |(k, &input): (usize, &Array)| -> Cow<[R]> {
             let array = &values.get(input)[start..];
             let at = |place: usize| array[place * starts];
+            if !self.kernel.reads(k) {
+                return vec![R::zero(); self.places.count()].into();
+            }
             match &self.places {
                 Places::Elements(_) if starts == 1 => array.into(),
                 Places::Elements(count) => (0..*count).map(at).collect(),
@@ -251,6 +259,9 @@ impl<R: Real> Operation<R> for ReplayedKernel {
     fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) -> bool {
         let active = |of: &[Array]| of.iter().map(|array| arrays[array.id]).collect();
         self.active = active(&self.inputs);
+        for (k, active) in self.active.iter_mut().enumerate() {
+            *active &= self.kernel.reads(k);
+        }
         self.active_uniforms = active(&self.uniforms);
         self.active.contains(&true) || self.active_uniforms.contains(&true)
     }

@@ -59,7 +59,7 @@ fn kinks_have_the_derivatives_of_the_library() {
     for (text, slope) in [
         ("max(length, rest_length)", 0.0),
         ("max(rest_length, length)", 1.0),
-        ("min(length, 2 - length)", 1.0),
+        ("min(length, 4 - length)", -1.0),
         ("abs(length - 2)", 0.0),
         ("where(length <= 2, length^3, sqrt(2 - length))", 12.0),
     ] {
