@@ -44,6 +44,7 @@ mod laws {
     mod built_in;
     mod bumpers;
     mod contacts;
+    mod formula;
     mod kernels;
     mod law_file;
     mod walls;

@@ -160,6 +160,10 @@ fn laws_act_alike_on_a_device_and_on_the_processor() {
         .map(|name| (name, format!("physics.forces = [{name:?}]")))
         .to_vec();
     worlds.push(("mud", "physics.contact = \"mud\"".to_owned()));
+    let formulas = "physics.forces = ['bar_formula', 'node_formula']\nbar_formula = {tension = 'a * stiffness * \
+                    where(rate < 0, 2, 1) * rate + stiffness * max(length / rest_length - 1, 0)^1.5', a = 1e-3}\n\
+                    node_formula.force_x = '0.01 * sin(40 * time + x) - 0.02 * vx * abs(vx)'";
+    worlds.push(("formulas", formulas.to_owned()));
     // The feet of the robot stand on slopes.
     let points = "points = [[-0.1, 0.0], [0.03, -0.02], [0.12, -0.01], [0.5, -0.05]]";
     worlds.push((

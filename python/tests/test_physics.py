@@ -245,3 +245,30 @@ def test_wrong_physics_and_activations_are_refused(sliding: cosmic.Simulator) ->
             sim.rollout(inputs._replace(**wrong), *SPAN)
     with pytest.raises(cosmic.InputError, match="tangents: expected the arrays z, .*physics.gravity"):
         sliding.jvp(inputs._replace(physics={"physics.gravity": 1.0}), inputs, *SPAN)
+
+
+def test_a_formula_acts_like_the_same_law() -> None:
+    damper = {**SHORT, "physics.forces": ["damper"], "damper.time": 1e-3}
+    formula = {
+        **SHORT,
+        "physics.forces": ["bar_formula"],
+        "bar_formula": {"tension": "a * stiffness * rate", "a": 1e-3},
+    }
+    scenes = {"damper.time": damper, "bar_formula.a": formula}
+    sims = {name: cosmic.Simulator(scene, "performance") for name, scene in scenes.items()}
+    inputs = robot(sims["damper.time"], 0)
+    seen = [sim.rollout(inputs, *SPAN) for sim in sims.values()]
+    # Rounding of 48 steps.
+    np.testing.assert_allclose(seen[1].x, seen[0].x, rtol=0, atol=1e-12)
+    bars = cosmic.Trajectory(*like(seen[0], 1))
+    slopes = [
+        sim.vjp(inputs._replace(physics={name: np.array(1e-3)}), bars, *SPAN).physics[name]
+        for name, sim in sims.items()
+    ]
+    assert slopes[1] == pytest.approx(slopes[0], rel=1e-8) and slopes[0] != 0.0
+
+
+def test_a_wrong_formula_is_refused_with_its_column() -> None:
+    scene = {**SHORT, "physics.forces": ["bar_formula"], "bar_formula.tension": "2 * lenght"}
+    with pytest.raises(cosmic.InputError, match="has the unknown name `lenght` at column 5"):
+        cosmic.as_scene(scene)

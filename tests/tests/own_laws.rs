@@ -7,6 +7,7 @@ use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::design::{Design, Material};
 use cosmic::geometry::{Ground, Vector};
+use cosmic::inputs::ALL;
 use cosmic::kernel;
 use cosmic::lattice::{Lattice, State};
 use cosmic::laws::{
@@ -17,7 +18,7 @@ use cosmic::settings::within;
 use cosmic::simulator::IdleEnergy;
 use cosmic::simulator::stability::Vibration;
 use cosmic_lab::check::check_gradients;
-use cosmic_tests::{Bare, farthest, few_directions, laws, robot_of, states};
+use cosmic_tests::{Bare, farthest, few_directions, laws, relative_error, robot_of, states};
 
 cosmic::settings! {
     /// A contact law: a node that hits the ground stops.
@@ -214,6 +215,77 @@ fn a_bouncing_node_rises_again() {
     let height = bare.run_to_end(&start, apex).x[0][1];
     // The tolerance is for the length of a step of 1e-5 s at a speed of 4.4 m/s.
     assert!((height - 0.25).abs() < 1e-4, "{height}");
+}
+
+/// A formula gives the rollouts and the gradients of the same law in code: with explicit and implicit steps, in double and
+/// in single precision. It has the same stiffness and damping, which determine the stable time step.
+#[test]
+fn a_formula_acts_like_the_same_law_in_code() {
+    let wind = "0.01 * (-z * (0.5 + 0.5 * sin(6.283185307179586 * (time / 2 - x / 3))) - vx)";
+    for [force, code, own, formula] in [
+        [
+            "stiffening",
+            "stiffening.cubic = 150",
+            "bar_formula",
+            "{tension = 'a * stiffness * (length - target)^3', a = 150}",
+        ],
+        [
+            "damper",
+            "damper.time = 1e-3",
+            "bar_formula",
+            "{tension = 'stiffness * 1e-3 * rate'}",
+        ],
+        [
+            "rope",
+            "rope = {actuator = 0.7, skeleton = 0.2}",
+            "bar_formula",
+            "{tension = '(0.5 * actuator + 0.2) * stiffness * max(target - length, 0)'}",
+        ],
+        [
+            "wind",
+            "wind.speed = -1",
+            "node_formula",
+            &format!("{{force_x = '{wind}', force_z = '-0.01 * vz'}}"),
+        ],
+    ] {
+        for integrator in ["symplectic_euler", "implicit"] {
+            let physics = |force: &str, settings: &str| {
+                cosmic_tests::robot(&format!(
+                    "physics = {{integrator = '{integrator}', forces = ['{force}']}}\n{settings}"
+                ))
+            };
+            let cases = [
+                physics(force, code),
+                physics(own, &format!("{own} = {formula}")),
+            ];
+            let name = format!("{force}, {integrator}");
+            // Formulas multiply in another order, in each of 90 steps.
+            let off = farthest(&last(&cases[0]), &last(&cases[1]));
+            assert!(off < 1e-11, "{name}: {off:e}");
+            let bare = cosmic_tests::robot(&format!("physics.integrator = '{integrator}'"));
+            assert!(farthest(&last(&cases[0]), &last(&bare)) > 1e-5, "{name}");
+            let [code, own] = [0, 1].map(|k| gradient_in(&cases[k], |x| x));
+            let off = relative_error(&own, &code);
+            assert!(off < 1e-9, "{name}: {off:e}");
+            // Rounding of 90 steps at 6e-8.
+            let off = relative_error(&gradient_in(&cases[1], |x| x as f32), &code);
+            assert!(off > 0.0 && off < 1e-2, "{name}: {off:e}");
+            let [code, own] = cases.map(|case| {
+                let (body, physics) = (case.body(), &case.scene.physics);
+                let vibration = Vibration::new(&case.lattice, &body, physics, &case.start.x);
+                [vibration.fastest().0, vibration.damping()]
+            });
+            let off = relative_error(&own, &code);
+            assert!(off < 1e-9, "{name}: {own:?} {code:?}");
+        }
+    }
+}
+
+/// The gradient of the displacement of a robot with respect to all its inputs, computed in the number type of `as_number`.
+fn gradient_in<R: Real + Into<f64>>(case: &Case, as_number: fn(f64) -> R) -> Vec<f64> {
+    let (task, inputs) = (case.task(), case.inputs().map(as_number));
+    let (_, gradient) = inputs.differentiate(ALL, |inputs| case.displacement_loss(&task, inputs));
+    gradient.into_iter().map(R::into).collect()
 }
 
 #[test]

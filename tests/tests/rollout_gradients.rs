@@ -13,7 +13,7 @@ use cosmic::task::{Horizon, Task};
 use cosmic_tests::{assert_smooth, few_directions, least_height, robot, states};
 
 /// The worlds to test, each as settings in TOML.
-const WORLDS: [&str; 25] = [
+const WORLDS: [&str; 27] = [
     "",
     "physics = {contact = 'coulomb', friction = 0.4}",
     "physics.incline_deg = 15",
@@ -51,6 +51,12 @@ const WORLDS: [&str; 25] = [
      [[0.07, -0.01], [0.07, 0.0], [0.22, 0.0], [0.22, -0.01], [0.32, -0.01], [0.32, 0.03]]}",
     "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4}\nlattice.drop = 0.008\nground = {profile = \
      'points', points = [[0.07, -0.01], [0.07, 0.0], [0.22, 0.0], [0.22, -0.01], [0.32, -0.01], [0.32, 0.03]]}",
+    "physics = {forces = ['bar_formula', 'node_formula'], substeps = 2}\nbar_formula.tension = '9 * stiffness * \
+     max(length - rest_length, 0) + 0.01 * actuator * rate'\nnode_formula = {force_x = '-0.02 * vx * abs(vx)', force_z = \
+     '0.002 * sin(9 * x + 40 * time) - mass * tanh(z)'}",
+    "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, forces = ['bar_formula', 'node_formula']}\n\
+     bar_formula.tension = 'stiffness * where(rate < 0, 0.002, 0.001) * rate * (length / target)^2'\n\
+     node_formula.force_z = '1e-3 / (0.2 + z)^2'",
 ];
 
 #[test]

@@ -73,7 +73,10 @@ impl Function for ByNumber<'_> {
 fn with_settings() -> [(Case, &'static [&'static str]); 5] {
     let sliding = robot(
         "[physics]\ncontact = \"coulomb\"\nfriction = 0.3\nincline_deg = 10.0\n\
-         forces = [\"tether\", \"damper\", \"stiffening\", \"bending\"]\n[tether]\nstiffness = 0.3\ndamping = 0.01",
+         forces = [\"tether\", \"damper\", \"stiffening\", \"bending\", \"bar_formula\", \"node_formula\"]\n\
+         [tether]\nstiffness = 0.3\ndamping = 0.01\n\
+         [bar_formula]\ntension = \"a * rest_length + b * stiffness * rate\"\na = 0.02\nb = 1e-4\n\
+         [node_formula]\nforce_x = \"c * sin(d * time)\"\nc = 0.01\nd = 9.0",
     );
     let bouncing = robot(
         "[physics]\ncontact = \"bounce\"\nintegrator = \"leapfrog\"\nforces = [\"stops\"]\n\
@@ -101,6 +104,10 @@ fn with_settings() -> [(Case, &'static [&'static str]); 5] {
                 "damper.time",
                 "stiffening.cubic",
                 "bending.radius",
+                "bar_formula.a",
+                "bar_formula.b",
+                "node_formula.c",
+                "node_formula.d",
             ],
         ),
         (

@@ -88,6 +88,11 @@ pub trait Kernel<const I: usize, const O: usize>: Send + 'static {
     /// The number of uniform inputs, at most [`MOST_UNIFORMS`](super::MOST_UNIFORMS). All elements share them.
     const UNIFORMS: usize = 0;
 
+    /// Whether programs replay a recording of the kernel for all number types. By default the kernel is compiled for
+    /// floats. A replay suits a kernel whose formula is data: each of its operations is chosen once, when the kernel is
+    /// recorded. [`vjp`](Kernel::vjp) is then not used.
+    const IS_REPLAYED: bool = false;
+
     /// Returns the results at `x`. `uniforms` has [`UNIFORMS`](Self::UNIFORMS) numbers.
     fn eval<R: Real>(&self, x: [R; I], uniforms: &[R]) -> [R; O];
 

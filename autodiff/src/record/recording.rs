@@ -213,8 +213,12 @@ impl Recording {
         }
     }
 
+    /// The operation at a place. A shared argument counts as an input.
     pub(crate) fn op(&self, place: Place) -> Op {
-        self.ops[place.at()]
+        match place.is_shared() {
+            true => Op::Input(place.at() as u32),
+            false => self.ops[place.at()],
+        }
     }
 
     pub(super) fn constant(&self, place: Place) -> Option<f64> {
@@ -225,7 +229,10 @@ impl Recording {
     }
 
     fn known(&self, place: Place) -> Known {
-        self.known[place.at()]
+        match place.is_shared() {
+            true => self.knowledge(self.op(place)),
+            false => self.known[place.at()],
+        }
     }
 
     /// Returns bounds on the result of an operation that follow from the bounds on its operands.

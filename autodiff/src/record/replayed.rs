@@ -2,7 +2,8 @@
 
 use std::borrow::Cow;
 
-use super::replay::{Inputs, Plan, Points, Wanted};
+use super::replay::{Inputs, Plan, Points, Replayed, Wanted};
+use super::symbol::Symbol;
 use crate::arrays::{Array, Bars, Graph, Kernel, Operation, SlotEdge, StepValues, checked};
 use crate::real::Real;
 
@@ -11,9 +12,13 @@ use crate::real::Real;
 pub(crate) fn recorded<K: Kernel<I, O>, const I: usize, const O: usize>(
     kernel: &K,
 ) -> Option<Plan> {
-    Plan::record([I, K::UNIFORMS], |x, given| {
-        kernel.eval(std::array::from_fn(|k| x[k]), given).to_vec()
-    })
+    let code =
+        |x: &[Symbol], given: &[Symbol]| kernel.eval(std::array::from_fn(|k| x[k]), given).to_vec();
+    if const { K::IS_REPLAYED } {
+        Plan::record_simplified([I, K::UNIFORMS], code)
+    } else {
+        Plan::record([I, K::UNIFORMS], code)
+    }
 }
 
 /// The elements or edges to which a kernel is applied.
@@ -35,7 +40,7 @@ pub(crate) enum Places {
 
 impl Places {
     pub(crate) fn elements(outputs: &[Array]) -> Self {
-        Self::Elements(outputs.first().map_or(0, |array| array.range().len()))
+        Self::Elements(outputs.first().map_or(0, |array| array.len()))
     }
 
     pub(crate) fn edges(graph: &Graph, differences: usize, sums: bool) -> Self {
@@ -99,39 +104,108 @@ impl ReplayedKernel {
         }
     }
 
-    /// Calls `replay` with the recorded kernel and its inputs at all elements or edges.
-    fn at_places<R: Real, T>(
+    /// The number of starts (initial states) that run at once. Each is replayed alone, so that its bits do not depend on
+    /// the others.
+    fn starts(&self) -> usize {
+        self.outputs.first().map_or(1, |array| array.starts)
+    }
+
+    /// Replays the kernel with its inputs at all elements or edges of one start.
+    fn replay<R: Real>(
         &self,
         values: StepValues<R>,
+        start: usize,
         wanted: Wanted<R>,
-        replay: impl FnOnce(Points<R>) -> T,
-    ) -> T {
+    ) -> Replayed<R> {
+        let starts = self.starts();
         let column = |(k, &input): (usize, &Array)| -> Cow<[R]> {
-            let array = values.get(input);
+            let array = &values.get(input)[start..];
+            let at = |place: usize| array[place * starts];
+            if !self.kernel.reads(k) {
+                return vec![R::zero(); self.places.count()].into();
+            }
             match &self.places {
-                Places::Elements(_) => array.into(),
+                Places::Elements(_) if starts == 1 => array.into(),
+                Places::Elements(count) => (0..*count).map(at).collect(),
                 Places::Edges {
                     edges, differences, ..
                 } if k < *differences => (edges.iter())
-                    .map(|edge| array[edge.head] - array[edge.tail])
+                    .map(|edge| at(edge.head) - at(edge.tail))
                     .collect(),
-                Places::Edges { edges, .. } => edges.iter().map(|edge| array[edge.slot]).collect(),
+                Places::Edges { edges, .. } => edges.iter().map(|edge| at(edge.slot)).collect(),
             }
         };
         let columns: Vec<Cow<[R]>> = self.inputs.iter().enumerate().map(column).collect();
         let columns: Vec<&[R]> = columns.iter().map(|column| &column[..]).collect();
-        // Uniform inputs have a single number here: several starts run at once only in lanes, and kernels in lanes are
-        // not replayed.
-        let shared: Vec<R> = (self.uniforms.iter())
-            .map(|&array| values.get(array)[0])
-            .collect();
-        replay(Points {
+        let shared = self.uniforms.iter().map(|&array| {
+            let numbers = values.get(array);
+            numbers[start % numbers.len()]
+        });
+        let points = Points {
             plan: &self.kernel,
-            shared: &shared,
+            shared: &shared.collect::<Vec<R>>(),
             count: self.places.count(),
             inputs: Inputs::Numbers(&columns),
             wanted,
-        })
+        };
+        points.replay()
+    }
+
+    /// Adds the cotangents of the inputs at all elements or edges of one start.
+    fn reverse_start<R: Real>(&self, start: usize, values: StepValues<R>, bars: &mut Bars<R>) {
+        let starts = self.starts();
+        let seed = |&output: &Array| -> Vec<R> {
+            let bar = &bars.get_mut(output)[start..];
+            let at = |place: usize| bar[place * starts];
+            match &self.places {
+                Places::Elements(count) => (0..*count).map(at).collect(),
+                Places::Edges {
+                    sums: false, edges, ..
+                } => edges.iter().map(|edge| at(edge.slot)).collect(),
+                // A result was added at the tail and subtracted at the head, so its cotangent is the tail's minus the
+                // head's.
+                Places::Edges { edges, .. } => {
+                    let edges = edges.iter();
+                    edges.map(|edge| at(edge.tail) - at(edge.head)).collect()
+                }
+            }
+        };
+        let seeds: Vec<Vec<R>> = self.outputs.iter().map(seed).collect();
+        let replayed = self.replay(values, start, Wanted::ByInputs(Some(&seeds)));
+        let by_uniforms = self.uniforms.iter().zip(&replayed.by_shared);
+        for ((&uniform, &bar), active) in by_uniforms.zip(&self.active_uniforms) {
+            if *active {
+                let to = bars.get_mut(uniform);
+                to[start % to.len()] += bar;
+            }
+        }
+        for (k, (&input, x_bar)) in self.inputs.iter().zip(&replayed.by_inputs).enumerate() {
+            if !self.active[k] {
+                continue;
+            }
+            let to = &mut bars.get_mut(input)[start..];
+            match &self.places {
+                Places::Elements(_) => {
+                    let to = to.iter_mut().step_by(starts);
+                    to.zip(x_bar).for_each(|(to, &bar)| *to += bar);
+                }
+                Places::Edges {
+                    ends, differences, ..
+                } if k < *differences => {
+                    for &(node, edge, is_tail) in ends {
+                        if is_tail {
+                            to[node * starts] -= x_bar[edge];
+                        } else {
+                            to[node * starts] += x_bar[edge];
+                        }
+                    }
+                }
+                Places::Edges { edges, .. } => {
+                    let edges = edges.iter().zip(x_bar);
+                    edges.for_each(|(edge, &bar)| to[edge.slot * starts] += bar);
+                }
+            }
+        }
     }
 }
 
@@ -141,26 +215,34 @@ impl<R: Real> Operation<R> for ReplayedKernel {
     }
 
     fn forward(&mut self, parameters: &[R], row: &mut [R]) {
-        let values = StepValues { parameters, row };
-        let all = self.at_places(values, Wanted::Results, |points| points.replay().results);
-        for (&output, results) in self.outputs.iter().zip(&all) {
-            let to = &mut row[output.range()];
-            match &self.places {
-                Places::Elements(_) => to.copy_from_slice(results),
-                Places::Edges {
-                    sums: false, edges, ..
-                } => {
-                    to.fill(R::zero());
-                    let edges = edges.iter().zip(results);
-                    edges.for_each(|(edge, &result)| to[edge.slot] = result);
-                }
-                Places::Edges { ends, .. } => {
-                    to.fill(R::zero());
-                    for &(node, edge, is_tail) in ends {
-                        if is_tail {
-                            to[node] += results[edge];
-                        } else {
-                            to[node] -= results[edge];
+        let starts = self.starts();
+        if let Places::Edges { .. } = self.places {
+            let outputs = self.outputs.iter();
+            outputs.for_each(|output| row[output.range()].fill(R::zero()));
+        }
+        for start in 0..starts {
+            let values = StepValues { parameters, row };
+            let all = self.replay(values, start, Wanted::Results).results;
+            for (&output, results) in self.outputs.iter().zip(&all) {
+                let to = &mut row[output.range()][start..];
+                match &self.places {
+                    Places::Elements(_) => {
+                        let to = to.iter_mut().step_by(starts);
+                        to.zip(results).for_each(|(to, &result)| *to = result);
+                    }
+                    Places::Edges {
+                        sums: false, edges, ..
+                    } => {
+                        let edges = edges.iter().zip(results);
+                        edges.for_each(|(edge, &result)| to[edge.slot * starts] = result);
+                    }
+                    Places::Edges { ends, .. } => {
+                        for &(node, edge, is_tail) in ends {
+                            if is_tail {
+                                to[node * starts] += results[edge];
+                            } else {
+                                to[node * starts] -= results[edge];
+                            }
                         }
                     }
                 }
@@ -169,59 +251,17 @@ impl<R: Real> Operation<R> for ReplayedKernel {
     }
 
     fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>) {
-        let seed = |&output: &Array| -> Vec<R> {
-            let bar = &*bars.get_mut(output);
-            match &self.places {
-                Places::Elements(_) => bar.to_vec(),
-                Places::Edges {
-                    sums: false, edges, ..
-                } => edges.iter().map(|edge| bar[edge.slot]).collect(),
-                // A result was added at the tail and subtracted at the head, so its cotangent is the tail's minus the
-                // head's.
-                Places::Edges { edges, .. } => edges
-                    .iter()
-                    .map(|edge| bar[edge.tail] - bar[edge.head])
-                    .collect(),
-            }
-        };
-        let seeds: Vec<Vec<R>> = self.outputs.iter().map(seed).collect();
-        let wanted = Wanted::ByInputs(Some(&seeds));
-        let replayed = self.at_places(*values, wanted, |points| points.replay());
-        let by_uniforms = self.uniforms.iter().zip(&replayed.by_shared);
-        for ((&uniform, &bar), active) in by_uniforms.zip(&self.active_uniforms) {
-            if *active {
-                bars.get_mut(uniform)[0] += bar;
-            }
-        }
-        for (k, (&input, x_bar)) in self.inputs.iter().zip(&replayed.by_inputs).enumerate() {
-            if !self.active[k] {
-                continue;
-            }
-            let to = bars.get_mut(input);
-            match &self.places {
-                Places::Elements(_) => to.iter_mut().zip(x_bar).for_each(|(to, &bar)| *to += bar),
-                Places::Edges {
-                    ends, differences, ..
-                } if k < *differences => {
-                    for &(node, edge, is_tail) in ends {
-                        if is_tail {
-                            to[node] -= x_bar[edge];
-                        } else {
-                            to[node] += x_bar[edge];
-                        }
-                    }
-                }
-                Places::Edges { edges, .. } => {
-                    let edges = edges.iter().zip(x_bar);
-                    edges.for_each(|(edge, &bar)| to[edge.slot] += bar);
-                }
-            }
+        for start in 0..self.starts() {
+            self.reverse_start(start, *values, bars);
         }
     }
 
     fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) -> bool {
         let active = |of: &[Array]| of.iter().map(|array| arrays[array.id]).collect();
         self.active = active(&self.inputs);
+        for (k, active) in self.active.iter_mut().enumerate() {
+            *active &= self.kernel.reads(k);
+        }
         self.active_uniforms = active(&self.uniforms);
         self.active.contains(&true) || self.active_uniforms.contains(&true)
     }

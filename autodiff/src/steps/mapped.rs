@@ -29,8 +29,10 @@ pub(crate) struct Arrays {
 
 /// The edges over which a kernel is mapped.
 pub(super) struct Edges {
-    /// The graph of all starts.
+    /// The graph of one start.
     pub(super) graph: Graph,
+    /// The number of starts, whose numbers are interleaved.
+    pub(super) starts: usize,
     /// The number of inputs that are differences of node values. They come first.
     pub(super) differences: usize,
     /// Whether results are summed at the nodes; otherwise they stay at the edges.
@@ -47,10 +49,11 @@ impl Mapped {
         }
     }
 
-    /// The kernel as an operation. For plain floats it is compiled, unless it is compiled in lanes only and the processor
-    /// has none. All other number types replay its recording.
+    /// The kernel as an operation. For plain floats it is compiled, unless it asks for replays, or is compiled in lanes only
+    /// and the processor has none. All other number types replay its recording.
     pub(super) fn compiled<R: Real>(self) -> Box<dyn Operation<R>> {
-        if const { !R::IS_FLOAT } || R::KERNELS_NEED_LANES && lanes::<R>() == 1 {
+        let has_lanes = !R::KERNELS_NEED_LANES || lanes::<R>() > 1;
+        if const { !R::IS_FLOAT } || !has_lanes || self.kernel.is_replayed() {
             return Box::new(self.replayed());
         }
         type CompileFn<R> = fn(Box<dyn AnyKernel>, &Arrays) -> Box<dyn Operation<R>>;
@@ -90,6 +93,8 @@ impl Mapped {
 
 /// A kernel of any type.
 pub(super) trait AnyKernel: Send + 'static {
+    /// See [`Kernel::IS_REPLAYED`].
+    fn is_replayed(&self) -> bool;
     fn double(self: Box<Self>, arrays: &Arrays) -> Box<dyn Operation<f64>>;
     fn single(self: Box<Self>, arrays: &Arrays) -> Box<dyn Operation<f32>>;
     /// Returns `None` if the kernel cannot be recorded.
@@ -101,16 +106,20 @@ pub(super) trait AnyKernel: Send + 'static {
 /// A kernel of a known type.
 trait Compile: Send + 'static {
     type Kernel;
+    const IS_REPLAYED: bool;
     fn operation<R: Real>(self, arrays: &Arrays) -> Box<dyn Operation<R>>;
     fn recorded(&self) -> Option<Plan>;
 }
 
 impl<K: Compile> AnyKernel for K {
+    fn is_replayed(&self) -> bool {
+        K::IS_REPLAYED
+    }
     fn double(self: Box<Self>, arrays: &Arrays) -> Box<dyn Operation<f64>> {
-        (*self).operation(arrays)
+        operation(*self, arrays)
     }
     fn single(self: Box<Self>, arrays: &Arrays) -> Box<dyn Operation<f32>> {
-        (*self).operation(arrays)
+        operation(*self, arrays)
     }
     fn recorded(&self) -> Option<Plan> {
         Compile::recorded(self)
@@ -120,11 +129,21 @@ impl<K: Compile> AnyKernel for K {
     }
 }
 
+/// A compiled kernel as an operation. A kernel that is replayed is not compiled.
+fn operation<R: Real, K: Compile>(kernel: K, arrays: &Arrays) -> Box<dyn Operation<R>> {
+    if const { K::IS_REPLAYED } {
+        unreachable!("a kernel that is replayed was compiled");
+    } else {
+        kernel.operation(arrays)
+    }
+}
+
 /// A kernel that is mapped over elements.
 pub(super) struct OfElements<K, const I: usize, const O: usize>(pub(super) K);
 
 impl<K: Kernel<I, O>, const I: usize, const O: usize> Compile for OfElements<K, I, O> {
     type Kernel = K;
+    const IS_REPLAYED: bool = K::IS_REPLAYED;
     fn operation<R: Real>(self, arrays: &Arrays) -> Box<dyn Operation<R>> {
         let (inputs, outputs) = (handles(&arrays.inputs), handles(&arrays.outputs));
         Box::new(InLanes(Map::new(self.0, inputs, &arrays.uniforms, outputs)))
@@ -145,6 +164,7 @@ where
     K: Kernel<I, O>,
 {
     type Kernel = K;
+    const IS_REPLAYED: bool = K::IS_REPLAYED;
     fn operation<R: Real>(self, arrays: &Arrays) -> Box<dyn Operation<R>> {
         let edges = arrays
             .edges
@@ -152,7 +172,7 @@ where
             .expect("the kernel is mapped over edges");
         Box::new(InLanes(EdgeMap::<R, K, C, I, O, SUMS>::new(
             self.0,
-            &edges.graph,
+            &edges.graph.side_by_side(edges.starts),
             handles(&arrays.inputs),
             &arrays.uniforms,
             handles(&arrays.outputs),

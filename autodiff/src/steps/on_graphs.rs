@@ -126,11 +126,12 @@ impl Program {
         let len = if SUMS { graph.nodes() } else { graph.slots() };
         let outputs = self.outputs(len, O);
         let edges = Edges {
-            graph: graph.side_by_side(self.starts),
+            graph: graph.clone(),
+            starts: self.starts,
             differences: C,
             sums: SUMS,
         };
-        self.margin = self.margin.max(edges.graph.lead());
+        self.margin = self.margin.max(self.starts * graph.lead());
         let kernel = OfEdges::<K, C, I, O, SUMS>(kernel);
         let inputs = [&ends[..], per_edge].concat();
         self.push_kernel(kernel, [&inputs, uniforms], outputs, Some(edges))

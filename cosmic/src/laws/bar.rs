@@ -175,6 +175,7 @@ impl<L: BarForce> Tension<L> {
 #[kernel]
 impl<L: BarForce> Kernel<6, 2> for Tension<L> {
     const UNIFORMS: usize = L::COUNT;
+    const IS_REPLAYED: bool = L::IS_REPLAYED;
 
     fn eval<R: Real>(&self, x: [R; 6], settings: &[R]) -> [R; 2] {
         let [dx, dy, given @ ..] = x;
@@ -199,6 +200,7 @@ pub struct MovingTension<L>(pub Tension<L>);
 #[kernel]
 impl<L: BarForce> Kernel<8, 2> for MovingTension<L> {
     const UNIFORMS: usize = L::COUNT;
+    const IS_REPLAYED: bool = L::IS_REPLAYED;
 
     fn eval<R: Real>(&self, x: [R; 8], settings: &[R]) -> [R; 2] {
         let [dx, dy, dvx, dvy, given @ ..] = x;

@@ -14,6 +14,7 @@ use super::contact::Contact;
 use super::coulomb::Coulomb;
 use super::damper::Damper;
 use super::force::{AnyForce, LatticeForce};
+use super::formula::{BarFormula, NodeFormula};
 use super::law_file::LawFile;
 use super::no_ground::NoGround;
 use super::node::{NodeForce, OnNodes};
@@ -67,13 +68,15 @@ fn contacts() -> [Box<dyn AnyContact>; 3] {
 }
 
 /// The force laws of this crate. Scenes choose them by name.
-fn forces() -> [Box<dyn AnyForce>; 5] {
+fn forces() -> [Box<dyn AnyForce>; 7] {
     [
         Box::new(OnBars(Damper::default())),
         Box::new(OnBars(Stops::default())),
         Box::new(OnBars(Actuator::default())),
         Box::new(OnBars(Rope::default())),
         Box::new(Bumpers::default()),
+        Box::new(OnBars(BarFormula::default())),
+        Box::new(OnNodes::new(NodeFormula::default())),
     ]
 }
 

@@ -11,6 +11,8 @@ pub trait Law:
 {
     /// The name by which a scene chooses the law: lower case letters, digits and underscores.
     const NAME: &'static str;
+    /// Whether the kernels of the law are [replayed](autodiff::Kernel::IS_REPLAYED): for laws whose formula is a setting.
+    const IS_REPLAYED: bool = false;
 }
 
 /// An input of a step that is the same for all nodes and bars: a setting of a law, or gravity.

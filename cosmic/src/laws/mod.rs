@@ -28,6 +28,7 @@ mod stops;
 mod actuator;
 mod rope;
 mod bumpers;
+mod formula;
 mod law_file;
 mod choice;
 #[rustfmt::skip]
@@ -44,6 +45,7 @@ pub use coulomb::Coulomb;
 pub use damper::Damper;
 pub(crate) use force::add;
 pub use force::{Force, ForceParameters, LatticeForce, Pose, Pull, RestingBar, Step, Sum};
+pub use formula::{BarFormula, NodeFormula};
 pub use hold::{Equation, FirstPass, NextPass};
 pub(crate) use hold::{FindGround, FreeEquation, GroundBelow, NodeContacts, Reaction};
 pub use hooke::Hooke;

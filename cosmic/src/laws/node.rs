@@ -92,6 +92,7 @@ impl<L: NodeForce, const D: usize> NodeKernel<L, D> {
 #[kernel]
 impl<L: NodeForce> Kernel<7, 2> for NodeKernel<L> {
     const UNIFORMS: usize = L::COUNT;
+    const IS_REPLAYED: bool = L::IS_REPLAYED;
 
     fn eval<R: Real>(
         &self,

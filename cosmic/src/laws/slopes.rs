@@ -78,6 +78,7 @@ impl<L: BarForce> Slopes<L> {
 #[kernel]
 impl<L: BarForce> Kernel<8, 3> for Slopes<L> {
     const UNIFORMS: usize = L::COUNT;
+    const IS_REPLAYED: bool = L::IS_REPLAYED;
 
     fn eval<R: Real>(&self, [dx, dy, dvx, dvy, given @ ..]: [R; 8], settings: &[R]) -> [R; 3] {
         let edge = edge([dx, dy, dvx, dvy]);

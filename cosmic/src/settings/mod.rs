@@ -5,10 +5,12 @@ mod limits;
 mod value;
 mod field;
 mod inputs;
+mod expression;
 mod declare;
 
 #[doc(hidden)]
 pub use autodiff::Real;
+pub use expression::Expression;
 pub(crate) use field::AUTO;
 pub use field::{Field, Settings, Values, holds, read_json};
 pub use inputs::{InputField, Inputs};

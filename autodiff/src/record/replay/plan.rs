@@ -21,6 +21,8 @@ pub(crate) struct Plan {
     /// The shared arguments that are results or are read outside of layers. Shared places in `steps` and `results` are
     /// indices into this list. `None` if there are no layers; then these places are indices into all shared arguments.
     pub(super) read: Option<Vec<usize>>,
+    /// For each input, whether a result depends on it. Empty if this is not known.
+    is_read: Vec<bool>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -29,8 +31,8 @@ pub(super) enum Step {
     Single(Op),
     /// The layer with this index. The step belongs to its first row, but computes the whole layer.
     Layer(usize),
-    /// A row of a layer that is already computed; nothing remains to be done.
-    Row,
+    /// Nothing remains to be done: the operation is a row of a layer that is already computed, or no result depends on it.
+    Nothing,
 }
 
 /// A matrix-vector product: dot products of rows of shared numbers with a vector of own numbers. Own numbers differ
@@ -131,7 +133,15 @@ impl Plan {
         [inputs, shared]: [usize; 2],
         code: impl FnOnce(&[Symbol], &[Symbol]) -> Vec<Symbol>,
     ) -> Option<Self> {
-        let (results, recording) = record(Recording::default(), || {
+        Self::record_in(Recording::default(), [inputs, shared], code)
+    }
+
+    fn record_in(
+        recording: Recording,
+        [inputs, shared]: [usize; 2],
+        code: impl FnOnce(&[Symbol], &[Symbol]) -> Vec<Symbol>,
+    ) -> Option<Self> {
+        let (results, recording) = record(recording, || {
             let inputs: Vec<Symbol> = (0..inputs).map(Symbol::input).collect();
             let shared: Vec<Symbol> = (0..shared).map(Symbol::shared).collect();
             code(&inputs, &shared)
@@ -140,12 +150,36 @@ impl Plan {
         (!recording.unfit).then(|| Self::new(recording, results))
     }
 
+    /// Like [`record`](Self::record), for code without layers. Each subexpression is computed once, products with zero are
+    /// zero, and what no result depends on is not computed.
+    pub(crate) fn record_simplified(
+        [inputs, shared]: [usize; 2],
+        code: impl FnOnce(&[Symbol], &[Symbol]) -> Vec<Symbol>,
+    ) -> Option<Self> {
+        let recording = Recording::simplified(&[], &[]);
+        let mut plan = Self::record_in(recording, [inputs, shared], code)?;
+        let mut is_read = vec![false; plan.steps.len()];
+        let own = |place: &&Place| !place.is_shared();
+        (plan.results.iter().filter(own)).for_each(|place| is_read[place.at()] = true);
+        for place in (inputs..plan.steps.len()).rev() {
+            match plan.steps[place] {
+                Step::Single(op) if is_read[place] => {
+                    let operands = op.operands();
+                    (operands.iter().filter(own)).for_each(|place| is_read[place.at()] = true);
+                }
+                _ => plan.steps[place] = Step::Nothing,
+            }
+        }
+        plan.is_read = is_read[..inputs].to_vec();
+        Some(plan)
+    }
+
     fn new(recording: Recording, mut results: Vec<Place>) -> Self {
         let layers = layers(&recording.ops);
         let mut steps: Vec<Step> = recording.ops.into_iter().map(Step::Single).collect();
         for (number, layer) in layers.iter().enumerate() {
             for row in 0..layer.rows {
-                steps[layer.place(row)] = Step::Row;
+                steps[layer.place(row)] = Step::Nothing;
             }
             steps[layer.first] = Step::Layer(number);
         }
@@ -156,7 +190,13 @@ impl Plan {
             results,
             layers,
             read,
+            is_read: Vec::new(),
         }
+    }
+
+    /// False if no result depends on the input.
+    pub(crate) fn reads(&self, input: usize) -> bool {
+        self.is_read.get(input).is_none_or(|is_read| *is_read)
     }
 }
 

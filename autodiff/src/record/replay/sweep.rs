@@ -122,7 +122,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                         .forward_layer(self.plan.layers[*number], self.shared);
                     continue;
                 }
-                Step::Row => continue,
+                Step::Nothing => continue,
             };
             match *op {
                 Op::Input(_) | Op::Constant(_) | Op::Always(_) => continue,
@@ -227,7 +227,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
                     self.memory.reverse_layer(of, self.shared, self.inputs);
                     continue;
                 }
-                Step::Row => continue,
+                Step::Nothing => continue,
             };
             let bar = self.memory.bars[place];
             if is_zero(bar) {
