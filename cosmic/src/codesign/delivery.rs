@@ -331,7 +331,7 @@ impl Evaluator {
         let reached: Vec<Vec<Reached>> = jobs.par_iter().map(reach).collect();
         let reached = reached.concat();
         let of = |reached: &[Reached]| {
-            let displacement = spread(reached, |r| r.moved[0]);
+            let displacement = spread(reached, |r| r.moved.forward());
             QuantilesOverDomains {
                 displacement,
                 merit: spread(reached, |r| r.merit),
@@ -353,7 +353,7 @@ pub(super) struct QuantilesOverDomains {
 
 /// The number of the rollout whose displacement is nearest to a median; `None` if the median is not finite.
 fn nearest(reached: &[Reached], median: f64) -> Option<usize> {
-    let off = |k: &usize| (reached[*k].moved[0] - median).abs();
+    let off = |k: &usize| (reached[*k].moved.forward() - median).abs();
     let there = (0..reached.len()).filter(|k| off(k).is_finite());
     there.min_by(|a, b| off(a).total_cmp(&off(b)))
 }

@@ -2,25 +2,17 @@
 
 use std::cmp::Ordering;
 use std::fmt;
-use std::ops::{Index, IndexMut};
 
 use autodiff::Real;
-use serde::{Deserialize, Serialize};
 
-/// A vector or a point with `D` components. The components are numbers or arrays of numbers. In files, the vector is an
-/// array.
+/// A vector or a point with `D` components. By default it is one of space: along the ground, across, and above. The points
+/// of a planar robot are 0 across. Kernels, which compute with as few numbers as possible, take vectors of two components
+/// for it: along and above.
 ///
 /// Kernels can call all methods for components of the type [`Real`]: the methods are loops and marked
 /// `#[inline(always)]`; see [`kernel`](macro@crate::kernel).
-#[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(
-    transparent,
-    bound(
-        serialize = "[T; D]: Serialize",
-        deserialize = "[T; D]: Deserialize<'de>"
-    )
-)]
-pub struct Vector<T, const D: usize = 2>(pub(super) [T; D]);
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Vector<T, const D: usize = 3>(pub(super) [T; D]);
 
 impl<T, const D: usize> Vector<T, D> {
     /// The vector with the given components.
@@ -72,6 +64,13 @@ impl<T: Copy, const D: usize> Vector<T, D> {
     #[inline(always)]
     pub fn up(self) -> T {
         self.0[D - 1]
+    }
+
+    /// This vector with its first component replaced by `forward`.
+    #[must_use]
+    pub fn with_forward(mut self, forward: T) -> Self {
+        self.0[0] = forward;
+        self
     }
 
     /// This vector with its last component replaced by `up`.
@@ -183,6 +182,42 @@ impl<R: Real, const D: usize> Vector<R, D> {
         other - self * self.dot(other)
     }
 
+    /// The vector whose components are the first numbers of a list.
+    #[inline(always)]
+    pub fn first_of(numbers: &[R]) -> Self {
+        let mut vector = Self::zero();
+        for k in 0..D {
+            vector.0[k] = numbers[k];
+        }
+        vector
+    }
+
+    /// The vectors whose components follow one another at the beginning of a list, and the numbers after them.
+    #[inline(always)]
+    pub fn split<const N: usize>(numbers: &[R]) -> ([Self; N], &[R]) {
+        let mut vectors = [Self::zero(); N];
+        for k in 0..N {
+            vectors[k] = Self::first_of(&numbers[k * D..]);
+        }
+        (vectors, &numbers[N * D..])
+    }
+
+    /// The components of vectors, one after the other. The opposite of [`split`](Self::split).
+    ///
+    /// # Panics
+    /// If `COUNT` is not the number of all components.
+    #[inline(always)]
+    pub fn join<const N: usize, const COUNT: usize>(vectors: [Self; N]) -> [R; COUNT] {
+        const { assert!(COUNT == N * D) };
+        let mut numbers = [R::zero(); COUNT];
+        for k in 0..N {
+            for axis in 0..D {
+                numbers[k * D + axis] = vectors[k].0[axis];
+            }
+        }
+        numbers
+    }
+
     /// `self * factor + term`.
     #[inline(always)]
     #[must_use]
@@ -265,18 +300,45 @@ impl<const D: usize> Vector<f64, D> {
     }
 }
 
-impl Vector<f64, 2> {
-    /// The vector turned to the left by a right angle.
-    #[must_use]
-    pub fn turned_left(self) -> Self {
-        let [x, y] = self.0;
-        Self([-y, x])
+impl<T: Copy> Vector<T> {
+    /// The second component, which is across: along the ground, but not forward.
+    pub fn sideways(self) -> T {
+        self.0[1]
     }
 
-    /// The signed area of the parallelogram that this vector and `other` span. It is positive if `other` is to the left
-    /// of this vector.
+    /// The two components of a vector of the plane: forward and up.
+    pub fn in_plane(self) -> [T; 2] {
+        [self.0[0], self.0[2]]
+    }
+}
+
+impl Vector<f64> {
+    /// A vector of the plane turned to the left by a right angle.
+    #[must_use]
+    pub fn turned_left(self) -> Self {
+        let [x, y] = self.in_plane();
+        [-y, x].into()
+    }
+
+    /// The signed area of the parallelogram that this vector and `other`, two vectors of the plane, span. It is positive if
+    /// `other` is to the left of this vector.
     pub fn cross(self, other: Self) -> f64 {
-        self.0[0] * other.0[1] - self.0[1] * other.0[0]
+        let ([x, y], [other_x, other_y]) = (self.in_plane(), other.in_plane());
+        x * other_y - y * other_x
+    }
+}
+
+/// A vector of the plane, from its components forward and up.
+impl<R: Real> From<[R; 2]> for Vector<R> {
+    fn from([forward, up]: [R; 2]) -> Self {
+        Self::upright(forward, up)
+    }
+}
+
+/// True for a vector of the plane with the components `[forward, up]`.
+impl PartialEq<[f64; 2]> for Vector<f64> {
+    fn eq(&self, other: &[f64; 2]) -> bool {
+        *self == Self::from(*other)
     }
 }
 
@@ -308,21 +370,6 @@ impl<T, const D: usize> From<Vector<T, D>> for [T; D] {
 impl<T: PartialEq, const D: usize> PartialEq<[T; D]> for Vector<T, D> {
     fn eq(&self, other: &[T; D]) -> bool {
         self.0 == *other
-    }
-}
-
-impl<T, const D: usize> Index<usize> for Vector<T, D> {
-    type Output = T;
-    #[inline(always)]
-    fn index(&self, k: usize) -> &T {
-        &self.0[k]
-    }
-}
-
-impl<T, const D: usize> IndexMut<usize> for Vector<T, D> {
-    #[inline(always)]
-    fn index_mut(&mut self, k: usize) -> &mut T {
-        &mut self.0[k]
     }
 }
 

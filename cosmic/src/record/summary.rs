@@ -7,7 +7,6 @@ use super::snapshot::{SNAPSHOT, Snapshot};
 use crate::codesign::{Delivery, Progress, Reliability, Sensitivity, Standstill};
 use crate::design::Structure;
 use crate::error::{Error, Result, go_on, in_shell};
-use crate::geometry::Vector;
 use crate::lattice::Lattice;
 use crate::numbers::finite;
 use crate::scene::Scene;
@@ -58,7 +57,7 @@ crate::keys! {
         /// Displacement along the ground in one unperturbed rollout of the delivered robot.
         displacement_along: f64, "number", unit "m", columns ["displacement_along"];
         /// Like `displacement_along`, along the x and y axes of the world.
-        displacement: Vector<f64>, "two numbers", unit "m", columns ["displacement_x", "displacement_y"];
+        displacement: [f64; 2], "two numbers", unit "m", columns ["displacement_x", "displacement_y"];
         /// Median displacement in the rollouts by which the controller was chosen; for tasks other than `far`, minus
         /// the median loss.
         displacement_selection_p50: Option<f64>, "number or `null`", unit "m";
@@ -236,7 +235,7 @@ impl Summary {
         Self {
             scene: plan.name.clone(),
             seed: progress.seed,
-            displacement: delivery.displacement,
+            displacement: delivery.displacement.in_plane(),
             displacement_along: delivery.seen.moved.forward(),
             displacement_p10: finite(delivery.spread.p10),
             displacement_p50: finite(delivery.spread.p50),

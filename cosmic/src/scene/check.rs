@@ -230,13 +230,7 @@ fn trusses(scene: &Scene, found: &mut Conflicts) {
 
 /// The payload is a node of the lattice. A truss names its own payload.
 fn payloads(scene: &Scene, found: &mut Conflicts) {
-    let LatticeSettings {
-        columns,
-        rows,
-        payload,
-        ..
-    } = scene.lattice;
-    let nodes = columns * rows;
+    let (payload, nodes) = (scene.lattice.payload, scene.lattice.nodes());
     if scene.lattice.is_truss() {
         found.require(
             payload == 0,
@@ -248,7 +242,8 @@ fn payloads(scene: &Scene, found: &mut Conflicts) {
             payload < nodes,
             ["lattice.payload", "lattice.columns"],
             format!(
-                "node {payload} does not exist in a lattice of {columns}x{rows} nodes; `payload` must be below {nodes}"
+                "node {payload} does not exist in a lattice of {} nodes; `payload` must be below {nodes}",
+                scene.lattice.name()
             ),
         );
     }
