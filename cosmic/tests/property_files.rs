@@ -97,7 +97,7 @@ proptest! {
         );
         case.lattice.positions.clone_from(&case.start.x);
         physics.substeps = substeps;
-        let points = heights.iter().enumerate().map(|(k, height)| Vector::new([k as f64 / 3.0, *height]));
+        let points = heights.iter().enumerate().map(|(k, height)| Vector::from([k as f64 / 3.0, *height]));
         physics.ground = Profile::new(points.collect()).unwrap().into();
         if leapfrog {
             (physics.integrator, physics.contact) = (Integrator::Leapfrog, ContactLaw::coulomb());

@@ -13,7 +13,7 @@ pub(crate) fn load(py: Python, folder: PathBuf) -> PyResult<(String, Vec<[f64; 2
     unlocked(py, || {
         let robot = RunFiles::read(&folder, &Registry::default())?.robot;
         let rest = robot.lattice.positions.iter();
-        let rest = rest.map(|position| position.array()).collect();
+        let rest = rest.map(|position| position.in_plane()).collect();
         Ok((robot.design.to_json(), rest))
     })
 }

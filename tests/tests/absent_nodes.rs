@@ -80,7 +80,7 @@ fn span() -> Span {
 fn numbers<R: Real>(seen: &Trajectory<R>) -> Vec<R> {
     let states = seen.states.iter();
     let states = states.flat_map(|state| [flat(&state.x), flat(&state.v)].concat());
-    states.chain(seen.position(STEPS).array()).collect()
+    states.chain(seen.position(STEPS).in_plane()).collect()
 }
 
 fn seen<R: Real>(case: &Case, inputs: &Inputs<R>) -> Vec<R> {
@@ -111,7 +111,7 @@ fn near_its_layout_a_robot_has_the_bits_of_its_layout() {
         let State { x, v } = &whole.states[2];
         for node in [6, 7, 8] {
             assert_eq!(
-                (x[node], v[node].array()),
+                (x[node], v[node].in_plane()),
                 (case.start.x[node], [0.0; 2]),
                 "{name}"
             );

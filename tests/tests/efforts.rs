@@ -128,7 +128,10 @@ fn budget(case: &Case, seen: &Trajectory<f64>, k: usize, is_implicit: bool) -> B
     };
     for node in nodes {
         let (mass, v, end) = (body.mass[node], before.v[node], after.v[node]);
-        let (drag, gravity) = (v * (decay - 1.0), Vector::new([0.0, -physics.gravity * dt]));
+        let (drag, gravity) = (
+            v * (decay - 1.0),
+            Vector::from([0.0, -physics.gravity * dt]),
+        );
         let free = v + drag + gravity + impulse[node] * (1.0 / mass);
         // The velocity after the push: explicit steps ask the ground later, implicit ones during the push.
         let pushed = match is_implicit {

@@ -73,7 +73,7 @@ fn loss_at((scene, case): (&Scene, &Case), goals: &Goals, along: [f64; 3]) -> f6
             0 => 0.0,
             _ => along[goals.place(step - 1)],
         };
-        state.x[0] = Vector::new([start + along, 0.1]);
+        state.x[0] = Vector::from([start + along, 0.1]);
         state
     };
     let observed = loss.observed(scene.physics.steps);
@@ -91,9 +91,9 @@ fn the_loss_is_the_share_of_the_way_that_is_left() {
     let steps = scene.physics.steps;
     let changes: Vec<usize> = GoalsSettings::changes(steps).collect();
     let start = case.start.x[0][0];
-    let goals = Goals::at(Vector::new([start + 1.0, 0.1]));
-    let goals = goals.then(changes[0], Vector::new([start, 0.1]));
-    let goals = goals.then(changes[1], Vector::new([start - 2.0, 0.1]));
+    let goals = Goals::at(Vector::from([start + 1.0, 0.1]));
+    let goals = goals.then(changes[0], Vector::from([start, 0.1]));
+    let goals = goals.then(changes[1], Vector::from([start - 2.0, 0.1]));
     let left = |along: [f64; 3]| loss_at((&scene, &case), &goals, along);
     for (along, expected) in [
         ([1.0, 0.0, -2.0], 0.0),
@@ -118,8 +118,8 @@ fn a_mirrored_robot_walks_back_as_it_walks_ahead() {
     let image = case.lattice.image().unwrap();
     let middle = case.start.x[1].forward();
     let walk = |way: f64| {
-        let goals =
-            Goals::at(Vector::new([middle + way, 0.1])).then(60, Vector::new([middle - way, 0.2]));
+        let goals = Goals::at(Vector::from([middle + way, 0.1]))
+            .then(60, Vector::from([middle - way, 0.2]));
         let task = case.task().with_goals(&goals);
         let span = Span::from_start(vec![120]);
         let seen = (task.simulator).rollout(&case.body(), &case.controller, &case.start, &span);

@@ -24,7 +24,7 @@ fn falling(change: impl FnOnce(&mut Scene)) -> Case {
     change(&mut scene);
     let mut case = Case::of_scene(&scene, 1).unwrap();
     for (i, v) in case.start.v.iter_mut().enumerate() {
-        *v = Vector::new([0.4 + 0.01 * i as f64, -0.1]);
+        *v = Vector::from([0.4 + 0.01 * i as f64, -0.1]);
     }
     case
 }

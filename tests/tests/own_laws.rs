@@ -257,7 +257,7 @@ fn the_stable_step_includes_forces_on_nodes_and_damping() {
         );
         let mut bare = Bare::free_node(physics(&settings));
         bare.physics.integrator = integrator;
-        let place = vec![Vector::new([0.3, 0.2]); 2];
+        let place = vec![Vector::from([0.3, 0.2]); 2];
         let vibration = Vibration::new(&bare.lattice, &bare.body, &bare.physics, &place);
         let (frequency, eta) = (vibration.fastest().0, vibration.damping());
         // The expected numbers are sqrt(40 / 0.01) and own / 0.01. The tolerance is for the rounding errors of an
@@ -445,7 +445,7 @@ fn bars_resist_bending_as_their_energy_says() {
     let springs = [([0, 1], 100.0), ([1, 2], 400.0)];
     let relaxed = springs.map(|([i, j], k)| ([i, j], x[i].distance(x[j]), k));
     let mut bare = Bare::new(&relaxed, &[1.0; 3]);
-    bare.lattice.positions = [0.0, 0.1, 0.2].map(|x| Vector::new([x, 0.0])).to_vec();
+    bare.lattice.positions = [0.0, 0.1, 0.2].map(|x| Vector::from([x, 0.0])).to_vec();
     let radius = (0.02_f64 / 160.0).sqrt();
     let bending = format!("physics.forces = ['bending']\nbending.radius = {radius:?}");
     bare.physics.forces = laws::forces(&bending);

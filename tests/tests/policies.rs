@@ -48,8 +48,8 @@ impl Kernel<9, 1> for Felt {
 
 fn felt(step: &mut PolicyStep) -> Array {
     let [tail, head] = step.ends();
-    let [x0, y0, u0, v0] = tail.array();
-    let [x1, y1, u1, v1] = head.array();
+    let [x0, y0, u0, v0] = tail.axes();
+    let [x1, y1, u1, v1] = head.axes();
     let rest = step.rest_lengths();
     step.program()
         .map(Felt, [x0, y0, u0, v0, x1, y1, u1, v1, rest], &[])[0]
@@ -255,15 +255,17 @@ fn a_policy_feels_its_bars() {
         let mut case = Case::of_scene(&scene, 1).unwrap();
         let moved = case.start.x.iter_mut().chain(&mut case.start.v);
         for (k, vector) in moved.enumerate() {
-            *vector += Vector::new([0.1 * (k as f64).sin(), 0.1 * (k as f64).cos()]);
+            *vector += Vector::from([0.1 * (k as f64).sin(), 0.1 * (k as f64).cos()]);
         }
         let (task, ground) = (case.task(), case.task().ground());
         let start = Trajectory::new(vec![0], vec![case.start.clone()]);
         let moments = (task.simulator).moments(&case.body(), &case.controller, &start);
-        let below = Vector::new([0.0, ground.height]);
+        let below = Vector::from([0.0, ground.height]);
         let end = |node: usize| {
-            let x = ground.vector_to_ground(case.start.x[node] - below).array();
-            let v = ground.vector_to_ground(case.start.v[node]).array();
+            let x = ground
+                .vector_to_ground(case.start.x[node] - below)
+                .in_plane();
+            let v = ground.vector_to_ground(case.start.v[node]).in_plane();
             [x[0], x[1], v[0], v[1]]
         };
         for (edge, &[tail, head]) in case.lattice.edges.iter().enumerate() {

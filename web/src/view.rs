@@ -28,7 +28,7 @@ pub(crate) fn every(codesign: &CoDesign) -> usize {
 /// Returns the lattice with lengths in metres, its world, and the number of iterations.
 pub(crate) fn world(task: &Task, iterations: usize) -> Value {
     let (lattice, ground) = (&task.lattice, task.ground());
-    let [cos, sin] = ground.tangent().array();
+    let [cos, sin] = ground.tangent().in_plane();
     let limit = task.materials.max_strain[2];
     let payloads: Vec<usize> = lattice.payload.iter().map(|payload| payload.node).collect();
     let origin = lattice.positions[payloads.first().copied().unwrap_or(0)];

@@ -393,7 +393,11 @@ impl StoredForm<LatticeKind> for CaseDimension {
         match self.0 {
             2 => {}
             3 => *setting = LatticeKind::Cubic,
-            other => return Err(refused(file, key)(format!("expected 2 or 3, found {other}"))),
+            other => {
+                return Err(refused(file, key)(format!(
+                    "expected 2 or 3, found {other}"
+                )));
+            }
         }
         Ok(())
     }

@@ -83,7 +83,8 @@ impl Dimension {
 
     /// The components of points in one list, point by point.
     pub fn flat<T: Copy>(self, points: &[Vector<T>]) -> Vec<T> {
-        let of_point = |point: &Vector<T>| self.axes().iter().map(|&k| point.0[k]).collect::<Vec<_>>();
+        let of_point =
+            |point: &Vector<T>| self.axes().iter().map(|&k| point.0[k]).collect::<Vec<_>>();
         points.iter().flat_map(of_point).collect()
     }
 
@@ -106,7 +107,9 @@ impl Dimension {
         let mut counts = rows.into_iter().map(Vec::len);
         let first = counts.next().unwrap_or(2);
         match counts.find(|&count| count != first) {
-            Some(count) => Err(format!("expected {first} numbers for every point, found {count}")),
+            Some(count) => Err(format!(
+                "expected {first} numbers for every point, found {count}"
+            )),
             None if first == 2 => Ok(Self::Plane),
             None if first == 3 => Ok(Self::Space),
             None => Err(format!("expected points of 2 or 3 numbers, found {first}")),
@@ -166,7 +169,8 @@ impl<A: Copy> Axes<A> {
     /// If the vectors have another number of components.
     pub fn array<const D: usize>(self) -> [A; D] {
         let axes = self.as_slice();
-        axes.try_into().unwrap_or_else(|_| panic!("vectors have {} components, not {D}", axes.len()))
+        axes.try_into()
+            .unwrap_or_else(|_| panic!("vectors have {} components, not {D}", axes.len()))
     }
 
     /// Applies a function to every component.
@@ -182,8 +186,14 @@ impl<A: Copy> Axes<A> {
     /// # Panics
     /// If the vectors have different numbers of components.
     pub fn zip_with<B: Copy, C>(self, other: Axes<B>, mut of: impl FnMut(A, B) -> C) -> Axes<C> {
-        assert_eq!(self.dimension(), other.dimension(), "vectors of different dimensions");
-        Axes::from_fn(self.dimension(), |k| of(self.as_slice()[k], other.as_slice()[k]))
+        assert_eq!(
+            self.dimension(),
+            other.dimension(),
+            "vectors of different dimensions"
+        );
+        Axes::from_fn(self.dimension(), |k| {
+            of(self.as_slice()[k], other.as_slice()[k])
+        })
     }
 }
 
@@ -204,9 +214,15 @@ impl<A> From<[A; 3]> for Axes<A> {
 /// # Panics
 /// If their number is not `COUNT`.
 pub fn inputs<A: Copy, const COUNT: usize>(vectors: &[Axes<A>], others: &[A]) -> [A; COUNT] {
-    let all: Vec<A> = vectors.iter().flat_map(|axes| axes.as_slice()).chain(others).copied().collect();
+    let all: Vec<A> = vectors
+        .iter()
+        .flat_map(|axes| axes.as_slice())
+        .chain(others)
+        .copied()
+        .collect();
     let count = all.len();
-    all.try_into().unwrap_or_else(|_| panic!("a kernel has {COUNT} inputs, not {count}"))
+    all.try_into()
+        .unwrap_or_else(|_| panic!("a kernel has {COUNT} inputs, not {count}"))
 }
 
 /// The vectors whose components are the results of a kernel, one after the other.
@@ -215,7 +231,11 @@ pub fn inputs<A: Copy, const COUNT: usize>(vectors: &[Axes<A>], others: &[A]) ->
 /// If there are other results.
 pub fn outputs<A: Copy, const N: usize>(dimension: Dimension, results: &[A]) -> [Axes<A>; N] {
     let count = dimension.count();
-    assert_eq!(results.len(), N * count, "the number of results of a kernel");
+    assert_eq!(
+        results.len(),
+        N * count,
+        "the number of results of a kernel"
+    );
     std::array::from_fn(|k| Axes::from_fn(dimension, |axis| results[k * count + axis]))
 }
 

@@ -60,7 +60,11 @@ impl<const D: usize> Matrix<D> {
 impl Matrix {
     /// The matrix that projects onto the directions of a dimension: for space it is the identity.
     pub fn onto(dimension: Dimension) -> Self {
-        let across = if dimension == Dimension::Space { 1.0 } else { 0.0 };
+        let across = if dimension == Dimension::Space {
+            1.0
+        } else {
+            0.0
+        };
         Self::diagonal(|k| if k == 1 { across } else { 1.0 })
     }
 

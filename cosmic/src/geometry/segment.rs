@@ -156,9 +156,8 @@ pub fn crossings(
             Dimension::Plane => 0.0,
             Dimension::Space => CLEARANCE * segment.length(),
         };
-        [0, 2].map(|axis| {
-            Range::of([segment.from, segment.to].map(|end| end.0[axis])).widened(apart)
-        })
+        [0, 2]
+            .map(|axis| Range::of([segment.from, segment.to].map(|end| end.0[axis])).widened(apart))
     };
     let spans: Vec<[Range; 2]> = segments.iter().map(span).collect();
     let axis = usize::from(crowding(&spans, 1) < crowding(&spans, 0));

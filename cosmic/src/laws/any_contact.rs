@@ -96,7 +96,10 @@ impl<C: Contact> AnyContact for C {
         let vectors = [pushed.nodes.x, pushed.nodes.v, pushed.impulses];
         let contact = self.clone();
         if pushed.nodes.dimension() == Dimension::Space {
-            assert!(terrain.is_none(), "the ground of a robot in space is a plane");
+            assert!(
+                terrain.is_none(),
+                "the ground of a robot in space is a plane"
+            );
             let (node, ground) = (inputs::<_, 10>(&vectors, &[pushed.inverse_mass]), Flat);
             let flying = Flying {
                 drift,

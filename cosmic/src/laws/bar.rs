@@ -5,8 +5,8 @@ use autodiff::{Kernel, Pullback, Real};
 
 use super::law::Law;
 use crate::geometry::Vector;
-use crate::{in_both_dimensions, kernel};
 use crate::lattice::EdgeVector;
+use crate::{in_both_dimensions, kernel};
 
 /// A bar as a law sees it: the numbers that the tension may depend on.
 #[derive(Clone, Copy, Debug)]
@@ -174,7 +174,8 @@ impl<L: BarForce> Tension<L> {
     fn still<R: Real, const D: usize>(&self, x: &[R], settings: &[R]) -> [R; D] {
         let ([d], given) = Vector::split(x);
         let dv = Vector::zero();
-        self.impulse(EdgeVector { d, dv }, four(given), settings).array()
+        self.impulse(EdgeVector { d, dv }, four(given), settings)
+            .array()
     }
 
     #[inline(always)]

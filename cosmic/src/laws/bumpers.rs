@@ -12,9 +12,9 @@ use super::force::{Force, ForceParameters, LatticeForce, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};
 use super::stiffness::Stiffness;
 use crate::geometry::{Axes, Matrix, Segment, Vector, inputs, outputs};
-use crate::{in_both_dimensions, in_dimension, kernel};
 use crate::lattice::Lattice;
 use crate::settings::{above, within};
+use crate::{in_both_dimensions, in_dimension, kernel};
 
 /// A node that is nearer to a bar at rest than this share of the shortest bar lies on the bar, so they are not a pair.
 const ON_BAR: f64 = 1e-3;
@@ -361,12 +361,7 @@ impl Force for BumperForce {
         step_inputs(&self.law)
     }
 
-    fn record(
-        &self,
-        p: &mut Program,
-        step: &Step,
-        given: &ForceParameters<Array>,
-    ) -> Axes<Array> {
+    fn record(&self, p: &mut Program, step: &Step, given: &ForceParameters<Array>) -> Axes<Array> {
         let (graph, nodes) = (step.graph, step.graph.nodes());
         let in_use = graph.edge_of_slot();
         let has_bar = |edge: usize| in_use[graph.slot_of_edge()[edge]].is_some();

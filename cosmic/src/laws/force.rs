@@ -151,8 +151,7 @@ pub trait Force: Debug + Send + Sync {
     }
 
     /// Records the impulses of this force on all nodes over a step (N s).
-    fn record(&self, p: &mut Program, step: &Step, given: &ForceParameters<Array>)
-    -> Axes<Array>;
+    fn record(&self, p: &mut Program, step: &Step, given: &ForceParameters<Array>) -> Axes<Array>;
 
     /// Records the tension that this force adds to every bar, with its slopes, for an implicit step. Returns the sum with
     /// `before`, the tensions of earlier forces. `None` if this force does not act along bars: an implicit step then takes

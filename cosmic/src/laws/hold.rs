@@ -137,7 +137,13 @@ struct LocalNode<R: Real> {
 impl<R: Real> LocalNode<R> {
     /// `moving` is in the ground's frame. The step takes `dt` seconds.
     #[inline(always)]
-    fn new(tangent: Vector<R, 2>, height: R, is_new: R::Mask, moving: Vector<R, 2>, dt: f64) -> Self {
+    fn new(
+        tangent: Vector<R, 2>,
+        height: R,
+        is_new: R::Mask,
+        moving: Vector<R, 2>,
+        dt: f64,
+    ) -> Self {
         let axes = Rotation::with_tangent(tangent);
         let moving = axes.into_rotated(moving);
         let approach = R::select(is_new, moving.up(), -R::one());
@@ -408,7 +414,10 @@ impl<C: Contact, G: Surface> OverGround<C, 9> for Landing<C, G> {
         settings: &[R],
     ) -> (C::Of<R>, Particle<R, 2>, R) {
         let but = R::select(mask(is_held), segment, R::lit(NONE));
-        let (law, node) = (self.contact.of(settings), Particle::split(&[x, y, wx, wy]).0);
+        let (law, node) = (
+            self.contact.of(settings),
+            Particle::split(&[x, y, wx, wy]).0,
+        );
         (law, node, but)
     }
 

@@ -10,9 +10,9 @@ use super::law::{Law, StepInput, step_inputs};
 use super::motion::Particle;
 use super::stiffness::Stiffness;
 use crate::geometry::{Axes, Matrix, Vector, inputs};
-use crate::{in_both_dimensions, in_dimension, kernel};
 use crate::lattice::Lattice;
 use crate::settings::Settings;
+use crate::{in_both_dimensions, in_dimension, kernel};
 
 /// A node as a law sees it: the numbers that the force may depend on. Vectors are in the ground's frame: the first
 /// component is along the ground, the last component points out of it.
@@ -79,10 +79,7 @@ impl<L: NodeForce> NodeKernel<L> {
             mass: inverse_mass.recip(),
             weight,
             time: if L::NEEDS_TIME { time } else { R::zero() },
-            vertical: Vector::upright(
-                R::lit(self.vertical.forward()),
-                R::lit(self.vertical.up()),
-            ),
+            vertical: Vector::upright(R::lit(self.vertical.forward()), R::lit(self.vertical.up())),
         };
         let force: Vector<R, D> = L::force(&self.law.of(settings), node);
         (force * R::lit(self.dt)).array()
@@ -181,12 +178,7 @@ impl<L: NodeForce> Force for OnNodes<L> {
         L::NEEDS_TIME
     }
 
-    fn record(
-        &self,
-        p: &mut Program,
-        step: &Step,
-        given: &ForceParameters<Array>,
-    ) -> Axes<Array> {
+    fn record(&self, p: &mut Program, step: &Step, given: &ForceParameters<Array>) -> Axes<Array> {
         let kernel = NodeKernel {
             law: self.law.clone(),
             dt: step.dt,

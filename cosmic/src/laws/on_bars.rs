@@ -109,12 +109,7 @@ impl<L: BarForce> Force for OnBars<L> {
         step_inputs(&self.0)
     }
 
-    fn record(
-        &self,
-        p: &mut Program,
-        step: &Step,
-        given: &ForceParameters<Array>,
-    ) -> Axes<Array> {
+    fn record(&self, p: &mut Program, step: &Step, given: &ForceParameters<Array>) -> Axes<Array> {
         let tension = Tension {
             law: self.0.clone(),
             dt: step.dt,

@@ -6,8 +6,8 @@ use autodiff::{Array, Dual, Kernel, Pullback, Real};
 
 use super::bar::{Bar, BarForce, four};
 use crate::geometry::{Symmetric, Vector};
-use crate::{in_both_dimensions, kernel};
 use crate::lattice::EdgeVector;
+use crate::{in_both_dimensions, kernel};
 
 /// A small share of a stroke, and a small rate, m/s: a law may have a kink at the target and at rest, so slopes are also
 /// taken beside these.

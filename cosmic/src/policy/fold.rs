@@ -138,7 +138,9 @@ impl<'a, R: Real> Fold<'a, R> {
     /// The weights in `row` that multiply the goal's coordinates, multiplied by the scale of the goal.
     fn on_goal(&self, row: &[R]) -> Vec<R> {
         let scale = R::lit(self.settings.goal_scale);
-        let goal = row[self.settings.clocks..].iter().take(self.dimension.count());
+        let goal = row[self.settings.clocks..]
+            .iter()
+            .take(self.dimension.count());
         goal.map(|&weight| weight * scale).collect()
     }
 
@@ -184,11 +186,20 @@ impl<'a, R: Real> Fold<'a, R> {
             return (0..count).map(column).collect();
         }
         let column = |axis: Vector<f64>| {
-            let axis = self.dimension.list(self.ground.vector_to_world(axis) * scale);
+            let axis = self
+                .dimension
+                .list(self.ground.vector_to_world(axis) * scale);
             let axis = R::lits(&axis);
-            nodes.clone().map(|of_node| R::dot(of_node, &axis)).collect()
+            nodes
+                .clone()
+                .map(|of_node| R::dot(of_node, &axis))
+                .collect()
         };
-        self.dimension.unit_vectors().into_iter().map(column).collect()
+        self.dimension
+            .unit_vectors()
+            .into_iter()
+            .map(column)
+            .collect()
     }
 
     /// Multiplies the weights of a column by the presences of the nodes. Does nothing if the presences are not folded.

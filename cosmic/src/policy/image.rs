@@ -23,7 +23,9 @@ pub(super) fn observed<R: Real>(
         let (goal, of_nodes) = row.split_at(axes);
         let of_list = |list: &[R]| -> Vec<R> {
             let images = mirror.nodes.iter();
-            images.flat_map(|&node| turned(&list[axes * node..])).collect()
+            images
+                .flat_map(|&node| turned(&list[axes * node..]))
+                .collect()
         };
         let of_image = of_nodes.chunks_exact(axes * nodes).flat_map(of_list);
         let seen = of_clocks.iter().copied().chain(turned(goal));

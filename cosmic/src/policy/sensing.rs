@@ -26,10 +26,13 @@ impl Sight {
         dimension: Dimension,
         nodes: usize,
     ) -> usize {
-        settings.observation_length(dimension, match self {
-            Self::Robot => nodes,
-            Self::Clock => 0,
-        })
+        settings.observation_length(
+            dimension,
+            match self {
+                Self::Robot => nodes,
+                Self::Clock => 0,
+            },
+        )
     }
 
     /// Says whether an observation depends on the positions, and whether it depends on the velocities.

@@ -9,8 +9,8 @@ use super::fold::Fold;
 use super::goals::{Offset, Towards};
 use super::image;
 use super::sensing::Sight;
-use crate::lattice::Mirror;
 use crate::geometry::{Axes, Dimension};
+use crate::lattice::Mirror;
 use crate::laws::Motion;
 use crate::scene::{ControllerSettings, Senses};
 
@@ -352,7 +352,8 @@ impl<'a> PolicyStep<'a> {
         let nodes = self.outputs.graph.nodes_of_slot();
         [0, 1].map(|end| {
             let indices: Vec<_> = nodes.iter().map(|of| of.map(|of| of[end])).collect();
-            let mut gather = |axes: Axes<Array>| axes.map(|axis| self.program.gather(axis, &indices));
+            let mut gather =
+                |axes: Axes<Array>| axes.map(|axis| self.program.gather(axis, &indices));
             let Motion { x, v } = self.seen.nodes;
             Motion {
                 x: gather(x),
@@ -393,8 +394,20 @@ impl<'a> PolicyStep<'a> {
         let senses = self.senses;
         let arrays = match presence {
             Some(presence) if senses.x || senses.v => {
-                let x: Vec<Array> = nodes.x.as_slice().iter().copied().filter(|_| senses.x).collect();
-                let v: Vec<Array> = nodes.v.as_slice().iter().copied().filter(|_| senses.v).collect();
+                let x: Vec<Array> = nodes
+                    .x
+                    .as_slice()
+                    .iter()
+                    .copied()
+                    .filter(|_| senses.x)
+                    .collect();
+                let v: Vec<Array> = nodes
+                    .v
+                    .as_slice()
+                    .iter()
+                    .copied()
+                    .filter(|_| senses.v)
+                    .collect();
                 let [all, mean] = self.program.weighted(presence, &x, &v, &[clock]);
                 match goal {
                     Some(goal) => vec![all, self.towards(goal, mean)],

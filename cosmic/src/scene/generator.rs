@@ -82,8 +82,14 @@ fn cubic_edges(settings: &LatticeSettings) -> Vec<[usize; 2]> {
         .filter(|step| *step > [0; 3] && step.iter().filter(|part| **part != 0).count() <= most)
         .collect();
     let neighbours = |node: usize| {
-        let at = [node / (sizes[1] * sizes[2]), node / sizes[2] % sizes[1], node % sizes[2]];
-        let moved = steps.iter().map(move |step| [0, 1, 2].map(|k| at[k] as i64 + step[k]));
+        let at = [
+            node / (sizes[1] * sizes[2]),
+            node / sizes[2] % sizes[1],
+            node % sizes[2],
+        ];
+        let moved = steps
+            .iter()
+            .map(move |step| [0, 1, 2].map(|k| at[k] as i64 + step[k]));
         let inside = moved.filter(|at| (0..3).all(|k| (0..sizes[k] as i64).contains(&at[k])));
         inside.map(move |at| [node, number(at.map(|place| place as usize))])
     };

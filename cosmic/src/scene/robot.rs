@@ -346,7 +346,8 @@ impl ControllerSettings {
     /// offsets and velocities of the nodes. A file may state an absurd number of clocks: the result is at most the
     /// largest `usize`.
     pub fn observation_length(&self, dimension: Dimension, nodes: usize) -> usize {
-        self.clocks.saturating_add(dimension.count() * (1 + 2 * nodes))
+        self.clocks
+            .saturating_add(dimension.count() * (1 + 2 * nodes))
     }
 
     /// Whether an observation depends on positions, and whether it depends on velocities.

@@ -139,7 +139,11 @@ impl SettingValue for Vector<f64> {
     }
 
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
-        if value.get_ref().as_array().is_some_and(|list| list.len() == 3) {
+        if value
+            .get_ref()
+            .as_array()
+            .is_some_and(|list| list.len() == 3)
+        {
             let mut all = self.array();
             all.read(value, limits)?;
             *self = all.into();

@@ -7,9 +7,9 @@ use autodiff::{Array, Graph, Kernel, Program, Real};
 
 use super::parameters::Parameters;
 use crate::geometry::{Axes, Vector};
-use crate::{in_both_dimensions, in_dimension, kernel};
 use crate::lattice::Body;
 use crate::laws::{Force, Push, Step, Tensions};
+use crate::{in_both_dimensions, in_dimension, kernel};
 
 /// What the bars of a robot do in the step that ends at an observed state. Each list has a number for every edge. At the
 /// start of a rollout all numbers are 0.

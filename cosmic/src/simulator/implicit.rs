@@ -207,8 +207,13 @@ impl Implicit<'_> {
             softening: at.softening,
             lead: if from_start { 1.0 } else { 0.0 },
         };
-        let [jx, jy, slopes @ ..] =
-            p.map_each_edge(at.graph, linear, both(base.x, base.v), &tensions.array(), &[]);
+        let [jx, jy, slopes @ ..] = p.map_each_edge(
+            at.graph,
+            linear,
+            both(base.x, base.v),
+            &tensions.array(),
+            &[],
+        );
         Bars {
             impulse: Vector::new([jx, jy]),
             slopes,
@@ -310,7 +315,8 @@ impl Implicit<'_> {
         moving: Vector<Array, 2>,
         last: [Array; 2],
     ) -> GroundBelow<Array> {
-        let ([x, y, wx, wy], [segment, is_held]) = (both(in_plane(self.step.nodes).x, moving), last);
+        let ([x, y, wx, wy], [segment, is_held]) =
+            (both(in_plane(self.step.nodes).x, moving), last);
         let (node, dt) = ([x, y, wx, wy, segment, is_held], self.step.dt);
         let [segment, is_new, tx, ty, height] = match self.terrain.cloned() {
             None => p.map(FindGround { ground: Flat, dt }, node, &[]),

@@ -256,7 +256,12 @@ impl Mechanics {
             nodes,
             impulses: Axes::from_fn(self.dimension, |_| zeros),
             inverse_mass: given.inverse_mass,
-            uniforms: &[&vec![zero; self.dimension.count()], &[one][..], &given.mechanics.contact].concat(),
+            uniforms: &[
+                &vec![zero; self.dimension.count()],
+                &[one][..],
+                &given.mechanics.contact,
+            ]
+            .concat(),
         };
         self.contact.fly(p, drift, self.terrain.as_ref(), pushed)
     }

@@ -3,8 +3,8 @@
 use autodiff::{Array, Program, Real};
 
 use super::surroundings::Surroundings;
-use crate::lattice::Body;
 use crate::geometry::Axes;
+use crate::lattice::Body;
 use crate::laws::ForceParameters;
 
 /// The parameters of a robot's steps, except the parameters of its policy. `A` is the type of an array.
@@ -82,11 +82,7 @@ impl ParameterSink for Program {
     fn of_body(&mut self, len: usize, _: impl Fn(&Body<f64>) -> Vec<f64>) -> Array {
         self.parameter(len)
     }
-    fn of_surroundings(
-        &mut self,
-        len: usize,
-        _: impl Fn(&Surroundings<f64>) -> Vec<f64>,
-    ) -> Array {
+    fn of_surroundings(&mut self, len: usize, _: impl Fn(&Surroundings<f64>) -> Vec<f64>) -> Array {
         self.parameter(len)
     }
     fn of_step(&mut self, len: usize) -> Array {

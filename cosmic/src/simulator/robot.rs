@@ -88,8 +88,7 @@ impl Robot {
             actuated,
             drive: Drive::Given,
             settings: controller.clone(),
-            goals: (controller.goals == GoalKind::Given)
-                .then(|| Goals::at(controller.goal)),
+            goals: (controller.goals == GoalKind::Given).then(|| Goals::at(controller.goal)),
             inputs: Arc::new([]),
             weighs: false,
             has_rest_lengths: false,
@@ -199,9 +198,8 @@ impl Robot {
 
     /// Declares the state of the nodes.
     fn state(&self, p: &mut Program) -> Motion {
-        let [x, v] = [(); 2].map(|()| {
-            Axes::from_fn(self.mechanics.dimension, |_| p.state(self.graph.nodes()))
-        });
+        let [x, v] = [(); 2]
+            .map(|()| Axes::from_fn(self.mechanics.dimension, |_| p.state(self.graph.nodes())));
         Motion { x, v }
     }
 

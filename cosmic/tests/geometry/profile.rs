@@ -39,7 +39,7 @@ fn points_must_be_finite_in_order_and_few() {
         let error = of(&points).unwrap_err();
         assert!(error.contains(says), "{error}");
     }
-    let many = |n: usize| Profile::new((0..n).map(|k| Vector::new([k as f64, 0.0])).collect());
+    let many = |n: usize| Profile::new((0..n).map(|k| Vector::from([k as f64, 0.0])).collect());
     assert!(many(MOST_POINTS).is_ok() && many(MOST_POINTS + 1).is_err());
 }
 

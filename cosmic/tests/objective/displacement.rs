@@ -33,7 +33,7 @@ fn the_mean_looks_back_from_the_last_state() {
 fn both_forms_measure_along_the_ground() {
     let ground = displacement(LossKind::Final).ground;
     let state = |along: f64| State {
-        x: vec![ground.vector_to_world(Vector::new([along, 0.4]))],
+        x: vec![ground.vector_to_world(Vector::from([along, 0.4]))],
         v: vec![Vector::zero()],
     };
     let states = [9.0, 1.0, 2.0, 6.0].map(state).to_vec();

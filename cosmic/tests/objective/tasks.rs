@@ -27,8 +27,8 @@ fn objective(task: TaskKind) -> Objective {
 /// The states of a moving payload and a node at rest: at the start and after 1, 2 and 3 steps.
 fn walk() -> Trajectory<f64> {
     let state = |(x, v): (f64, f64)| State {
-        x: vec![Vector::new([x, 0.25 * x]), Vector::zero()],
-        v: vec![Vector::new([v, 0.0]), Vector::zero()],
+        x: vec![Vector::from([x, 0.25 * x]), Vector::zero()],
+        v: vec![Vector::from([v, 0.0]), Vector::zero()],
     };
     let states = [(0.0, 0.0), (2.0, 4.0), (4.0, 2.0), (2.0, 0.0)].map(state);
     let effort = |[skeleton, mixture]: [f64; 2]| Effort {

@@ -58,7 +58,7 @@ fn loads_are_those_of_hooke_s_bars() {
     let edges = 0..lattice.edges.len();
     let loads: Vec<BarLoad> = edges.map(|edge| BarLoad::of(edge, &moments)).collect();
     for (load, &[i, j]) in loads.iter().zip(&lattice.edges) {
-        let [dx, dy] = lattice.direction([i, j]).map(f64::abs).array();
+        let [dx, dy] = lattice.direction([i, j]).map(f64::abs).in_plane();
         if dy == 0.0 {
             // The extension of 10 mm times 400 N/m is the tension; the speed is 0.11 m/s. The softening changes
             // lengths by a fraction of 5e-11.
@@ -78,7 +78,7 @@ fn loads_are_those_of_hooke_s_bars() {
     let mut folded = trajectory.clone();
     let middle = 0.25;
     let fold = |x: &mut Vector<f64>| {
-        *x = Vector::new([middle + 0.37 * (x.forward() - middle).abs(), x.up()]);
+        *x = Vector::from([middle + 0.37 * (x.forward() - middle).abs(), x.up()]);
     };
     folded.states[1].x.iter_mut().for_each(fold);
     folded.states[1]

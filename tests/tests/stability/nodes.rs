@@ -68,7 +68,7 @@ pub(super) fn lands(case: &StabilityCase) {
     }
     let ground = Ground::from(&physics);
     let pull = ground
-        .vector_to_ground(Vector::new([0.0, -physics.gravity]))
+        .vector_to_ground(Vector::from([0.0, -physics.gravity]))
         .up();
     let decay = (-physics.damping * physics.dt).exp();
     // Returns the number of a step, counted from 1, and the time of impact in this step; `None` if the node does not

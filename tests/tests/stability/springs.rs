@@ -103,13 +103,10 @@ pub(super) fn pulls(case: &StabilityCase) {
 /// The force of an edge on its first node. The argument `d` is the vector from the first node to the second. The force
 /// is half the difference of the nodes' momenta after a step, divided by the time step.
 fn force<R: Real>(bare: &Bare, d: [R; 2]) -> [R; 2] {
-    let start = State {
-        x: vec![Vector::zero(), d.into()],
-        v: vec![Vector::zero(); 2],
-    };
+    let start = State::new([[R::zero(); 2], d], [[R::zero(); 2]; 2]);
     let v = bare.run_to_end(&start, 1).v;
     let per_kick = R::lit(bare.body.mass[0] / bare.physics.dt);
-    ((v[0] - v[1]) * R::lit(0.5) * per_kick).array()
+    ((v[0] - v[1]) * R::lit(0.5) * per_kick).in_plane()
 }
 
 /// The rest length of an oscillator's spring, m. It is so long that the softening is almost linear, and so short that
@@ -223,7 +220,7 @@ pub(super) fn vibrates(case: &StabilityCase) {
     (bare.physics.dt, bare.physics.damping) = (case.number("dt"), case.number("gamma"));
     let on_axis = |xs: Vec<f64>| {
         xs.into_iter()
-            .map(|x| Vector::new([x, 0.0]))
+            .map(|x| Vector::from([x, 0.0]))
             .collect::<Vec<_>>()
     };
     // At these positions, every spring is at rest.

@@ -53,15 +53,15 @@ impl Frames {
         unit: f64,
     ) -> Option<Self> {
         let mut states = states.peekable();
-        let dimension = states.peek().map_or(Dimension::Plane, |state| state.dimension);
+        let dimension = states
+            .peek()
+            .map_or(Dimension::Plane, |state| state.dimension);
         let count = |x: f64| {
             let count = (x / unit).round();
             // Numbers of this size and their differences are exact in f64.
             (count.abs() < 1e15).then_some(count as i64)
         };
-        let places = |state: &State<f64>| {
-            dimension.flat(&state.x).into_iter().map(count).collect()
-        };
+        let places = |state: &State<f64>| dimension.flat(&state.x).into_iter().map(count).collect();
         let mut counts = states.map(places).collect::<Option<Vec<Vec<i64>>>>()?;
         for k in (1..counts.len()).rev() {
             let (before, from_here) = counts.split_at_mut(k);

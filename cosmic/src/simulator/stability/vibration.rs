@@ -214,4 +214,3 @@ pub(in crate::simulator) struct OffBars {
     /// The node that determines the bound.
     pub(in crate::simulator) node: usize,
 }
-
