@@ -245,8 +245,8 @@ impl Simulator {
 
     /// The unit vector along the ground, in which distances are measured.
     #[getter]
-    fn along(&self) -> [f64; 2] {
-        self.task.ground().tangent().in_plane()
+    fn along(&self) -> Vec<f64> {
+        self.sizes.dimension.list(self.task.ground().tangent())
     }
 
     /// Returns all numbers of the robot with which an optimisation with this seed starts.

@@ -29,7 +29,7 @@ fn robot(settings: &str) -> (Scene, Case) {
 #[test]
 fn a_goal_may_change_while_a_robot_walks() {
     let (_, case) = robot("");
-    let [right, left] = [[1.5, 0.1], [-1.5, 0.1]].map(Vector::new);
+    let [right, left] = [[1.5, 0.1], [-1.5, 0.1]].map(Vector::from);
     let walk = |goals: Goals, start: &State<f64>, first: usize, steps: usize| {
         let span = Span {
             first,
@@ -90,7 +90,7 @@ fn the_loss_is_the_share_of_the_way_that_is_left() {
     let (scene, case) = robot("");
     let steps = scene.physics.steps;
     let changes: Vec<usize> = GoalsSettings::changes(steps).collect();
-    let start = case.start.x[0][0];
+    let start = case.start.x[0].forward();
     let goals = Goals::at(Vector::from([start + 1.0, 0.1]));
     let goals = goals.then(changes[0], Vector::from([start, 0.1]));
     let goals = goals.then(changes[1], Vector::from([start - 2.0, 0.1]));
@@ -147,14 +147,14 @@ fn goals_are_drawn_in_the_interval_and_apart() {
     ] {
         let (scene, case) = robot(&format!("goals.along = {along:?}"));
         let task = case.task();
-        let start = case.start.x[0][0];
+        let start = case.start.x[0].forward();
         let mut stream = stream(7, Purpose::Goals);
         let mut places = Vec::new();
         for k in 0..200 {
             let goals = draw_goals(&task, &scene.goals, k % 2 == 0, &mut stream);
             let mut last = 0.0;
             for (k, point) in goals.iter().enumerate() {
-                let place = point[0] - start;
+                let place = point.forward() - start;
                 assert!(along[0] <= place && place <= along[1], "{place}");
                 // The place of the payload at the start is added and subtracted again.
                 assert!((place - last).abs() > apart - 1e-12, "{last} {place}");

@@ -314,14 +314,15 @@ fn the_clock_is_open_loop() {
             let span = Span::from_start(vec![60]);
             let seen = (task.simulator).rollout(&case.body(), &case.controller, start, &span);
             let x = seen.states[0].x.clone();
-            x.iter()
-                .map(|p| [p[0] - x[0][0], p[1] - x[0][1]])
-                .collect::<Vec<_>>()
+            x.iter().map(|p| (*p - x[0]).in_plane()).collect::<Vec<_>>()
         };
         // A push gives all nodes the same additional velocity. The shape of the robot changes only if the controller
         // observes this velocity.
         let mut pushed = case.start.clone();
-        pushed.v.iter_mut().for_each(|v| v[0] += 2.0);
+        pushed
+            .v
+            .iter_mut()
+            .for_each(|v| *v += Vector::upright(2.0, 0.0));
         let (still, pushed) = (shape(&case.start), shape(&pushed));
         let pairs = still.as_flattened().iter().zip(pushed.as_flattened());
         pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)

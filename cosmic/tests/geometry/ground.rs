@@ -7,7 +7,7 @@ fn conversion_to_the_ground_s_frame_and_back() {
             height: 0.1,
             incline_deg,
         };
-        let point = Vector::from([0.7, -0.3]);
+        let point: Vector<f64> = [0.7, -0.3].into();
         let back = ground.point_to_world(ground.point_to_ground(point));
         // Two rotations of numbers below 1 have a few roundings of 1e-16.
         assert!(back.distance(point) < 1e-15);

@@ -3,7 +3,7 @@ use cosmic::geometry::Vector;
 /// Vectors of two components give the same results as vectors of three components with a zero in the middle.
 #[test]
 fn planar_vectors_agree_with_spatial_vectors() {
-    let planar = Vector::from([0.3, -0.4]);
+    let planar = Vector::new([0.3, -0.4]);
     let space = Vector::new([0.3, 0.0, -0.4]);
     assert_eq!(planar.norm(), space.norm());
     assert_eq!(

@@ -47,10 +47,10 @@ fn of_contact<C: Contact>(name: &str) -> String {
     };
     let of_flight = [
         &["self.drift.dt"],
-        &UNIFORMS[..Push::<f64>::COUNT + C::COUNT],
+        &UNIFORMS[..Push::<f64, 2>::COUNT + C::COUNT],
     ]
     .concat();
-    adjoint(&format!("Flying<{name}>"), &of_flight, flying)
+    adjoint::<_, 7, 4>(&format!("Flying<{name}>"), &of_flight, flying)
 }
 
 /// Generates the code of the adjoint function for the impulse of the law along bars `name`.
@@ -65,7 +65,7 @@ fn of_bars<L: BarForce>(name: &str) -> String {
         uniforms: v[..L::COUNT].to_vec(),
     };
     let fields = [&UNIFORMS[..L::COUNT], &["self.dt", "self.softening > 0"]].concat();
-    adjoint(&format!("Tension<{name}>"), &fields, tension)
+    adjoint::<_, 6, 2>(&format!("Tension<{name}>"), &fields, tension)
 }
 
 #[test]
@@ -78,7 +78,7 @@ fn adjoints_are_fresh() {
     let forces = [
         of_bars::<Hooke>("Hooke"),
         adjoint("Total", &[], |_| Total),
-        adjoint(
+        adjoint::<_, 11, 4>(
             "Bump",
             &[
                 "self.shortest",

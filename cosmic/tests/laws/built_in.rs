@@ -79,7 +79,7 @@ fn stops_at_both_ends_of_the_stroke() {
     for [dx, dy] in [[0.12, 0.09], [0.08, 0.09], [0.03, 0.04]] {
         let given = [dx, dy, 0.3, 30.0, 0.1, 0.35];
         let tension = tension(law.clone());
-        let length = Vector::from([dx, dy]).norm();
+        let length = Vector::new([dx, dy]).norm();
         if (length - 0.1_f64).abs() > 0.035 {
             is_right(&tension, given);
         } else {

@@ -49,10 +49,10 @@ fn loads_are_those_of_hooke_s_bars() {
     let controller = Controller::xavier(&scene.controller, &lattice, 1);
     let simulator = Simulator::new(&lattice, &scene.physics, &scene.controller);
     let rest = lattice.state_at_rest();
-    let stretched = State {
-        x: rest.x.iter().map(|x| *x + x.along() * 0.1).collect(),
-        v: rest.x.iter().map(|x| x.along() * 1.1).collect(),
-    };
+    let stretched = State::new(
+        rest.x.iter().map(|x| *x + x.along() * 0.1),
+        rest.x.iter().map(|x| x.along() * 1.1),
+    );
     let trajectory = Trajectory::new(vec![0, 16], vec![rest, stretched]);
     let moments = simulator.moments(&body, &controller, &trajectory);
     let edges = 0..lattice.edges.len();
@@ -85,7 +85,7 @@ fn loads_are_those_of_hooke_s_bars() {
         .x
         .iter_mut()
         .enumerate()
-        .for_each(|(k, x)| x[1] += 1e-3 * k as f64);
+        .for_each(|(k, x)| *x += Vector::upright(0.0, 1e-3 * k as f64));
     let all = simulator.loads_of(&layout, &bars, &folded, &scene.materials);
     assert!(all.tangled == 0.5 && all.tangles > 1.0, "{all:?}");
 }

@@ -130,10 +130,10 @@ fn oscillator(case: &StabilityCase) -> Bare {
 /// The state of an oscillator whose extension is `x` and changes at the speed `v`.
 fn extended([x, v]: [f64; 2]) -> State<f64> {
     let half = 0.5 * (LENGTH + x);
-    State {
-        x: [[-half, 0.0], [half, 0.0]].map(Vector::new).into(),
-        v: [[-0.5 * v, 0.0], [0.5 * v, 0.0]].map(Vector::new).into(),
-    }
+    State::new(
+        [[-half, 0.0], [half, 0.0]],
+        [[-0.5 * v, 0.0], [0.5 * v, 0.0]],
+    )
 }
 
 /// The extension of an oscillator, and its rate of change.
@@ -238,10 +238,7 @@ pub(super) fn vibrates(case: &StabilityCase) {
         let pairs = a.iter().zip(b);
         pairs.fold(0.0, |most: f64, (a, b)| most.max((*a - *b).forward().abs()))
     };
-    let start = State {
-        x: on_axis(case.numbers("x0")),
-        v: on_axis(case.numbers("v0")),
-    };
+    let start = State::new(on_axis(case.numbers("x0")), on_axis(case.numbers("v0")));
     let perturbation = apart(&start.x, &at_rest);
     if case.number("dt_over_limit") > 1.0 {
         let end = bare.run_to_end(&start, case.number("steps") as usize);

@@ -45,7 +45,7 @@ fn bars_are_the_solid_edges_coloured_by_strain() {
 fn the_ground_has_its_ridges() {
     let ridge = |at: f64, height| [[at - 0.02, 0.0], [at, height], [at + 0.02, 0.0]];
     let points = [ridge(0.15, 0.01), ridge(0.35, 0.03)].concat();
-    let profile = Profile::new(points.into_iter().map(Vector::new).collect()).unwrap();
+    let profile = Profile::new(points.into_iter().map(Vector::from).collect()).unwrap();
     let results = short_run(|scene| {
         (scene.physics.steps, scene.physics.ground) = (64, profile.into());
     });
