@@ -1,7 +1,6 @@
 //! Robots in space: they move like planar robots in the plane, turned about the vertical, mirrored, and in free flight; and
 //! their gradients are right for every law.
 
-use autodiff::Real;
 use cosmic::case::Case;
 use cosmic::geometry::{Dimension, Vector};
 use cosmic::inputs::ALL;
@@ -28,7 +27,10 @@ fn put_into_space(planar: &Case) -> Case {
     let mut case = planar.clone();
     case.lattice.dimension = Dimension::Space;
     case.start.dimension = Dimension::Space;
-    let (settings, blocks) = (&case.scene.controller, blocks_of(&case.scene.controller, &case.lattice));
+    let (settings, blocks) = (
+        &case.scene.controller,
+        blocks_of(&case.scene.controller, &case.lattice),
+    );
     let mut numbers = Vec::new();
     for (name, _, range) in planar.controller.blocks() {
         let block = &planar.controller.numbers()[range];
@@ -40,7 +42,11 @@ fn put_into_space(planar: &Case) -> Case {
         for row in block.chunks_exact(inputs) {
             let (clocks, pairs) = row.split_at(settings.clocks);
             numbers.extend_from_slice(clocks);
-            numbers.extend(pairs.chunks_exact(2).flat_map(|pair| [pair[0], 0.0, pair[1]]));
+            numbers.extend(
+                pairs
+                    .chunks_exact(2)
+                    .flat_map(|pair| [pair[0], 0.0, pair[1]]),
+            );
         }
     }
     case.controller = Controller::new(&blocks, numbers);
@@ -95,7 +101,13 @@ fn driven(case: &Case, start: &State<f64>) -> Trajectory<f64> {
     let activations: Vec<f64> = (0..steps * edges).map(|k| (0.7 * k as f64).sin()).collect();
     let span = Span::from_start(vec![0, steps / 2, steps]);
     let surroundings = [simulator.surroundings()];
-    let mut seen = simulator.driven(&surroundings, &[case.body()], &[&activations], &[start], &span);
+    let mut seen = simulator.driven(
+        &surroundings,
+        &[case.body()],
+        &[&activations],
+        &[start],
+        &span,
+    );
     seen.remove(0)
 }
 
@@ -108,7 +120,8 @@ fn changed(state: &State<f64>, turn: impl Fn(Vector<f64>) -> Vector<f64>) -> Sta
     }
 }
 
-const SLIDING: &str = "physics = {contact = 'coulomb', friction = 0.4, forces = ['damper', 'bumpers']}";
+const SLIDING: &str =
+    "physics = {contact = 'coulomb', friction = 0.4, forces = ['damper', 'bumpers']}";
 
 #[test]
 fn a_turned_robot_makes_the_turned_motion() {
@@ -117,7 +130,11 @@ fn a_turned_robot_makes_the_turned_motion() {
         let (sin, cos) = angle.sin_cos();
         let turn = |x: Vector<f64>| {
             let (along, across) = (x.forward(), x.sideways());
-            Vector::new([cos * along - sin * across, sin * along + cos * across, x.up()])
+            Vector::new([
+                cos * along - sin * across,
+                sin * along + cos * across,
+                x.up(),
+            ])
         };
         let here = driven(&case, &case.start);
         let there = driven(&case, &changed(&case.start, turn));
@@ -178,7 +195,7 @@ fn gradients_are_right_for_every_law() {
          actuator = {force = 0.1, speed = 4.0}\nrope = {actuator = 0.0, skeleton = 0.5}",
         "physics = {contact = 'coulomb', friction = 0.4, forces = ['damper', 'bumpers']}\nbumpers.distance = 0.9",
         "physics.forces = ['wind']",
-        "physics.forces = ['magnet', 'tendon']",
+        "physics.forces = ['magnet', 'stiffening']",
         "physics.contact = 'mud'",
     ] {
         let mut case = in_space(settings);
