@@ -164,10 +164,11 @@ impl<R: Real, const D: usize> Vector<R, D> {
             let left = self.0[0].abs() - by;
             return Self::upright(self.0[0].signum() * left.max(R::zero()), R::zero());
         }
-        let length = self.norm();
-        let rests = length.less_equal(R::zero());
-        let safe = R::select(rests, R::one(), length);
-        self * R::select(rests, R::zero(), (length - by).max(R::zero()) / safe)
+        let square = self.dot(self);
+        let rests = square.less_equal(R::zero());
+        let safe = R::select(rests, R::one(), square);
+        let factor = (R::one() - by * safe.rsqrt()).max(R::zero());
+        self * R::select(rests, R::zero(), factor)
     }
 
     /// The part of the vector `other` that is perpendicular to this vector, which must be a unit vector.

@@ -131,6 +131,14 @@ macro_rules! emitted_adjoints {
         ) -> [[R; 7]; M] {
             flying.emitted_vjp(at)
         }
+
+        #[inline(always)]
+        fn flying_vjp_in_space<R: Real, const M: usize>(
+            flying: &Flying<Self>,
+            at: autodiff::Pullback<R, 10, 6, M>,
+        ) -> [[R; 10]; M] {
+            flying.emitted_vjp_in_space(at)
+        }
     };
 }
 pub(super) use emitted_adjoints;

@@ -4,7 +4,7 @@ use super::RunPlan;
 use super::files::no_run;
 use super::format::Format;
 use super::snapshot::{SNAPSHOT, Snapshot};
-use crate::codesign::{Delivery, Progress, Reliability, Sensitivity, Standstill};
+use crate::codesign::{Delivery, Progress, Quantiles, Reliability, Sensitivity, Standstill};
 use crate::design::Structure;
 use crate::error::{Error, Result, go_on, in_shell};
 use crate::lattice::Lattice;
@@ -44,6 +44,15 @@ crate::keys! {
         displacement_robust_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_robust_p50"];
         /// 10 % quantile of the displacements of `displacement_robust_p50`.
         displacement_robust_p10: Option<f64>, "number or `null`", unit "m", columns ["displacement_robust_p10"];
+        /// Only for robots in space: median displacement across of robots that vary a little.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        across_robust_p50: Option<f64>, "number", unit "m", columns ["across_robust_p50"];
+        /// 10 % quantile of the displacements across of `across_robust_p50`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        across_robust_p10: Option<f64>, "number", unit "m", columns ["across_robust_p10"];
+        /// 90 % quantile of the displacements across of `across_robust_p50`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        across_robust_p90: Option<f64>, "number", unit "m", columns ["across_robust_p90"];
         /// Like `displacement_p50`, with half the time step.
         displacement_half_step_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_half_step_p50"];
         /// Like `displacement_p50`, with another integrator: leapfrog for symplectic Euler, otherwise symplectic Euler.
@@ -232,6 +241,7 @@ impl Summary {
         seconds: f64,
     ) -> Self {
         let all = progress.iteration >= plan.scene.schedule.iterations;
+        let across = |of: fn(&Quantiles) -> f64| delivery.across.as_ref().map(of).and_then(finite);
         Self {
             scene: plan.name.clone(),
             seed: progress.seed,
@@ -242,6 +252,9 @@ impl Summary {
             displacement_p90: finite(delivery.spread.p90),
             displacement_robust_p50: finite(delivery.robust.p50),
             displacement_robust_p10: finite(delivery.robust.p10),
+            across_robust_p50: across(|quantiles| quantiles.p50),
+            across_robust_p10: across(|quantiles| quantiles.p10),
+            across_robust_p90: across(|quantiles| quantiles.p90),
             displacement_half_step_p50: finite(delivery.other_steps.half.displacement),
             displacement_integrator_p50: (delivery.other_steps.integrator)
                 .and_then(|(_, medians)| finite(medians.displacement)),
