@@ -40,7 +40,7 @@ impl Profile {
         }
         match Self::misplaced(&points) {
             None => Ok(Self { points }),
-            Some((at, says)) => Err(format!("{says}: {:?}", points[at])),
+            Some((at, says)) => Err(format!("{says}: {}", points[at].shown())),
         }
     }
 

@@ -314,6 +314,14 @@ impl<T: Copy> Vector<T> {
 }
 
 impl Vector<f64> {
+    /// The components as text: two if the one across is 0, otherwise three.
+    pub fn shown(self) -> String {
+        match self.sideways() {
+            0.0 => format!("{:?}", self.in_plane()),
+            _ => format!("{self:?}"),
+        }
+    }
+
     /// A vector of the plane turned to the left by a right angle.
     #[must_use]
     pub fn turned_left(self) -> Self {

@@ -131,6 +131,10 @@ impl SettingValue for Vector<f64> {
         format!("2 numbers, [along, above], or 3, [along, across, above], each {limits}")
     }
 
+    fn toml(&self) -> String {
+        self.shown()
+    }
+
     fn json(&self) -> serde_json::Value {
         match self.sideways() {
             0.0 => json(&self.in_plane()),
