@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::Case;
 use crate::design::Material;
 use crate::error::{self, Error};
-use crate::geometry::{Dimension, Profile, Vector};
+use crate::geometry::{Dimension, Profile, Row, Vector};
 use crate::lattice::{EdgeRules, Lattice, Payload};
 use crate::laws::{ContactLaw, ForceLaws, LawFile};
 use crate::policy::Weights;
@@ -47,8 +47,8 @@ pub(super) struct CaseFile {
     /// The scale of the lattice, m. A case without this key has the scale of the paper's lattice.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub(super) scale: f64,
-    pub(super) x0: Vec<Vec<f64>>,
-    pub(super) v0: Vec<Vec<f64>>,
+    pub(super) x0: Vec<Row>,
+    pub(super) v0: Vec<Row>,
     pub(super) z: Vec<[f64; 3]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) materials: Option<Vec<Material>>,
@@ -405,13 +405,13 @@ impl StoredForm<LatticeKind> for CaseDimension {
 
 /// A goal in a case file: `[along, above]` or `[along, across, above]`.
 #[derive(Deserialize, Serialize)]
-pub(super) struct GoalPoint(Vec<f64>);
+pub(super) struct GoalPoint(Row);
 
 impl From<Vector<f64>> for GoalPoint {
     fn from(goal: Vector<f64>) -> Self {
         Self(match goal.sideways() {
-            0.0 => Dimension::Plane.list(goal),
-            _ => Dimension::Space.list(goal),
+            0.0 => Dimension::Plane.list(goal).into(),
+            _ => Dimension::Space.list(goal).into(),
         })
     }
 }

@@ -1,8 +1,12 @@
 //! Whether a robot moves in a plane or in space, and how lists of its points become lists of numbers.
 
 use autodiff::Real;
+use smallvec::SmallVec;
 
 use super::vector::Vector;
+
+/// The components of a point in a file: two, or three in space.
+pub type Row = SmallVec<[f64; 3]>;
 
 /// The directions in which a robot moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -95,16 +99,17 @@ impl Dimension {
     }
 
     /// The components of each point, as in files.
-    pub fn rows<T: Copy>(self, points: &[Vector<T>]) -> Vec<Vec<T>> {
-        points.iter().map(|&point| self.list(point)).collect()
+    pub fn rows(self, points: &[Vector<f64>]) -> Vec<Row> {
+        let row = |point: &Vector<f64>| self.axes().iter().map(|&k| point.0[k]).collect();
+        points.iter().map(row).collect()
     }
 
     /// The dimension of points with these components.
     ///
     /// # Errors
     /// If not all points have two components, or all three.
-    pub fn of_rows<'a, T: 'a>(rows: impl IntoIterator<Item = &'a Vec<T>>) -> Result<Self, String> {
-        let mut counts = rows.into_iter().map(Vec::len);
+    pub fn of_rows<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Result<Self, String> {
+        let mut counts = rows.into_iter().map(|row| row.len());
         let first = counts.next().unwrap_or(2);
         match counts.find(|&count| count != first) {
             Some(count) => Err(format!(

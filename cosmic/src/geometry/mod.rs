@@ -32,7 +32,7 @@ mod profile;
 mod range;
 mod segment;
 
-pub use dimension::{Axes, Dimension, inputs, outputs};
+pub use dimension::{Axes, Dimension, Row, inputs, outputs};
 pub use ground::Ground;
 pub use matrix::Matrix;
 pub use plane::Plane;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::{Error, Result};
-use crate::geometry::{Dimension, Vector};
+use crate::geometry::{Dimension, Row, Vector};
 use crate::reading::{from_json, placed, read_at_most, text_of};
 use crate::registry::Registry;
 
@@ -142,7 +142,7 @@ struct RawTruss {
     format: String,
     version: u32,
     // Two coordinates in the plane, three in space.
-    nodes: Vec<Vec<f64>>,
+    nodes: Vec<Row>,
     edges: Vec<[usize; 2]>,
     #[serde(default = "first_node", deserialize_with = "payload")]
     payload: Vec<Payload>,
@@ -217,8 +217,8 @@ impl TryFrom<RawTruss> for Truss {
                 raw.format, raw.version
             ));
         }
-        let first = raw.nodes.first().map_or(2, Vec::len);
-        let fits = |(node, x): (usize, &Vec<f64>)| match x.len() {
+        let first = raw.nodes.first().map_or(2, |row| row.len());
+        let fits = |(node, x): (usize, &Row)| match x.len() {
             count @ (2 | 3) if count == first => Ok(()),
             _ => Err(format!(
                 "`nodes[{node}]`: expected two coordinates, [along, above], for all nodes, or three, [along, across, \

@@ -4,7 +4,7 @@ use autodiff::Real;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::geometry::{Dimension, Ground, Vector};
+use crate::geometry::{Dimension, Ground, Row, Vector};
 
 /// Positions (m) and velocities (m/s) of the nodes. In files, each is a list of two or three numbers per node.
 #[derive(Clone, Debug, PartialEq)]
@@ -106,8 +106,8 @@ impl<R: Copy> State<R> {
 /// A state in a file.
 #[derive(Serialize, Deserialize)]
 struct Rows {
-    x: Vec<Vec<f64>>,
-    v: Vec<Vec<f64>>,
+    x: Vec<Row>,
+    v: Vec<Row>,
 }
 
 impl Serialize for State<f64> {
@@ -122,7 +122,7 @@ impl<'de> Deserialize<'de> for State<f64> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let Rows { x, v } = Rows::deserialize(deserializer)?;
         let dimension = Dimension::of_rows(x.iter().chain(&v)).map_err(D::Error::custom)?;
-        let points = |rows: Vec<Vec<f64>>| rows.iter().map(|row| dimension.vector(row)).collect();
+        let points = |rows: Vec<Row>| rows.iter().map(|row| dimension.vector(row)).collect();
         Ok(Self {
             dimension,
             x: points(x),
