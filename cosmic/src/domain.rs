@@ -100,8 +100,10 @@ pub fn draw(task: &Task, scatter: &Scatter, stream: &mut ChaCha8Rng) -> Domain<'
     Domain {
         task: Cow::Owned(task.varied(variation, friction)),
         start: State {
-            x: rest.x.iter().map(|x| x.map(&mut moved)).collect(),
-            v: rest.v,
+            x: (rest.x.iter())
+                .map(|&x| rest.dimension.map(x, &mut moved))
+                .collect(),
+            ..rest
         },
     }
 }
@@ -191,7 +193,9 @@ pub(crate) fn draw_many(
 pub fn perturbed(start: &State<f64>, distance: f64, stream: &mut ChaCha8Rng) -> State<f64> {
     let mut moved = |x: f64| x + distance.copysign(symmetric(stream, 1.0));
     State {
-        x: start.x.iter().map(|x| x.map(&mut moved)).collect(),
-        v: start.v.clone(),
+        x: (start.x.iter())
+            .map(|&x| start.dimension.map(x, &mut moved))
+            .collect(),
+        ..start.clone()
     }
 }

@@ -79,7 +79,9 @@ pub enum Error {
     /// The simulation diverged: a state is not finite, is beyond 1e6 m or 1e6 m/s, or has a node that is faster than
     /// the scene allows.
     #[error(
-        "diverged in step {step}: node {node} at {position:?} m, velocity {velocity:?} m/s, {cause}"
+        "diverged in step {step}: node {node} at {} m, velocity {} m/s, {cause}",
+        position.shown(),
+        velocity.shown()
     )]
     Diverged {
         /// The step that computed the state, from 0.

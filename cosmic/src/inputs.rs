@@ -4,7 +4,6 @@
 //! for any number type [`Real`]. [`Inputs::differentiate`] makes the numbers of the chosen blocks the variables of a
 //! tape.
 
-use crate::geometry::{fill, flat};
 use crate::lattice::State;
 use crate::policy::Controller;
 use autodiff::{Dual, Real, Tape, Var};
@@ -59,11 +58,12 @@ pub struct Part {
 impl<R: Real> Inputs<R> {
     /// The numbers of a block.
     pub fn block(&self, block: Block) -> Cow<'_, [R]> {
+        let dimension = self.start.dimension;
         Cow::Borrowed(match block {
             Block::Z => self.z.as_flattened(),
             Block::Controller => self.controller.numbers(),
-            Block::X0 => return Cow::Owned(flat(&self.start.x)),
-            Block::V0 => return Cow::Owned(flat(&self.start.v)),
+            Block::X0 => return Cow::Owned(dimension.flat(&self.start.x)),
+            Block::V0 => return Cow::Owned(dimension.flat(&self.start.v)),
         })
     }
 
@@ -72,13 +72,14 @@ impl<R: Real> Inputs<R> {
     /// # Panics
     /// If `numbers` does not have exactly as many entries as the blocks.
     pub fn set(&mut self, blocks: &[Block], mut numbers: &[R]) {
+        let dimension = self.start.dimension;
         for &block in blocks {
             let (part, rest) = numbers.split_at(self.block(block).len());
             match block {
                 Block::Z => self.z.as_flattened_mut().copy_from_slice(part),
                 Block::Controller => self.controller.numbers_mut().copy_from_slice(part),
-                Block::X0 => fill(&mut self.start.x, part),
-                Block::V0 => fill(&mut self.start.v, part),
+                Block::X0 => dimension.fill(&mut self.start.x, part),
+                Block::V0 => dimension.fill(&mut self.start.v, part),
             }
             numbers = rest;
         }

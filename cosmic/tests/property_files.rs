@@ -92,12 +92,12 @@ proptest! {
         [physics.dt, physics.gravity, physics.damping, physics.friction] =
             [world[0], world[1], world[2], world[3]];
         (case.start.x[1], case.start.v[3]) = (
-            Vector::new([world[4], world[5]]),
-            Vector::new([world[6], world[7]]),
+            Vector::from([world[4], world[5]]),
+            Vector::from([world[6], world[7]]),
         );
         case.lattice.positions.clone_from(&case.start.x);
         physics.substeps = substeps;
-        let points = heights.iter().enumerate().map(|(k, height)| Vector::new([k as f64 / 3.0, *height]));
+        let points = heights.iter().enumerate().map(|(k, height)| Vector::from([k as f64 / 3.0, *height]));
         physics.ground = Profile::new(points.collect()).unwrap().into();
         if leapfrog {
             (physics.integrator, physics.contact) = (Integrator::Leapfrog, ContactLaw::coulomb());

@@ -56,7 +56,7 @@ impl Loss for Up {
     }
 
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
-        let heights: Vec<R> = trajectory.states.iter().map(|s| -s.x[0][1]).collect();
+        let heights: Vec<R> = trajectory.states.iter().map(|s| -s.x[0].up()).collect();
         R::sum_of(&heights) * R::lit(0.5)
     }
 }

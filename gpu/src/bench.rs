@@ -238,7 +238,7 @@ impl Few<'_> {
             };
             let walks = self.rolled(body, controller);
             let states = walks.iter().flat_map(|walk| &walk.states);
-            states.map(|state| state.x[0][0]).sum::<Var<f32>>()
+            states.map(|state| state.x[0].forward()).sum::<Var<f32>>()
         });
         tape.pullback(&[loss], &[1.0]);
     }

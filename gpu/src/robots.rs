@@ -110,8 +110,9 @@ impl RobotsOnGpu {
         let flat = self.printed.starts(std::slice::from_ref(start));
         let nodes = start.x.len();
         let observed = self.printed.span().nodes.min(nodes);
-        let of_nodes = (0..4).flat_map(|k| (0..observed).map(move |node| k * nodes + node));
-        let entries = of_nodes.chain(4 * nodes..flat.len());
+        let parts = 2 * start.dimension.count();
+        let of_nodes = (0..parts).flat_map(|k| (0..observed).map(move |node| k * nodes + node));
+        let entries = of_nodes.chain(parts * nodes..flat.len());
         entries.map(|entry| flat[entry]).collect()
     }
 

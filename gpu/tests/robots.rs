@@ -62,7 +62,7 @@ fn robots_may_share_body_and_controller() {
         // The two programs may order sums differently: rounding of 32 steps.
         assert!(apart.fold(0.0, f64::max) < 1e-6);
         // The state at the start is observed too.
-        assert!((shared.states[0].x[5][1] - start.x[5][1]).abs() < 1e-7);
+        assert!((shared.states[0].x[5].up() - start.x[5].up()).abs() < 1e-7);
     }
 }
 

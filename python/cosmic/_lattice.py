@@ -19,7 +19,7 @@ _Whole = npt.NDArray[np.int64]
 
 
 class Lattice:
-    """Any planar nodes and edges, for the key ``"lattice"`` of a scene that is a dictionary.
+    """Any nodes and edges, in the plane or in space, for the key ``"lattice"`` of a scene that is a dictionary.
 
     ``nodes`` has positions along the ground and above it in m, shape ``(nodes, 2)``; ``edges`` has the
     two nodes of every edge, shape ``(edges, 2)``. The other arguments are the keys of a truss file:

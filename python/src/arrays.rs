@@ -1,7 +1,7 @@
 //! Arrays from Python and for Python, and their shapes.
 
 use autodiff::Real;
-use cosmic::geometry::{Vector, flat, from_flat};
+use cosmic::geometry::{Dimension, Vector};
 use cosmic::lattice::Lattice;
 use cosmic::policy::{Block, Goals, blocks_of};
 use cosmic::scene::{ControllerSettings, GoalKind};
@@ -18,6 +18,8 @@ impl Number for f64 {}
 /// The sizes of a robot, from which the shapes of its arrays follow.
 #[derive(Clone)]
 pub(crate) struct Sizes {
+    /// Whether the nodes are in the plane or in space.
+    pub(crate) dimension: Dimension,
     pub(crate) nodes: usize,
     pub(crate) edges: usize,
     /// The blocks of the controller's parameters; none for robots with given activations.
@@ -63,6 +65,7 @@ impl Sizes {
     /// Returns the sizes of robots on a lattice.
     pub(crate) fn of(lattice: &Lattice, controller: &ControllerSettings) -> Self {
         Self {
+            dimension: lattice.dimension,
             nodes: lattice.nodes(),
             edges: lattice.edges.len(),
             blocks: blocks_of(controller, lattice),
@@ -71,9 +74,9 @@ impl Sizes {
         }
     }
 
-    /// Returns the goals with these components, which are two for each goal.
+    /// Returns the goals with these components, which are two for each goal. Only planar robots take goals.
     pub(crate) fn goals<R: Number>(&self, numbers: &[R]) -> Goals<R> {
-        let mut points = from_flat(numbers).into_iter();
+        let mut points = Dimension::Plane.from_flat(numbers).into_iter();
         let first = points.next().unwrap_or_else(Vector::zero);
         let later = self.changes.iter().flatten().copied().zip(points);
         later.fold(Goals::at(first), |goals, (steps, point)| {
@@ -81,9 +84,14 @@ impl Sizes {
         })
     }
 
+    /// Returns the shape of an array of positions or velocities: the nodes, and the components of a vector.
+    pub(crate) fn points(&self) -> [usize; 2] {
+        [self.nodes, self.dimension.count()]
+    }
+
     /// Returns the name and the shape of every array of [`Inputs`], in the order of its flat list of numbers.
     pub(crate) fn shapes(&self) -> Vec<(&'static str, Vec<usize>)> {
-        let points = vec![self.nodes, 2];
+        let points = self.points().to_vec();
         let own = self.blocks.iter();
         let own = own.map(|block| (block.name, block.shape.axes()));
         once(("z", vec![self.edges, 3]))
@@ -104,9 +112,13 @@ pub(crate) fn array<'py, T: Element>(
 
 /// Returns the positions of all states of trajectories as one flat list, then their velocities as another.
 pub(crate) fn flattened<R: Real>(trajectories: &[Trajectory<R>]) -> [Vec<R>; 2] {
-    let states = || trajectories.iter().flat_map(|seen| &seen.states);
-    [
-        states().flat_map(|state| flat(&state.x)).collect(),
-        states().flat_map(|state| flat(&state.v)).collect(),
-    ]
+    let states = trajectories.iter().flat_map(|seen| &seen.states);
+    let mut all = [Vec::new(), Vec::new()];
+    for state in states {
+        let parts = state.to_flat();
+        for (all, part) in all.iter_mut().zip(parts) {
+            all.extend(part);
+        }
+    }
+    all
 }

@@ -6,7 +6,6 @@ use crate::work::{Stop, group_size};
 use autodiff::Real;
 use cosmic::design::{Design, Material};
 use cosmic::error::Error;
-use cosmic::geometry::from_flat;
 use cosmic::inputs::{ALL, Block, Inputs, WithOthers};
 use cosmic::lattice::{Body, FACTORS, State};
 use cosmic::policy::Controller;
@@ -134,10 +133,8 @@ impl<R: Number> Asked<R> {
         let differ = |arrays: Range<usize>| 0..counts[arrays].iter().copied().max().unwrap_or(0);
         let x0 = 1 + sizes.blocks.len();
         let own = |robot: usize| (1..x0).flat_map(move |array| part(array, robot)).copied();
-        let state = |robot: usize| State {
-            x: from_flat(part(x0, robot)),
-            v: from_flat(part(x0 + 1, robot)),
-        };
+        let state =
+            |robot| State::from_flat(sizes.dimension, [part(x0, robot), part(x0 + 1, robot)]);
         let z: Vec<_> = differ(0..1)
             .map(|robot| part(0, robot).as_chunks().0.to_vec())
             .collect();
@@ -391,13 +388,11 @@ fn is_absurd_state<R: Number>(state: &State<R>) -> bool {
 }
 
 /// True if the last state is absurd. `seen` contains the numbers that the function [`seen`] returned.
-pub(crate) fn ends_absurd<R: Number>(seen: &[R], nodes: usize) -> bool {
-    let last = |half: &[R]| from_flat(&half[half.len() - 2 * nodes..]);
+pub(crate) fn ends_absurd<R: Number>(seen: &[R], sizes: &Sizes) -> bool {
+    let length = sizes.points().iter().product::<usize>();
     let (x, v) = seen.split_at(seen.len() / 2);
-    is_absurd_state(&State {
-        x: last(x),
-        v: last(v),
-    })
+    let last = [x, v].map(|half| &half[half.len() - length..]);
+    is_absurd_state(&State::from_flat(sizes.dimension, last))
 }
 
 /// Returns the surroundings of a robot whose other inputs have the numbers `others`.

@@ -6,7 +6,7 @@ use crate::simulator::Simulator;
 use crate::work::{each, group_size, in_pool, whole};
 use cosmic::design::{Design, Material};
 use cosmic::domain::draw_goals;
-use cosmic::geometry::from_flat;
+use cosmic::geometry::{Dimension, Vector};
 use cosmic::lattice::{Body, Lattice, State};
 use cosmic::policy::{Controller, frequency, observation};
 use cosmic::projection::Projection;
@@ -31,15 +31,16 @@ pub(crate) struct Driven {
 type Floats<'py> = Bound<'py, PyArrayDyn<f64>>;
 
 /// Reads the positions and velocities of robots.
-fn states(x: &PyReadonlyArray3<f64>, v: &PyReadonlyArray3<f64>) -> PyResult<Vec<State<f64>>> {
-    let length = 2 * x.shape()[1];
+fn states(
+    dimension: Dimension,
+    x: &PyReadonlyArray3<f64>,
+    v: &PyReadonlyArray3<f64>,
+) -> PyResult<Vec<State<f64>>> {
+    let length = dimension.count() * x.shape()[1];
     let x = x.as_slice()?.chunks_exact(length);
     let pairs = x.zip(v.as_slice()?.chunks_exact(length));
-    let state = |(x, v): (&[f64], &[f64])| State {
-        x: from_flat(x),
-        v: from_flat(v),
-    };
-    Ok(pairs.map(state).collect())
+    let states = pairs.map(|(x, v)| State::from_flat(dimension, [x, v]));
+    Ok(states.collect())
 }
 
 /// These settings with other factors on the observation, so that its numbers are about 1: offsets are in units of half
@@ -49,8 +50,7 @@ fn scaled(mut settings: ControllerSettings, lattice: &Lattice) -> ControllerSett
     let extent = lattice.extent().iter().fold(1.0_f64, |a, &b| a.max(b));
     settings.offset_scale = 2.0 / (extent * lattice.spacing);
     settings.velocity_scale = lattice.time_scale() / lattice.scale;
-    let [along, above] = settings.goal;
-    let distance = along.hypot(above);
+    let distance = settings.goal.norm();
     if settings.goals == GoalKind::Fixed && distance > 0.0 {
         settings.goal_scale = 1.0 / distance;
     }
@@ -94,8 +94,9 @@ impl Driven {
     /// The number of values in an observation.
     #[getter]
     fn inputs(&self) -> usize {
-        let nodes = self.simulator.get().sizes.nodes;
-        self.settings.observation_length(nodes)
+        let sizes = &self.simulator.get().sizes;
+        self.settings
+            .observation_length(sizes.dimension, sizes.nodes)
     }
 
     /// The weight of each node in the shape of a robot, from 0 to 1: 0 for a node without a bar.
@@ -119,7 +120,7 @@ impl Driven {
             let mut stream = stream(seed, Purpose::Errands);
             Ok(draw_goals(task, settings, ahead, &mut stream))
         })?;
-        let points = goals.iter().flatten().collect();
+        let points = goals.iter().flat_map(Vector::in_plane).collect();
         let changes = goals.later.iter().map(|&(steps, _)| steps).collect();
         let shape = [goals.later.len() + 1, 2];
         Ok((changes, array(py, points, &shape)?))
@@ -130,15 +131,15 @@ impl Driven {
     fn along(&self, x: PyReadonlyArray3<f64>) -> PyResult<Vec<f64>> {
         let task = &self.simulator.get().task;
         let (ground, rest) = (task.ground(), task.lattice.state_at_rest());
-        let states = states(&x, &x)?;
+        let states = states(task.lattice.dimension, &x, &x)?;
         let place = |state| self.body.marker.place(&rest.x, state);
         let along = states.iter().map(|state| ground.along(place(state)));
         Ok(along.collect())
     }
 
     /// Simulates `steps` steps with constant activations, of shape `(robots, edges)`. `first` is the number of steps
-    /// that the robots have done before. Returns positions and velocities, each of shape `(robots, nodes, 2)`, a list
-    /// that says for each robot whether it diverged, and the energy that its actuators gave, J. The energies are 0
+    /// that the robots have done before. Returns positions and velocities, each of shape `(robots, nodes, 2)` (in space 3), a
+    /// list that says for each robot whether it diverged, and the energy that its actuators gave, J. The energies are 0
     /// unless `is_metered`, which costs time.
     #[expect(clippy::too_many_arguments, reason = "the signature of Python")]
     fn advance<'py>(
@@ -152,7 +153,7 @@ impl Driven {
         is_metered: bool,
     ) -> PyResult<(Floats<'py>, Floats<'py>, Vec<bool>, Vec<f64>)> {
         let task = &self.simulator.get().task;
-        let (starts, robots) = (states(&x, &v)?, x.shape()[0]);
+        let (starts, robots) = (states(task.lattice.dimension, &x, &v)?, x.shape()[0]);
         let held = activations.as_slice()?.chunks_exact(activations.shape()[1]);
         let held: Vec<&[f64]> = held.collect();
         let span = Span {
@@ -179,7 +180,8 @@ impl Driven {
         };
         let energy = seen.iter().map(given).collect();
         let [x, v] = flattened(&seen);
-        let shape = [robots, task.lattice.nodes(), 2];
+        let [nodes, axes] = self.simulator.get().sizes.points();
+        let shape = [robots, nodes, axes];
         Ok((
             array(py, x, &shape)?,
             array(py, v, &shape)?,
@@ -200,8 +202,11 @@ impl Driven {
     ) -> PyResult<Floats<'py>> {
         let Simulator { scene, task, .. } = self.simulator.get();
         let mut settings = self.settings.clone();
-        let (states, ground) = (states(&x, &v)?, task.ground());
-        let goals = goals.unwrap_or_else(|| vec![settings.goal; states.len()]);
+        let (states, ground) = (states(task.lattice.dimension, &x, &v)?, task.ground());
+        let goals = match goals {
+            Some(goals) => goals.into_iter().map(Vector::from).collect(),
+            None => vec![settings.goal; states.len()],
+        };
         let robots = states.iter().zip(done).zip(goals);
         let seen = robots.flat_map(|((state, done), goal)| {
             settings.goal = goal;
@@ -234,7 +239,7 @@ impl Driven {
             dt: scene.physics.dt,
             steps,
             // A picture shows no velocities.
-            states: states(&x, &x)?,
+            states: states(lattice.dimension, &x, &x)?,
             bars: Vec::new(),
         };
         let last = trajectory.states.len() - 1;

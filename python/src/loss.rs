@@ -93,7 +93,8 @@ impl Loss for PythonLoss {
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         let mut numbers = flattened(std::slice::from_ref(trajectory)).concat();
         let states = trajectory.steps.len();
-        let shape = vec![states, numbers.len() / 4 / states, 2];
+        let axes = trajectory.states[0].dimension.count();
+        let shape = vec![states, numbers.len() / (2 * axes) / states, axes];
         let mut shapes = vec![shape.clone(), shape];
         for name in &self.sees {
             let (own, shape) = seen(name, trajectory);
@@ -166,8 +167,9 @@ fn powers<R: Real>(net: &[R], steps: &[usize], dt: f64) -> Vec<R> {
 /// The goals to which a robot goes before it is in the states after these numbers of steps.
 fn goals_at<R: Real>(goals: &Goals<R>, steps: &[usize]) -> Vec<f64> {
     let points: Vec<_> = goals.iter().collect();
-    let goal = |&step: &usize| points[goals.place(step.saturating_sub(1))].map(|x| x.primal());
-    steps.iter().flat_map(goal).collect()
+    let goal = |&step: &usize| points[goals.place(step.saturating_sub(1))].in_plane();
+    let goals = steps.iter().flat_map(goal);
+    goals.map(|x| x.primal()).collect()
 }
 
 /// The loss as a function of one list of numbers: the positions of all observed states, then their velocities, then the

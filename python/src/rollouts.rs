@@ -104,7 +104,7 @@ impl Simulator {
                 &bars.collect::<Vec<_>>(),
             );
             let values = values.chunks(2 * length);
-            let is_absurd = values.map(|values| ends_absurd(values, self.sizes.nodes));
+            let is_absurd = values.map(|values| ends_absurd(values, &self.sizes));
             let rows = gradients.iter().zip(robots);
             let rows = rows.map(|(own, robot)| asked.padded(&blocks, robot, own));
             is_absurd.zip(rows).collect::<Vec<_>>()
@@ -129,7 +129,7 @@ impl Simulator {
             let (values, slopes) = own.jvp(&along, [others, by_others], |robot_| {
                 seen(&self.task, asked, robot, &[robot_])
             });
-            let is_absurd = ends_absurd(&values, self.sizes.nodes);
+            let is_absurd = ends_absurd(&values, &self.sizes);
             (is_absurd, [values, slopes].concat())
         })
     }
@@ -149,7 +149,8 @@ impl Simulator {
     ) -> PyResult<Pair<'py>> {
         let asked = self.asked::<R>(arrays, span)?;
         let robots = asked.robots;
-        let shape = [robots, asked.span.observed.len(), self.sizes.nodes, 2];
+        let [nodes, axes] = self.sizes.points();
+        let shape = [robots, asked.span.observed.len(), nodes, axes];
         // The arrays are made by NumPy: it requests large memory pages for large arrays, which makes them ten times
         // cheaper.
         let (x, v) = (zeros::<R>(py, &shape)?, zeros::<R>(py, &shape)?);

@@ -9,11 +9,10 @@ use std::path::PathBuf;
 /// Reads a finished run. Returns the text of its design, with the edges in the order of the
 /// lattice, and the positions of the nodes at rest.
 #[pyfunction]
-pub(crate) fn load(py: Python, folder: PathBuf) -> PyResult<(String, Vec<[f64; 2]>)> {
+pub(crate) fn load(py: Python, folder: PathBuf) -> PyResult<(String, Vec<Vec<f64>>)> {
     unlocked(py, || {
         let robot = RunFiles::read(&folder, &Registry::default())?.robot;
-        let rest = robot.lattice.positions.iter();
-        let rest = rest.map(|position| position.array()).collect();
+        let rest = robot.lattice.dimension.rows(&robot.lattice.positions);
         Ok((robot.design.to_json(), rest))
     })
 }

@@ -200,7 +200,7 @@ impl Simulator {
     fn goal_origin(&self) -> Option<[f64; 2]> {
         let (lattice, ground) = (&self.task.lattice, self.task.ground());
         let origin = lattice.payload_point(&lattice.state_at_rest(), &ground);
-        self.sizes.changes.is_some().then_some(origin.array())
+        self.sizes.changes.is_some().then_some(origin.in_plane())
     }
 
     /// The length of a time step, in seconds.
@@ -237,8 +237,8 @@ impl Simulator {
 
     /// The unit vector along the ground, in which distances are measured.
     #[getter]
-    fn along(&self) -> [f64; 2] {
-        self.task.ground().tangent().array()
+    fn along(&self) -> Vec<f64> {
+        self.sizes.dimension.list(self.task.ground().tangent())
     }
 
     /// Returns all numbers of the robot with which an optimisation with this seed starts.

@@ -36,7 +36,7 @@ pub fn robot_of(mut scene: Scene) -> Case {
     let mut case = Case::of_scene(&scene, 3).unwrap_or_else(|error| panic!("{error}"));
     let ground = Ground::from(&scene.physics);
     let velocity =
-        |i: usize| ground.vector_to_world(Vector::new([0.5 + 0.02 * i as f64, -0.01 * i as f64]));
+        |i: usize| ground.vector_to_world(Vector::from([0.5 + 0.02 * i as f64, -0.01 * i as f64]));
     case.start.v = (0..case.lattice.nodes()).map(velocity).collect();
     let z = case.design.undecided_mut().expect("a start of mixtures");
     for (e, z) in z.iter_mut().enumerate() {

@@ -4,7 +4,6 @@
 use autodiff::{Dual, Real, Var};
 use cosmic::case::Case;
 use cosmic::design::{Design, Material};
-use cosmic::geometry::flat;
 use cosmic::inputs::{ALL, Inputs};
 use cosmic::lattice::{Body, State};
 use cosmic::policy::Controller;
@@ -79,8 +78,8 @@ fn span() -> Span {
 /// Positions and velocities of all nodes in all observed states, and the place of the marker at the end.
 fn numbers<R: Real>(seen: &Trajectory<R>) -> Vec<R> {
     let states = seen.states.iter();
-    let states = states.flat_map(|state| [flat(&state.x), flat(&state.v)].concat());
-    states.chain(seen.position(STEPS).array()).collect()
+    let states = states.flat_map(|state| state.to_flat().concat());
+    states.chain(seen.position(STEPS).in_plane()).collect()
 }
 
 fn seen<R: Real>(case: &Case, inputs: &Inputs<R>) -> Vec<R> {
@@ -108,10 +107,10 @@ fn near_its_layout_a_robot_has_the_bits_of_its_layout() {
         let (task, inputs) = (case.task(), case.inputs());
         let whole = (task.simulator).rollout(&case.body(), &case.controller, &case.start, &span());
         assert_eq!(seen(&case, &inputs), numbers(&whole), "{name}");
-        let State { x, v } = &whole.states[2];
+        let State { x, v, .. } = &whole.states[2];
         for node in [6, 7, 8] {
             assert_eq!(
-                (x[node], v[node].array()),
+                (x[node], v[node].in_plane()),
                 (case.start.x[node], [0.0; 2]),
                 "{name}"
             );

@@ -71,7 +71,7 @@ fn lay_terrain(rng: &mut ChaCha8Rng, scene: &mut Scene) {
         ..GroundSettings::default()
     };
     let profile = scene.physics.ground.resolved();
-    let heights = profile.points().iter().map(|point| point[1]);
+    let heights = profile.points().iter().map(|point| point.up());
     scene.lattice.drop += heights.fold(0.0, f64::max);
 }
 

@@ -113,7 +113,7 @@ fn budget(case: &Case, seen: &Trajectory<f64>, k: usize, is_implicit: bool) -> B
     let (efforts, nodes) = ([seen.effort(k), seen.effort(k + 1)], 0..lattice.nodes());
     // The impulses of the bars. In an implicit step they act along the bars as they are at its end.
     let at = if is_implicit { after } else { before };
-    let mut impulse = vec![Vector::<f64, 2>::zero(); lattice.nodes()];
+    let mut impulse = vec![Vector::<f64>::zero(); lattice.nodes()];
     for (edge, &[i, j]) in lattice.edges.iter().enumerate() {
         let d = at.x[j] - at.x[i];
         let length = (d.dot(d) + lattice.softening()).sqrt();
@@ -128,7 +128,10 @@ fn budget(case: &Case, seen: &Trajectory<f64>, k: usize, is_implicit: bool) -> B
     };
     for node in nodes {
         let (mass, v, end) = (body.mass[node], before.v[node], after.v[node]);
-        let (drag, gravity) = (v * (decay - 1.0), Vector::new([0.0, -physics.gravity * dt]));
+        let (drag, gravity) = (
+            v * (decay - 1.0),
+            Vector::from([0.0, -physics.gravity * dt]),
+        );
         let free = v + drag + gravity + impulse[node] * (1.0 / mass);
         // The velocity after the push: explicit steps ask the ground later, implicit ones during the push.
         let pushed = match is_implicit {

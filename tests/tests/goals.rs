@@ -29,7 +29,7 @@ fn robot(settings: &str) -> (Scene, Case) {
 #[test]
 fn a_goal_may_change_while_a_robot_walks() {
     let (_, case) = robot("");
-    let [right, left] = [[1.5, 0.1], [-1.5, 0.1]].map(Vector::new);
+    let [right, left] = [[1.5, 0.1], [-1.5, 0.1]].map(Vector::from);
     let walk = |goals: Goals, start: &State<f64>, first: usize, steps: usize| {
         let span = Span {
             first,
@@ -73,7 +73,7 @@ fn loss_at((scene, case): (&Scene, &Case), goals: &Goals, along: [f64; 3]) -> f6
             0 => 0.0,
             _ => along[goals.place(step - 1)],
         };
-        state.x[0] = Vector::new([start + along, 0.1]);
+        state.x[0] = Vector::from([start + along, 0.1]);
         state
     };
     let observed = loss.observed(scene.physics.steps);
@@ -90,10 +90,10 @@ fn the_loss_is_the_share_of_the_way_that_is_left() {
     let (scene, case) = robot("");
     let steps = scene.physics.steps;
     let changes: Vec<usize> = GoalsSettings::changes(steps).collect();
-    let start = case.start.x[0][0];
-    let goals = Goals::at(Vector::new([start + 1.0, 0.1]));
-    let goals = goals.then(changes[0], Vector::new([start, 0.1]));
-    let goals = goals.then(changes[1], Vector::new([start - 2.0, 0.1]));
+    let start = case.start.x[0].forward();
+    let goals = Goals::at(Vector::from([start + 1.0, 0.1]));
+    let goals = goals.then(changes[0], Vector::from([start, 0.1]));
+    let goals = goals.then(changes[1], Vector::from([start - 2.0, 0.1]));
     let left = |along: [f64; 3]| loss_at((&scene, &case), &goals, along);
     for (along, expected) in [
         ([1.0, 0.0, -2.0], 0.0),
@@ -118,8 +118,8 @@ fn a_mirrored_robot_walks_back_as_it_walks_ahead() {
     let image = case.lattice.image().unwrap();
     let middle = case.start.x[1].forward();
     let walk = |way: f64| {
-        let goals =
-            Goals::at(Vector::new([middle + way, 0.1])).then(60, Vector::new([middle - way, 0.2]));
+        let goals = Goals::at(Vector::from([middle + way, 0.1]))
+            .then(60, Vector::from([middle - way, 0.2]));
         let task = case.task().with_goals(&goals);
         let span = Span::from_start(vec![120]);
         let seen = (task.simulator).rollout(&case.body(), &case.controller, &case.start, &span);
@@ -147,14 +147,14 @@ fn goals_are_drawn_in_the_interval_and_apart() {
     ] {
         let (scene, case) = robot(&format!("goals.along = {along:?}"));
         let task = case.task();
-        let start = case.start.x[0][0];
+        let start = case.start.x[0].forward();
         let mut stream = stream(7, Purpose::Goals);
         let mut places = Vec::new();
         for k in 0..200 {
             let goals = draw_goals(&task, &scene.goals, k % 2 == 0, &mut stream);
             let mut last = 0.0;
             for (k, point) in goals.iter().enumerate() {
-                let place = point[0] - start;
+                let place = point.forward() - start;
                 assert!(along[0] <= place && place <= along[1], "{place}");
                 // The place of the payload at the start is added and subtracted again.
                 assert!((place - last).abs() > apart - 1e-12, "{last} {place}");

@@ -10,7 +10,7 @@ use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
 fn profile(points: &[[f64; 2]]) -> GroundSettings {
-    Profile::new(points.iter().copied().map(Vector::new).collect())
+    Profile::new(points.iter().copied().map(Vector::from).collect())
         .unwrap()
         .into()
 }
@@ -24,7 +24,7 @@ fn falling(change: impl FnOnce(&mut Scene)) -> Case {
     change(&mut scene);
     let mut case = Case::of_scene(&scene, 1).unwrap();
     for (i, v) in case.start.v.iter_mut().enumerate() {
-        *v = Vector::new([0.4 + 0.01 * i as f64, -0.1]);
+        *v = Vector::from([0.4 + 0.01 * i as f64, -0.1]);
     }
     case
 }
@@ -242,7 +242,10 @@ fn a_profile_works_with_the_rest_of_the_physics() {
     ] {
         let mut case = case(change);
         let lift = case.scene.physics.ground_height - 0.1;
-        case.start.x.iter_mut().for_each(|x| x[1] += lift);
+        case.start
+            .x
+            .iter_mut()
+            .for_each(|x| *x = x.with_up(x.up() + lift));
         let least = least_height(&case.scene.physics, &states(&case));
         assert!(least.abs() < 1e-12, "{least:e}");
     }
@@ -257,7 +260,10 @@ fn a_profile_turns_with_the_ground_line() {
     let mut case = on_stairs(ContactLaw::infinite());
     case.scene.physics.steps = 300;
     (case.scene.physics.gravity, case.scene.physics.damping) = (0.0, 0.0);
-    case.start.v.iter_mut().for_each(|v| v[1] -= 0.5);
+    case.start
+        .v
+        .iter_mut()
+        .for_each(|v| *v = v.with_up(v.up() - 0.5));
     let mut turned = case.clone();
     turned.scene.physics.incline_deg = 20.0;
     let [level, ground] = [&case, &turned].map(|case| Ground::from(&case.scene.physics));

@@ -5,6 +5,7 @@ use cosmic::case::Case;
 use cosmic::design::{Design, Material, Mixture};
 use cosmic::domain::{Domain, rollouts};
 use cosmic::error::Error;
+use cosmic::geometry::Vector;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::policy::{Block, Controller, blocks_of};
@@ -42,7 +43,10 @@ fn loose(scene: &mut Scene) {
 /// is absurd if it is too far from the world's origin.
 fn raise(case: &mut Case, height: f64) {
     case.scene.physics.ground_height = height;
-    case.start.x.iter_mut().for_each(|x| x[1] += height);
+    case.start
+        .x
+        .iter_mut()
+        .for_each(|x| *x = x.with_up(x.up() + height));
 }
 
 fn on_incline(scene: &mut Scene) {
@@ -121,7 +125,7 @@ static WATCHED: [Watched; 17] = [
             s.physics.forces =
                 laws::forces("physics.forces = ['stiffening']\nstiffening.cubic = 1e6");
         },
-        |case| case.start.x[1][0] += 0.05,
+        |case| case.start.x[1] += Vector::upright(0.05, 0.0),
         Some((0, 1, "mostly by the stiffening of edge 4 [1, 2]")),
     ),
     (unchanged, throw, None),
@@ -287,7 +291,7 @@ fn hold_together(
             let guarded = simulator.guarded(&body, &case.controller, start, &span);
             assert_eq!(guarded.divergence.is_some(), k == wrong, "{k}");
             let shows = watched && k == wrong;
-            assert_eq!(seen.states[0].x[0][0].is_nan(), shows, "{k}");
+            assert_eq!(seen.states[0].x[0].forward().is_nan(), shows, "{k}");
         }
         assert_ne!(together[0].states[2], together[1].states[2]);
     }
@@ -307,7 +311,7 @@ fn several_starts_together_are_watched_one_by_one() {
         let case = case(|scene| scene.physics.contact = contact);
         let mut starts = vec![case.start.clone(); 9];
         for (k, start) in starts.iter_mut().enumerate() {
-            start.x[k % 4][0] += 1e-3 * k as f64;
+            start.x[k % 4] += Vector::upright(1e-3 * k as f64, 0.0);
         }
         starts[WRONG] = thrown(&starts[WRONG]);
         let starts: Vec<_> = starts.iter().collect();

@@ -78,7 +78,7 @@ impl Body {
     /// The robot with bars of this stiffness (N/m) and nodes of this mass (kg), in free flight.
     fn robot(&self, stiffness: f64, mass: f64, forces: &str, dt: f64) -> Bare {
         let length = |&[i, j]: &[usize; 2]| {
-            let [a, b] = [i, j].map(|node| Vector::new(self.places[node]));
+            let [a, b] = [i, j].map(|node| Vector::<f64>::from(self.places[node]));
             a.distance(b)
         };
         let springs = self.edges.iter();
@@ -240,7 +240,7 @@ fn rounding_does_not_decide_how_a_robot_leaves_its_rest() {
         assert!(fastest > 0.1, "{fastest} m/s");
         for draw in 0..4 {
             let moved = unlike(2 * case.start.v.len(), 3.0 + f64::from(draw));
-            let moved = moved.chunks(2).map(|v| Vector::new([v[0], v[1]]) * 1e-10);
+            let moved = moved.chunks(2).map(|v| Vector::upright(v[0], v[1]) * 1e-10);
             let moved = velocities(&case, &moved.collect::<Vec<_>>(), &steps);
             for (step, (still, moved)) in steps.iter().zip(still.iter().zip(&moved)) {
                 let apart = apart(still, moved);

@@ -66,7 +66,7 @@ fn leapfrog_falls_exactly() {
         let end = bare.run_to_end(&start, 256);
         // The nodes fall for one second at 4.8 m/s2. Their heights above the ground are near 100 m and are rounded 512
         // times.
-        let error: f64 = end.x[0][1] - (1.0 - 2.4);
+        let error: f64 = end.x[0].up() - (1.0 - 2.4);
         assert_eq!(
             error.abs() < 512.0 * 1.5e-14,
             exact,

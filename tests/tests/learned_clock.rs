@@ -51,8 +51,11 @@ fn starts(case: &Case) -> Vec<State<f64>> {
     let start = |k: usize| {
         let mut start = case.start.clone();
         let by = 0.002 * k as f64;
-        start.x.iter_mut().for_each(|x| x[1] += by);
-        start.v.iter_mut().for_each(|v| v[0] += by);
+        start.x.iter_mut().for_each(|x| *x = x.with_up(x.up() + by));
+        start
+            .v
+            .iter_mut()
+            .for_each(|v| *v = v.with_forward(v.forward() + by));
         start
     };
     (0..5).map(start).collect()

@@ -27,6 +27,7 @@ mod policies;
 mod reference_rollouts;
 mod rollout_gradients;
 mod scale;
+mod space;
 mod stability;
 mod studies;
 mod surroundings;

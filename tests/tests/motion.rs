@@ -28,7 +28,7 @@ fn robots() -> impl Strategy<Value = Case> {
         let v = prop::collection::vec(prop::array::uniform2(-1.0..1.0), nodes);
         (z, v).prop_map(move |(z, v)| {
             let mut case = case.clone();
-            let v = v.into_iter().map(Vector::new).collect();
+            let v = v.into_iter().map(Vector::from).collect();
             (case.design, case.start.v) = (Design::Undecided(z), v);
             case
         })
@@ -54,7 +54,7 @@ fn mirrored(case: &Case) -> Controller<f64> {
     let inputs = case
         .scene
         .controller
-        .observation_length(case.lattice.nodes());
+        .observation_length(case.lattice.dimension, case.lattice.nodes());
     for row in controller.block_mut(NETWORK[0]).chunks_exact_mut(inputs) {
         // The inputs after the clocks are pairs of x and y: goal, offsets, velocities.
         row[clocks..].iter_mut().step_by(2).for_each(|w| *w = -*w);
@@ -67,6 +67,7 @@ fn mirror(state: &State<f64>) -> State<f64> {
     State {
         x: turn(&state.x),
         v: turn(&state.v),
+        ..*state
     }
 }
 
@@ -89,7 +90,7 @@ proptest! {
         let seen = states(&case);
         let spin = |state: &State<f64>| -> f64 {
             let nodes = masses.iter().zip(state.x.iter().zip(&state.v));
-            nodes.map(|(m, (x, v))| m * (x[0] * v[1] - x[1] * v[0])).sum()
+            nodes.map(|(m, (x, v))| m * x.cross(*v)).sum()
         };
         let turned = (spin(&seen[STEPS]) - spin(&seen[0])).abs();
         // The softening lengthens an arm of 0.1 m by a fraction of 5e-11, and different arms by different fractions.
@@ -102,6 +103,7 @@ proptest! {
             let tolerance = 1e-15 * (n + 10) as f64 * (scale + 1.0);
             let time = n as f64 * case.scene.physics.dt;
             let (place, scale) = moment(&masses, &state.x);
+            let [now, start, centre, place] = [now, start, centre, place].map(Vector::in_plane);
             for k in 0..2 {
                 prop_assert!((now[k] - start[k]).abs() < tolerance);
                 let expected = centre[k] + time * start[k];
@@ -121,21 +123,21 @@ proptest! {
         coulomb in any::<bool>(),
     ) {
         // The robot starts in the air. If it started exactly on the ground, rounding would decide which nodes touch.
-        case.start.x.iter_mut().for_each(|x| x[1] += 0.01);
+        case.start.x.iter_mut().for_each(|x| *x = x.with_up(x.up() + 0.01));
         if coulomb {
             case.scene.physics.contact = ContactLaw::coulomb();
         }
         let here = states(&case);
         case.scene.physics.ground_height += moved[1];
         for x in &mut case.start.x {
-            *x += Vector::new(moved);
+            *x += Vector::from(moved);
         }
         let there = states(&case);
         for (a, b) in here.iter().zip(&there) {
             for (a, b) in a.x.iter().zip(&b.x) {
                 // Positions near 4 are rounded at 4e-16. In so few steps, the motion amplifies this error by less than
                 // 1e3.
-                let off = (*b - *a).distance(Vector::new(moved));
+                let off = (*b - *a).distance(Vector::from(moved));
                 prop_assert!(off < 1e-11, "{off:?}");
             }
         }
@@ -149,7 +151,8 @@ proptest! {
         }
         let seen = states(&case);
         case.controller = mirrored(&case);
-        case.scene.controller.goal[0] = -case.scene.controller.goal[0];
+        let goal = case.scene.controller.goal;
+        case.scene.controller.goal = goal.with_forward(-goal.forward());
         case.start = mirror(&case.start);
         let mirrored = states(&case);
         for (a, b) in seen.iter().zip(&mirrored) {

@@ -36,7 +36,9 @@ fn scene(body: MovedBody) -> Scene {
 /// The weighted mean of the displacements of the nodes.
 fn mean(weights: &[f64], from: &[Vector<f64>], to: &[Vector<f64>]) -> f64 {
     let nodes = weights.iter().zip(from.iter().zip(to));
-    let moved: f64 = nodes.map(|(w, (from, to))| w * (to[0] - from[0])).sum();
+    let moved: f64 = nodes
+        .map(|(w, (from, to))| w * (to.forward() - from.forward()))
+        .sum();
     moved / weights.iter().sum::<f64>()
 }
 
@@ -59,7 +61,7 @@ fn an_evaluation_has_the_displacement_of_the_body() {
             .map(|(mass, presence)| mass * presence)
             .collect();
         let expected = match case.scene.objective.body {
-            MovedBody::Payload => end[4][0] - start[4][0],
+            MovedBody::Payload => end[4].forward() - start[4].forward(),
             MovedBody::Mass => mean(&weights, start, end),
             MovedBody::Nodes => mean(&body.presence, start, end),
         };
@@ -87,6 +89,6 @@ fn a_run_delivers_the_displacement_of_the_body() {
     let weights = &seen.marker.weights;
     let moved = mean(weights, &seen.states[0].x, &seen.at(64).x);
     // Sums of six numbers below 1 m are rounded at 1e-16.
-    assert!((delivery.displacement[0] - moved).abs() < 1e-15);
+    assert!((delivery.displacement.forward() - moved).abs() < 1e-15);
     assert_ne!(delivery.controller, payload.controller);
 }

@@ -195,7 +195,7 @@ fn a_force_knows_the_time_and_the_node() {
     // Only the second step changes the velocity: the first step is at time 0, where the sine is 0. Node 0 does not
     // move, because its weight is 0. The tolerance is for rounded products.
     assert!(
-        (end.v[1][0] - expected).abs() < 1e-15 && end.v[0] == [0.0; 2],
+        (end.v[1].forward() - expected).abs() < 1e-15 && end.v[0] == [0.0; 2],
         "{end:?}"
     );
 }
@@ -212,7 +212,7 @@ fn a_bouncing_node_rises_again() {
     let start = State::new(vec![[0.0, 1.0]; 2], vec![[0.0; 2]; 2]);
     // The node falls for 0.4515 s and rises for half as long.
     let apex = (1.5 * (2.0 / 9.81_f64).sqrt() / 1e-5) as usize;
-    let height = bare.run_to_end(&start, apex).x[0][1];
+    let height = bare.run_to_end(&start, apex).x[0].up();
     // The tolerance is for the length of a step of 1e-5 s at a speed of 4.4 m/s.
     assert!((height - 0.25).abs() < 1e-4, "{height}");
 }
@@ -329,7 +329,7 @@ fn the_stable_step_includes_forces_on_nodes_and_damping() {
         );
         let mut bare = Bare::free_node(physics(&settings));
         bare.physics.integrator = integrator;
-        let place = vec![Vector::new([0.3, 0.2]); 2];
+        let place = vec![Vector::from([0.3, 0.2]); 2];
         let vibration = Vibration::new(&bare.lattice, &bare.body, &bare.physics, &place);
         let (frequency, eta) = (vibration.fastest().0, vibration.damping());
         // The expected numbers are sqrt(40 / 0.01) and own / 0.01. The tolerance is for the rounding errors of an
@@ -345,7 +345,7 @@ fn the_stable_step_includes_forces_on_nodes_and_damping() {
         let size = |share: f64| {
             let mut bare = bare.clone();
             bare.physics.dt = share * limit;
-            bare.run_to_end(&start, 4000).x[0][0].abs()
+            bare.run_to_end(&start, 4000).x[0].forward().abs()
         };
         let [below, above] = [0.99, 1.01].map(size);
         assert!(below < 30.0, "{integrator:?}, {damping}, {own}: {below}");
@@ -513,24 +513,19 @@ impl Function for BendingEnergy {
 /// gyration give the angular stiffness `2 r^2 k_1 k_2 / (k_1 + k_2)`.
 #[test]
 fn bars_resist_bending_as_their_energy_says() {
-    let x = [[0.0, 0.0], [0.1, 0.01], [0.19, 0.05]].map(Vector::new);
+    let x = [[0.0, 0.0], [0.1, 0.01], [0.19, 0.05]].map(Vector::<f64>::from);
     let springs = [([0, 1], 100.0), ([1, 2], 400.0)];
     let relaxed = springs.map(|([i, j], k)| ([i, j], x[i].distance(x[j]), k));
     let mut bare = Bare::new(&relaxed, &[1.0; 3]);
-    bare.lattice.positions = [0.0, 0.1, 0.2].map(|x| Vector::new([x, 0.0])).to_vec();
+    bare.lattice.positions = [0.0, 0.1, 0.2].map(|x| Vector::from([x, 0.0])).to_vec();
     let radius = (0.02_f64 / 160.0).sqrt();
     let bending = format!("physics.forces = ['bending']\nbending.radius = {radius:?}");
     bare.physics.forces = laws::forces(&bending);
-    let start = State {
-        x: x.to_vec(),
-        v: vec![Vector::zero(); 3],
-    };
+    let start = State::new(x, [Vector::zero(); 3]);
     let end = bare.run_to_end(&start, 1);
-    let slope = gradient(
-        |x| BendingEnergy.eval(x),
-        &start.x.iter().copied().flatten().collect::<Vec<_>>(),
-    );
+    let slope = gradient(|x| BendingEnergy.eval(x), &start.to_flat()[0]);
     for (node, v) in end.v.iter().enumerate() {
+        let v = v.in_plane();
         for k in 0..2 {
             // The softening lengthens bars by a fraction of 1e-10, and the forces are below 1 N.
             let expected = -bare.physics.dt * slope[2 * node + k];
@@ -547,7 +542,7 @@ fn a_buckled_bar_pushes_with_its_euler_load() {
         let mut bare = Bare::new(&[([0, 1], 0.1, 30.0)], &[1.0; 2]);
         bare.physics.forces = laws::forces("physics.forces = ['buckle']\nbuckle.bending = 1e-3");
         let start = State::new(vec![[0.0, 0.0], [length, 0.0]], vec![[0.0; 2]; 2]);
-        let speed = bare.run_to_end(&start, 1).v[1][0];
+        let speed = bare.run_to_end(&start, 1).v[1].forward();
         // As above.
         assert!((speed - bare.physics.dt * push).abs() < 1e-10, "{speed}");
     }

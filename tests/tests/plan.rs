@@ -120,7 +120,7 @@ fn the_gradient_by_weights_is_that_of_the_full_simulator() {
                 let body = body.map(Real::lit);
                 let span = Span::from_start(vec![STEPS]);
                 let seen = simulator.rollout(&body, &inputs.controller, &inputs.start, &span);
-                seen.states[0].x[5][0]
+                seen.states[0].x[5].forward()
             })
     };
     let (value, some) = gradient(&body);

@@ -48,8 +48,8 @@ impl Kernel<9, 1> for Felt {
 
 fn felt(step: &mut PolicyStep) -> Array {
     let [tail, head] = step.ends();
-    let [x0, y0, u0, v0] = tail.array();
-    let [x1, y1, u1, v1] = head.array();
+    let [x0, y0, u0, v0] = tail.axes();
+    let [x1, y1, u1, v1] = head.axes();
     let rest = step.rest_lengths();
     step.program()
         .map(Felt, [x0, y0, u0, v0, x1, y1, u1, v1, rest], &[])[0]
@@ -255,15 +255,17 @@ fn a_policy_feels_its_bars() {
         let mut case = Case::of_scene(&scene, 1).unwrap();
         let moved = case.start.x.iter_mut().chain(&mut case.start.v);
         for (k, vector) in moved.enumerate() {
-            *vector += Vector::new([0.1 * (k as f64).sin(), 0.1 * (k as f64).cos()]);
+            *vector += Vector::from([0.1 * (k as f64).sin(), 0.1 * (k as f64).cos()]);
         }
         let (task, ground) = (case.task(), case.task().ground());
         let start = Trajectory::new(vec![0], vec![case.start.clone()]);
         let moments = (task.simulator).moments(&case.body(), &case.controller, &start);
-        let below = Vector::new([0.0, ground.height]);
+        let below = Vector::from([0.0, ground.height]);
         let end = |node: usize| {
-            let x = ground.vector_to_ground(case.start.x[node] - below).array();
-            let v = ground.vector_to_ground(case.start.v[node]).array();
+            let x = ground
+                .vector_to_ground(case.start.x[node] - below)
+                .in_plane();
+            let v = ground.vector_to_ground(case.start.v[node]).in_plane();
             [x[0], x[1], v[0], v[1]]
         };
         for (edge, &[tail, head]) in case.lattice.edges.iter().enumerate() {
@@ -312,14 +314,15 @@ fn the_clock_is_open_loop() {
             let span = Span::from_start(vec![60]);
             let seen = (task.simulator).rollout(&case.body(), &case.controller, start, &span);
             let x = seen.states[0].x.clone();
-            x.iter()
-                .map(|p| [p[0] - x[0][0], p[1] - x[0][1]])
-                .collect::<Vec<_>>()
+            x.iter().map(|p| (*p - x[0]).in_plane()).collect::<Vec<_>>()
         };
         // A push gives all nodes the same additional velocity. The shape of the robot changes only if the controller
         // observes this velocity.
         let mut pushed = case.start.clone();
-        pushed.v.iter_mut().for_each(|v| v[0] += 2.0);
+        pushed
+            .v
+            .iter_mut()
+            .for_each(|v| *v += Vector::upright(2.0, 0.0));
         let (still, pushed) = (shape(&case.start), shape(&pushed));
         let pairs = still.as_flattened().iter().zip(pushed.as_flattened());
         pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)

@@ -25,9 +25,9 @@ impl<'a> ByNumber<'a> {
         let simulator = match case.scene.controller.goals {
             GoalKind::Fixed => simulator,
             GoalKind::Given => {
-                let goals = Goals::at(Vector::new([0.4, 0.1]));
-                let goals = goals.then(third, Vector::new([-0.2, 0.1]));
-                simulator.with_goals(&goals.then(2 * third, Vector::new([0.2, 0.15])))
+                let goals = Goals::at(Vector::from([0.4, 0.1]));
+                let goals = goals.then(third, Vector::from([-0.2, 0.1]));
+                simulator.with_goals(&goals.then(2 * third, Vector::from([0.2, 0.15])))
             }
         };
         Self {

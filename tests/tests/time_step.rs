@@ -113,7 +113,7 @@ fn design(design: usize, edges: usize) -> Vec<[f64; 3]> {
 /// The points, each moved along each axis by up to 0.02 m.
 fn shaken(points: &[Vector<f64>]) -> Vec<Vector<f64>> {
     let off = |n: usize| 0.02 * (2.7 * n as f64).sin();
-    let moved = |(i, &x): (usize, &Vector<f64>)| x + Vector::new([off(2 * i), off(2 * i + 1)]);
+    let moved = |(i, &x): (usize, &Vector<f64>)| x + Vector::from([off(2 * i), off(2 * i + 1)]);
     points.iter().enumerate().map(moved).collect()
 }
 

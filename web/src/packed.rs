@@ -194,7 +194,7 @@ fn open_loop(
     } else {
         lattice.nodes()
     };
-    let length = settings.observation_length(nodes);
+    let length = settings.observation_length(lattice.dimension, nodes);
     assert_eq!(inputs, length, "the network must fit the observation");
     let [ahead, right, behind] = [0.0, FRAC_PI_2, PI].map(|phase| {
         let seen = observation(settings, phase, &rest, &[], ground);

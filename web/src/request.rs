@@ -96,7 +96,9 @@ fn carry_out(session: &mut Session, request: Request) -> Result<Value> {
         Request::Check(asked) => {
             let scene = asked.read()?;
             let profile = scene.physics.ground.resolved();
-            Ok(json!({ "toml": scene.to_toml(), "settings": scene, "profile": profile.points() }))
+            let points = profile.points().iter().map(|point| point.in_plane());
+            let points: Vec<[f64; 2]> = points.collect();
+            Ok(json!({ "toml": scene.to_toml(), "settings": scene, "profile": points }))
         }
         Request::Begin { scene, seed } => session.begin(&scene.read()?, seed),
         Request::Iterate { shown } => session.iterate(shown),

@@ -121,7 +121,7 @@ impl Session {
         let work = self.work()?;
         let (robot, first, mut start) = work.moment(frame)?;
         for v in &mut start.v {
-            *v += Vector::new(velocity);
+            *v += Vector::from(velocity);
         }
         let task = work.later(first);
         Ok(json!({ "robot": work.walk_on(robot, first, &start, &task).0 }))

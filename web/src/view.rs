@@ -1,7 +1,7 @@
 //! The JSON data from which the page draws a scene and a rollout.
 
 use cosmic::codesign::CoDesign;
-use cosmic::geometry::{Ground, Range, Vector, flat};
+use cosmic::geometry::{Dimension, Ground, Range, Vector};
 use cosmic::lattice::State;
 use cosmic::simulator::Trajectory;
 use cosmic::task::Task;
@@ -12,6 +12,11 @@ use serde_json::{Value, json};
 const INTERVAL: f64 = 0.04;
 /// Positions are rounded to multiples of a unit, which is the lattice's spacing divided by this.
 const PARTS: f64 = 1000.0;
+
+/// Returns the coordinates of points as the page draws them: along and above, point by point.
+fn flat(points: &[Vector<f64>]) -> Vec<f64> {
+    Dimension::Plane.flat(points)
+}
 
 /// Returns the steps that are drawn: at equal intervals, beginning with the start.
 pub(crate) fn drawn_steps(codesign: &CoDesign) -> Vec<usize> {
@@ -28,7 +33,7 @@ pub(crate) fn every(codesign: &CoDesign) -> usize {
 /// Returns the lattice with lengths in metres, its world, and the number of iterations.
 pub(crate) fn world(task: &Task, iterations: usize) -> Value {
     let (lattice, ground) = (&task.lattice, task.ground());
-    let [cos, sin] = ground.tangent().array();
+    let [cos, sin] = ground.tangent().in_plane();
     let limit = task.materials.max_strain[2];
     let payloads: Vec<usize> = lattice.payload.iter().map(|payload| payload.node).collect();
     let origin = lattice.positions[payloads.first().copied().unwrap_or(0)];
@@ -53,12 +58,14 @@ pub(crate) fn world(task: &Task, iterations: usize) -> Value {
 
 /// Returns the corners of the terrain in the world, in metres. On both sides the terrain extends farther than any robot
 /// gets.
-fn terrain(task: &Task, ground: &Ground) -> Vec<Vector<f64>> {
+fn terrain(task: &Task, ground: &Ground) -> Vec<[f64; 2]> {
     let side = task.lattice.side();
     let profile = task.physics.ground.resolved();
     let points = profile.between(Range::default().widened(100.0 * side));
     let points = points.into_iter();
-    points.map(|point| ground.point_to_world(point)).collect()
+    points
+        .map(|point| ground.point_to_world(point).in_plane())
+        .collect()
 }
 
 /// Returns the positions of a rollout in the [`drawn_steps`], in the form that a walk has in `designs.jsonl`. All are

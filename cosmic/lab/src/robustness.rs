@@ -142,17 +142,19 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<(RobustRun, Option<Diverge
     let open_loop: Vec<Domain> = (domains.iter())
         .map(|domain| domain.without_feedback(&case.start))
         .collect();
-    let by_clock = open_loop.par_iter().map(|domain| reach(domain).moved[0]);
+    let by_clock = open_loop
+        .par_iter()
+        .map(|domain| reach(domain).moved.forward());
     let by_clock: Vec<f64> = by_clock.collect();
-    let far: Vec<f64> = reached.iter().map(|r| r.moved[0]).collect();
+    let far: Vec<f64> = reached.iter().map(|r| r.moved.forward()).collect();
     let merits: Vec<f64> = reached.iter().map(|r| r.merit).collect();
     let spread = Quantiles::of(&far);
     let least = far.iter().copied().fold(f64::INFINITY, f64::min);
     let loss = -Quantiles::of(&merits).p50;
-    let diverges = !nominal.moved[0].is_finite();
+    let diverges = !nominal.moved.forward().is_finite();
     let run = RobustRun {
         run: folder.display().to_string(),
-        nominal: finite(nominal.moved[0]),
+        nominal: finite(nominal.moved.forward()),
         least: Some(least).filter(|_| far.iter().all(|x| x.is_finite())),
         p10: finite(spread.p10),
         p50: finite(spread.p50),

@@ -14,7 +14,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use autodiff::{Array, Kernel, Real};
-use cosmic::geometry::{Matrix, Vector};
+use cosmic::geometry::{Axes, Matrix, Vector};
 use cosmic::kernel;
 use cosmic::lattice::Lattice;
 use cosmic::laws::{
@@ -76,7 +76,7 @@ impl Kernel<8, 1> for Hinge {
     fn eval<R: Real>(&self, x: [R; 8], settings: &[R]) -> [R; 1] {
         let [x0, y0, x1, y1, x2, y2, first, second] = x;
         let ([ax, ay], [bx, by]) = ([x1 - x0, y1 - y0], [x2 - x1, y2 - y1]);
-        let length = |d: [R; 2]| Vector::new(d).softened_norm(self.softening);
+        let length = |d: [R; 2]| Vector::<R, 2>::new(d).softened_norm(self.softening);
         let sine = (ax * by - ay * bx) / (length([ax, ay]) * length([bx, by]));
         [Self::stiffness(settings[0], [first, second]) * sine * R::lit(self.dt)]
     }
@@ -154,14 +154,14 @@ impl Force for BentBars {
         p: &mut autodiff::Program,
         step: &Step,
         given: &ForceParameters<Array>,
-    ) -> Vector<Array> {
+    ) -> Axes<Array> {
         let slots = step.graph.slot_of_edge();
         let of_pairs = |of: &dyn Fn(&Pair) -> usize| -> Vec<Option<usize>> {
             self.pairs.iter().map(|pair| Some(of(pair))).collect()
         };
         let [[x0, y0], [x1, y1], [x2, y2]] = [0, 1, 2].map(|k| {
             let nodes = of_pairs(&|pair| pair.nodes[k]);
-            step.nodes.x.map(|x| p.gather(x, &nodes)).array()
+            step.nodes.x.map(|x| p.gather(x, &nodes)).array::<2>()
         });
         let [first, second] = [0, 1].map(|k| {
             let bars = of_pairs(&|pair| slots[pair.edges[k]]);
@@ -179,8 +179,9 @@ impl Force for BentBars {
             }
         }
         let torques = [0, 1, 2, 3].map(|k| p.gather(torque, &at_ends[k]));
-        let ends = step.nodes.x.array();
-        Vector::new(p.map_edges(step.graph, Couple { softening }, ends, &torques, &[]))
+        let ends = step.nodes.x.array::<2>();
+        let couples = p.map_edges(step.graph, Couple { softening }, ends, &torques, &[]);
+        couples.into()
     }
 
     /// Adds a bound to each of the three nodes. If `g` has the derivatives of the angle with respect to their positions,

@@ -84,7 +84,7 @@ impl Policy for Reflex {
     fn record(&self, step: &mut PolicyStep) -> Array {
         let clock = step.clock();
         let [sin, cos] = [0, 1].map(|k| step.for_every_edge(clock, k));
-        let [tail, head] = step.ends().map(|end| end.x.array());
+        let [tail, head] = step.ends().map(|end| end.x.array::<2>());
         let rest = step.rest_lengths();
         let inputs = [tail[0], tail[1], head[0], head[1], rest];
         let [stretch, touch] = step.program().map(Feel, inputs, &[]);

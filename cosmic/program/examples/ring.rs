@@ -23,7 +23,7 @@ fn ring() -> Truss {
         // Node 0 is the lowest outer node. The inner nodes are turned by half the angle between neighbours.
         let angle = TAU * ((k % NODES) as f64 + 0.5 * (k / NODES) as f64) / NODES as f64;
         let radius = if k < NODES { OUTER } else { INNER };
-        Vector::new([0.4 + radius * angle.sin(), OUTER - radius * angle.cos()])
+        Vector::from([0.4 + radius * angle.sin(), OUTER - radius * angle.cos()])
     };
     let edges = (0..NODES).flat_map(|k| {
         let next = (k + 1) % NODES;

@@ -5,7 +5,7 @@ use crate::common::Bench;
 use crate::common::python::python;
 use crate::program::Told;
 use cosmic::case::Case;
-use cosmic::geometry::{Ground, Vector, from_flat};
+use cosmic::geometry::{Dimension, Ground, Vector};
 use cosmic::policy::Goals;
 use cosmic::scene::Scene;
 use cosmic::simulator::Span;
@@ -45,7 +45,7 @@ impl Walk {
         let row = |row: &str| {
             let numbers: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
             assert!(numbers.len().is_multiple_of(2));
-            from_flat(&numbers)
+            Dimension::Plane.from_flat(&numbers)
         };
         Self {
             first: row(rows.lines().next().unwrap()),
@@ -56,7 +56,7 @@ impl Walk {
 
     /// The payload's displacement along the ground, in metres.
     fn distance(&self) -> f64 {
-        self.last[0][0] - self.first[0][0]
+        self.last[0].forward() - self.first[0].forward()
     }
 }
 
@@ -81,7 +81,8 @@ fn error_of_flight(python: &Path, bench: &Bench, source: &str, settings: &[&str]
     let there = Walk::of(python, bench, "flight", &format!("--steps {STEPS}"));
     let ours = bench.cosmic(&format!("evaluate {source} --record {STEPS}{set}"));
     let ours = ours.json()["results"]["trajectory"][STEPS.to_string()]["x"].take();
-    let ours: Vec<Vector<f64>> = serde_json::from_value(ours).unwrap();
+    let ours: Vec<[f64; 2]> = serde_json::from_value(ours).unwrap();
+    let ours: Vec<Vector<f64>> = ours.into_iter().map(Vector::from).collect();
     let ground = Ground::from(&Scene::paper().set(&all).unwrap().physics);
     apart(bench, &there, &ours, &ground)
 }
@@ -223,7 +224,8 @@ fn a_flight_to_changing_goals_agrees_with_this_simulator() {
         let places = [1.5, -1.5, 0.4];
         let ground = Ground::from(&scene.physics);
         let start = ground.along(case.start.x[case.lattice.payload[0].node]);
-        let [a, b, c] = places.map(|place| Vector::new([start + place, scene.controller.goal[1]]));
+        let goal = scene.controller.goal;
+        let [a, b, c] = places.map(|place| goal.with_forward(start + place));
         let goals = Goals::at(a).then(first, b).then(second, c);
         let task = case.task().with_goals(&goals);
         let span = Span::from_start(vec![0, first, second, STEPS]);
@@ -251,7 +253,7 @@ fn a_flight_to_changing_goals_agrees_with_this_simulator() {
         // The goal matters: with its own goal, the robot flies elsewhere.
         let own_goal = Walk::of(python, &bench, "flight", &format!("--steps {STEPS}"));
         assert!(apart(&bench, &own_goal, last, &ground) > 1e-6, "{own}");
-        let goal = format!("goal {:.4} m, 0.000", scene.controller.goal[0] - start);
+        let goal = format!("goal {:.4} m, 0.000", goal.forward() - start);
         assert!(own_goal.said.contains(&goal), "{}", own_goal.said);
     }
     // The player refuses goals that do not follow each other, and goals for a robot that has one of its own.

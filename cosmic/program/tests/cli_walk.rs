@@ -108,7 +108,7 @@ fn a_report_shows_the_goal() {
     BENCH.ok("report run");
     let page = BENCH.read("run/report.html");
     fetches_nothing(&page);
-    let goal = case().scene.controller.goal[0];
+    let goal = case().scene.controller.goal.forward();
     let goals = data(&page)["goals"].clone();
     near(&goals[0][1], goal);
     assert!(shows_a_flag("run/gait.gif"));

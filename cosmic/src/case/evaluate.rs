@@ -151,8 +151,8 @@ impl Case {
         Gradient {
             z: inputs.z,
             weights: Weights::from(&inputs.controller),
-            x0: inputs.start.x,
-            v0: inputs.start.v,
+            x0: inputs.start.dimension.rows(&inputs.start.x),
+            v0: inputs.start.dimension.rows(&inputs.start.v),
         }
     }
 

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::Case;
 use crate::design::Material;
 use crate::error::{self, Error};
-use crate::geometry::{Profile, Vector};
+use crate::geometry::{Dimension, Profile, Row, Vector};
 use crate::lattice::{EdgeRules, Lattice, Payload};
 use crate::laws::{ContactLaw, ForceLaws, LawFile};
 use crate::policy::Weights;
@@ -47,8 +47,8 @@ pub(super) struct CaseFile {
     /// The scale of the lattice, m. A case without this key has the scale of the paper's lattice.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub(super) scale: f64,
-    pub(super) x0: Vec<Vector<f64>>,
-    pub(super) v0: Vec<Vector<f64>>,
+    pub(super) x0: Vec<Row>,
+    pub(super) v0: Vec<Row>,
     pub(super) z: Vec<[f64; 3]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) materials: Option<Vec<Material>>,
@@ -82,8 +82,8 @@ impl From<&Case> for CaseFile {
             truss: TrussExtras::of(&scene.lattice, lattice),
             l0: lattice.rest_length.clone(),
             scale: lattice.scale,
-            x0: case.start.x.clone(),
-            v0: case.start.v.clone(),
+            x0: lattice.dimension.rows(&case.start.x),
+            v0: lattice.dimension.rows(&case.start.v),
             z: case.design.vectors().into_owned(),
             materials: case.design.layout().map(<[_]>::to_vec),
             controller: Weights::from(&case.controller),
@@ -220,10 +220,18 @@ keys! {
     CaseScene, "scene",
     #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
     kind: LatticeKind = lattice.kind,
+    #[serde(default, skip_serializing_if = "is_default")]
+    dimension: CaseDimension = lattice.kind,
     columns: usize = lattice.columns,
+    #[serde(default = "three", skip_serializing_if = "is_three")]
+    depth: usize = lattice.depth,
+    #[serde(default, skip_serializing_if = "is_default")]
+    body_diagonals: bool = lattice.body_diagonals,
     rows: usize = lattice.rows,
     spacing: f64 = lattice.spacing,
     origin_x: f64 = lattice.origin_x,
+    #[serde(default, skip_serializing_if = "is_default")]
+    origin_y: f64 = lattice.origin_y,
     drop: f64 = lattice.drop,
     #[serde(default, skip_serializing_if = "is_default")]
     payload: usize = lattice.payload,
@@ -261,7 +269,7 @@ keys! {
     #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
     clock: ClockKind = controller.clock,
     n_cpg: usize = controller.clocks,
-    goal: [f64; 2] = controller.goal,
+    goal: GoalPoint = controller.goal,
     #[serde(default = "one")]
     goal_scale: f64 = controller.goal_scale,
     #[serde(default)]
@@ -364,6 +372,58 @@ impl StoredForm<ItemName> for String {
     }
 }
 
+/// The number of coordinates of a point: 2, or 3 for a lattice of cubes.
+#[derive(Deserialize, Serialize, PartialEq)]
+pub(super) struct CaseDimension(u8);
+
+impl Default for CaseDimension {
+    fn default() -> Self {
+        Self(2)
+    }
+}
+
+impl From<LatticeKind> for CaseDimension {
+    fn from(kind: LatticeKind) -> Self {
+        Self(if kind == LatticeKind::Cubic { 3 } else { 2 })
+    }
+}
+
+impl StoredForm<LatticeKind> for CaseDimension {
+    fn set(&self, setting: &mut LatticeKind, file: &str, key: &str) -> error::Result<()> {
+        match self.0 {
+            2 => {}
+            3 => *setting = LatticeKind::Cubic,
+            other => {
+                return Err(refused(file, key)(format!(
+                    "expected 2 or 3, found {other}"
+                )));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A goal in a case file: `[along, above]` or `[along, across, above]`.
+#[derive(Deserialize, Serialize)]
+pub(super) struct GoalPoint(Row);
+
+impl From<Vector<f64>> for GoalPoint {
+    fn from(goal: Vector<f64>) -> Self {
+        Self(match goal.sideways() {
+            0.0 => Dimension::Plane.list(goal).into(),
+            _ => Dimension::Space.list(goal).into(),
+        })
+    }
+}
+
+impl StoredForm<Vector<f64>> for GoalPoint {
+    fn set(&self, setting: &mut Vector<f64>, file: &str, key: &str) -> error::Result<()> {
+        let dimension = Dimension::of_rows([&self.0]).map_err(refused(file, key))?;
+        *setting = dimension.vector(&self.0);
+        Ok(())
+    }
+}
+
 /// Returns a function for `map_err`. It makes an error from a sentence about the value of `key`.
 fn refused(file: &str, key: &str) -> impl FnOnce(String) -> Error {
     move |says| Error::Usage(format!("{file}: `{key}`: {says}"))
@@ -381,6 +441,14 @@ fn one<T: From<u8>>() -> T {
 
 fn two() -> usize {
     2
+}
+
+fn three() -> usize {
+    3
+}
+
+fn is_three(option: &usize) -> bool {
+    *option == three()
 }
 
 fn is_two(option: &usize) -> bool {

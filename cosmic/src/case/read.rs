@@ -8,7 +8,7 @@ use super::Case;
 use super::file::{CaseFile, CaseScene, FORMAT, VERSION};
 use crate::design::Design;
 use crate::error::{Error, Result, fits, some};
-use crate::geometry::Ground;
+use crate::geometry::{Dimension, Ground};
 use crate::lattice::{Lattice, Payload, State, Truss};
 use crate::objective::AugmentedLagrangian;
 use crate::policy::blocks_of;
@@ -86,8 +86,8 @@ impl Shapes<'_> {
             listed_steps: self.listed_steps(&raw)?,
             controller: raw.controller.controller(&blocks, self.file)?,
             start: State {
-                x: lattice.positions.clone(),
-                v: raw.v0,
+                v: raw.v0.iter().map(|v| lattice.dimension.vector(v)).collect(),
+                ..lattice.state_at_rest()
             },
             design: match raw.materials {
                 None => Design::Undecided(raw.z),
@@ -169,7 +169,7 @@ impl Shapes<'_> {
 
     fn lattice(&self, raw: &CaseFile, scene: &Scene) -> Result<Lattice> {
         let (layout, payload) = (&scene.lattice, scene.lattice.payload);
-        let nodes = layout.columns.saturating_mul(layout.rows);
+        let nodes = layout.nodes();
         some(self.file, "nodes of `scene` (columns x rows)", nodes)?;
         if !(raw.scale > 0.0 && raw.scale.is_finite()) {
             let scale = raw.scale;
@@ -182,13 +182,22 @@ impl Shapes<'_> {
             return self.refuse(says);
         }
         self.fits("rows of `x0`", raw.x0.len(), nodes)?;
-        let (edges, positions) = (raw.edges.clone(), raw.x0.clone());
+        let rows = raw.x0.iter().chain(&raw.v0);
+        let dimension = Dimension::of_rows(rows)
+            .or_else(|says| self.refuse(format!("`x0` and `v0`: {says}")))?;
+        if dimension != layout.dimension() && raw.truss.is_none() {
+            let says = "`x0`: points have three numbers in space (`scene.dimension` 3), and two in the plane";
+            return self.refuse(says.to_owned());
+        }
+        let positions: Vec<_> = raw.x0.iter().map(|x| dimension.vector(x)).collect();
+        let edges = raw.edges.clone();
         self.fits("entries in `l0`", raw.l0.len(), edges.len())?;
         self.edges(&edges, nodes)?;
         if let Some(truss) = &raw.truss {
             let ground = Ground::from(&scene.physics);
             let to_ground = positions.iter().map(|x| ground.point_to_ground(*x));
             let truss = Truss {
+                dimension,
                 nodes: to_ground.collect(),
                 edges,
                 payload: truss.payload.clone(),
@@ -205,6 +214,7 @@ impl Shapes<'_> {
             });
         }
         Ok(Lattice {
+            dimension,
             rest_length: raw.l0.clone(),
             places: places(layout),
             spacing: layout.spacing,

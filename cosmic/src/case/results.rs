@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::geometry::Vector;
+use crate::geometry::Row;
 use crate::lattice::State;
 use crate::policy::Weights;
 use crate::simulator::Divergence;
@@ -65,9 +65,9 @@ pub struct Gradient {
     #[serde(flatten)]
     pub weights: Weights,
     /// The derivative with respect to the initial positions. Rest lengths and masses count as constants.
-    pub x0: Vec<Vector<f64>>,
+    pub x0: Vec<Row>,
     /// The derivative with respect to the initial velocities.
-    pub v0: Vec<Vector<f64>>,
+    pub v0: Vec<Row>,
 }
 
 /// The derivative of one number, such as a loss, with respect to the design vectors.

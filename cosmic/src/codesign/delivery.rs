@@ -15,7 +15,7 @@ use super::sensitivity::Sensitivity;
 use super::standstill::Standstill;
 use crate::design::{Design, Material, Mixture};
 use crate::domain::Domain;
-use crate::geometry::Vector;
+use crate::geometry::{Dimension, Vector};
 use crate::policy::Controller;
 use crate::random::Purpose;
 use crate::scene::{GoalKind, GradientPrecision, SelectionKind};
@@ -63,6 +63,8 @@ pub struct Delivery {
     /// Quantiles of the displacement if the robot has the controller of the last iteration, over the starts of
     /// `spread`, in metres.
     pub last: Quantiles,
+    /// Only for robots in space: quantiles of the displacement across, over robots that vary a little, in metres.
+    pub across: Option<Quantiles>,
     /// Only for tasks other than distance: quantiles of minus the loss, over the starts of `spread`; if goals are given,
     /// over robots that vary a little and have sequences of goals.
     pub merit: Option<Quantiles>,
@@ -138,6 +140,7 @@ impl Evaluator {
             selection,
             selection_score: self.steady_score(&selection, merit, &unsteady, &other_steps),
             robust: robust.displacement,
+            across: self.is_in_space().then_some(robust.across),
             reliability: self.reliability(&varied, merit, unsteady, seen.standstill),
             other_steps,
             spread: spreads[0].displacement,
@@ -183,8 +186,14 @@ impl Evaluator {
     ) -> Reliability {
         // A robot with another task may have reached its goal.
         let stops = standstill.filter(|_| self.loss.is_far());
+        let veers = (self.is_in_space() && self.loss.is_far()).then(|| varied.veers());
         let reliability = self.merit().reliability(&varied.merit, unperturbed);
-        reliability.and(unsteady).and(stops.map(Standstill::reason))
+        let reliability = reliability.and(unsteady).and(veers.flatten());
+        reliability.and(stops.map(Standstill::reason))
+    }
+
+    fn is_in_space(&self) -> bool {
+        self.task.lattice.dimension == Dimension::Space
     }
 
     /// Chooses what belongs to the merit to quote, of perturbed starts and of robots that vary a little. `None` if robots are
@@ -331,9 +340,10 @@ impl Evaluator {
         let reached: Vec<Vec<Reached>> = jobs.par_iter().map(reach).collect();
         let reached = reached.concat();
         let of = |reached: &[Reached]| {
-            let displacement = spread(reached, |r| r.moved[0]);
+            let displacement = spread(reached, |r| r.moved.forward());
             QuantilesOverDomains {
                 displacement,
+                across: spread(reached, |r| r.moved.sideways()),
                 merit: spread(reached, |r| r.merit),
                 typical: nearest(reached, displacement.p50),
             }
@@ -346,14 +356,28 @@ impl Evaluator {
 #[derive(Clone, Copy)]
 pub(super) struct QuantilesOverDomains {
     pub(super) displacement: Quantiles,
+    /// The displacement across; 0 for a planar robot.
+    pub(super) across: Quantiles,
     pub(super) merit: Quantiles,
     /// The number of the rollout whose displacement is nearest to the median; `None` if there is no median.
     typical: Option<usize>,
 }
 
+impl QuantilesOverDomains {
+    /// The reason not to trust a robot in space that goes farther across than along the ground, if it does.
+    fn veers(&self) -> Option<String> {
+        let (along, across) = (
+            self.displacement.p50,
+            self.across.p10.abs().max(self.across.p90.abs()),
+        );
+        let reason = || format!("it veers: {across:.2} m across, {along:.2} m along the ground");
+        (across > along.abs()).then(reason)
+    }
+}
+
 /// The number of the rollout whose displacement is nearest to a median; `None` if the median is not finite.
 fn nearest(reached: &[Reached], median: f64) -> Option<usize> {
-    let off = |k: &usize| (reached[*k].moved[0] - median).abs();
+    let off = |k: &usize| (reached[*k].moved.forward() - median).abs();
     let there = (0..reached.len()).filter(|k| off(k).is_finite());
     there.min_by(|a, b| off(a).total_cmp(&off(b)))
 }

@@ -100,9 +100,10 @@ fn allowed(mut materials: Vec<Material>, rules: &EdgeRules) -> Vec<Material> {
 /// its edges.
 pub fn filled(lattice: &Lattice) -> Vec<Material> {
     let vertical = |edge: &[usize; 2]| {
-        let [along, above] = lattice.direction(*edge).array();
+        let direction = lattice.direction(*edge);
+        let (along, above) = (direction.along().norm(), direction.up());
         // Rounding must not make an edge at 45 degrees steep.
-        along.abs() < (1.0 - 1e-9) * above.abs()
+        along < (1.0 - 1e-9) * above.abs()
     };
     let verticals = lattice.edges.iter().filter(|edge| vertical(edge)).count();
     let most = (FILLED_ACTUATORS * lattice.edges.len() as f64) as usize;

@@ -59,7 +59,7 @@ impl Structure {
             pieces: pieces.len(),
             nodes: live.len(),
             free_ends: bars.free_ends(),
-            crossings: crossings(&lattice.places, &ends).len(),
+            crossings: crossings(lattice.dimension, &lattice.places, &ends).len(),
             feet: bars.feet(),
             floppy_modes: (ends.len() <= MOST_RANKED).then(|| floppy_modes(lattice, &ends, &live)),
             shortest_skeleton: bars.shortest(Material::Skeleton),
@@ -176,7 +176,7 @@ impl LayoutRules {
             crossing: if asked.crossings {
                 Vec::new()
             } else {
-                crossings(&lattice.places, &lattice.edges)
+                crossings(lattice.dimension, &lattice.places, &lattice.edges)
             },
             lattice: lattice.clone(),
             asked: asked.clone(),
@@ -264,8 +264,8 @@ impl LayoutRules {
     }
 }
 
-/// The number of floppy modes of hinged bars. It is twice the number of nodes, minus the three rigid motions, minus the
-/// rank of the matrix of the bars' directions. `live` are the nodes with a bar, ascending.
+/// The number of floppy modes of hinged bars. It is the number of coordinates of the nodes, minus the rigid motions (three
+/// in the plane, six in space), minus the rank of the matrix of the bars' directions. `live` are the nodes with a bar, ascending.
 fn floppy_modes(lattice: &Lattice, bars: &[[usize; 2]], live: &[usize]) -> usize {
     if bars.is_empty() {
         return 0;
@@ -274,14 +274,17 @@ fn floppy_modes(lattice: &Lattice, bars: &[[usize; 2]], live: &[usize]) -> usize
         live.binary_search(&node)
             .expect("`live` has both nodes of every bar")
     };
-    let mut matrix = DMatrix::<f64>::zeros(bars.len(), 2 * live.len());
+    let (dimension, axes) = (lattice.dimension, lattice.dimension.count());
+    let rigid = axes * (axes + 1) / 2;
+    let mut matrix = DMatrix::<f64>::zeros(bars.len(), axes * live.len());
     for (row, &[i, j]) in bars.iter().enumerate() {
-        for (k, along) in lattice.direction([i, j]).into_iter().enumerate() {
-            matrix[(row, 2 * place(i) + k)] = -along;
-            matrix[(row, 2 * place(j) + k)] = along;
+        let direction = dimension.list(lattice.direction([i, j]));
+        for (k, along) in direction.into_iter().enumerate() {
+            matrix[(row, axes * place(i) + k)] = -along;
+            matrix[(row, axes * place(j) + k)] = along;
         }
     }
     let values = matrix.singular_values();
     let rank = values.iter().filter(|v| **v > RANK * values[0]).count();
-    (2 * live.len()).saturating_sub(3 + rank)
+    (axes * live.len()).saturating_sub(rigid + rank)
 }

@@ -21,7 +21,7 @@ pub fn tilted(void: &[f64], lattice: &Lattice, tilt: f64, seed: u64) -> Vec<f64>
     let angle = symmetric(&mut stream(seed, Purpose::Tilt), 0.5 * TAU);
     let (sin, cos) = angle.sin_cos();
     let edge = |(m, middle): (&f64, Vector<f64>)| {
-        let [x, y] = middle.array();
+        let [x, y] = middle.in_plane();
         (m + tilt * (1.0 + cos * x + sin * y)).clamp(VOID.low, VOID.high)
     };
     let edges = void.iter().zip(midpoints(lattice));

@@ -2,11 +2,14 @@
 
 use std::ops::{Add, AddAssign, Mul};
 
+use nalgebra::Matrix3;
+
+use super::dimension::Dimension;
 use super::vector::Vector;
 
 /// A symmetric matrix with `D` rows and `D` columns.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Matrix<const D: usize = 2> {
+pub struct Matrix<const D: usize = 3> {
     rows: [Vector<f64, D>; D],
 }
 
@@ -18,11 +21,13 @@ impl<const D: usize> Matrix<D> {
         }
     }
 
-    /// The identity matrix.
-    pub fn identity() -> Self {
-        Self {
-            rows: Vector::axes(),
+    /// The matrix that multiplies each component of a vector by `factor(k)`.
+    pub fn diagonal(factor: impl Fn(usize) -> f64) -> Self {
+        let mut matrix = Self::zero();
+        for k in 0..D {
+            matrix.rows[k].0[k] = factor(k);
         }
+        matrix
     }
 
     /// The symmetric part `(A + A^T) / 2` of a matrix `A`, which is given by its rows.
@@ -52,11 +57,25 @@ impl<const D: usize> Matrix<D> {
     }
 }
 
-impl Matrix<2> {
-    /// The largest eigenvalue.
+impl Matrix {
+    /// The matrix that projects onto the directions of a dimension: for space it is the identity.
+    pub fn onto(dimension: Dimension) -> Self {
+        let across = if dimension == Dimension::Space {
+            1.0
+        } else {
+            0.0
+        };
+        Self::diagonal(|k| if k == 1 { across } else { 1.0 })
+    }
+
+    /// The largest eigenvalue. If the matrix acts in the plane only, it is that of its part there.
     pub fn largest_eigenvalue(&self) -> f64 {
-        let [[a, b], [_, d]] = self.rows.map(Vector::array);
-        0.5 * (a + d) + (0.5 * (a - d)).hypot(b)
+        let [[a, across, b], [_, rest, other], [_, _, d]] = self.rows.map(Vector::array);
+        if [across, rest, other] == [0.0; 3] {
+            return 0.5 * (a + d) + (0.5 * (a - d)).hypot(b);
+        }
+        let matrix = Matrix3::from_fn(|row, k| self.rows[row].0[k]);
+        matrix.symmetric_eigenvalues().max()
     }
 }
 

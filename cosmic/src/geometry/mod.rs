@@ -1,8 +1,9 @@
 //! Vectors and shapes. Only this module accesses components of vectors; all other code uses the operators and methods
 //! of [`Vector`].
 //!
-//! The first axis points along the ground in the direction of `+x`, the last axis points up, or out of the ground. Code
-//! that needs only these two axes is written for any dimension `D`. Robots are planar today, so `D` is 2 by default.
+//! The first axis points along the ground in the direction of `+x`, the second across, and the last up, or out of the ground.
+//! All code but the kernels of a step computes with vectors of space; the points of a planar robot are 0 across. Kernels are
+//! written for any dimension `D` and compiled for 2 and 3. [`Dimension`] says which numbers of points are in files and arrays.
 //!
 //! # Frames
 //!
@@ -19,6 +20,7 @@
 //! within a step.
 
 mod vector;
+mod dimension;
 mod operators;
 mod points;
 mod matrix;
@@ -30,10 +32,11 @@ mod profile;
 mod range;
 mod segment;
 
+pub use dimension::{Axes, Dimension, Row, inputs, outputs};
 pub use ground::Ground;
 pub use matrix::Matrix;
 pub use plane::Plane;
-pub use points::{Bounds, columns, fill, flat, from_columns, from_flat, mean, weighted_mean};
+pub use points::{Bounds, mean, weighted_mean};
 pub(crate) use profile::Wall;
 pub use profile::{MOST_POINTS, Profile};
 pub use range::Range;

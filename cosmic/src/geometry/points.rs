@@ -1,4 +1,4 @@
-//! Functions on lists of points: means, bounds, and conversions to flat lists of numbers.
+//! Functions on lists of points: means and bounds.
 
 use autodiff::Real;
 
@@ -25,47 +25,9 @@ fn column<T: Copy, const D: usize>(points: &[Vector<T, D>], k: usize) -> Vec<T> 
     points.iter().map(|point| point.0[k]).collect()
 }
 
-/// The components of points in one list, in `D` columns: the first components of all points, then the second
-/// components, and so on.
-pub fn columns<T: Copy, const D: usize>(points: &[Vector<T, D>]) -> Vec<T> {
-    (0..D).flat_map(|k| column(points, k)).collect()
-}
-
-/// The inverse of [`columns`].
-pub fn from_columns<T: Copy, const D: usize>(columns: &[T]) -> Vec<Vector<T, D>> {
-    let count = columns.len() / D;
-    let point = |node: usize| Vector::from_fn(|k| columns[k * count + node]);
-    (0..count).map(point).collect()
-}
-
-/// The components of points in one list, point by point.
-pub fn flat<T: Copy, const D: usize>(points: &[Vector<T, D>]) -> Vec<T> {
-    points.iter().flatten().copied().collect()
-}
-
-/// The inverse of [`flat`].
-pub fn from_flat<T: Copy, const D: usize>(numbers: &[T]) -> Vec<Vector<T, D>> {
-    numbers.as_chunks().0.iter().copied().map(Vector).collect()
-}
-
-/// Overwrites the components of points with a list of numbers, point by point.
-///
-/// # Panics
-/// If the number of numbers is not the number of components.
-pub fn fill<T: Copy, const D: usize>(points: &mut [Vector<T, D>], numbers: &[T]) {
-    let (rows, rest) = numbers.as_chunks();
-    assert!(
-        rest.is_empty() && rows.len() == points.len(),
-        "`numbers` must have one number for each component of the points"
-    );
-    for (point, row) in points.iter_mut().zip(rows) {
-        point.0 = *row;
-    }
-}
-
 /// The smallest box with sides along the axes that contains a set of points.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds<const D: usize = 2> {
+pub struct Bounds<const D: usize = 3> {
     /// The least value of each component. If there are no points, all components are infinite.
     pub low: Vector<f64, D>,
     /// The greatest value of each component. If there are no points, all components are minus infinity.

@@ -16,7 +16,7 @@ pub const MOST_POINTS: usize = 64;
 /// points at one position are the foot and the edge of a vertical wall. Without points, the terrain is the ground line
 /// itself.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Vec<Vector<f64>>", into = "Vec<Vector<f64>>")]
+#[serde(try_from = "Vec<[f64; 2]>", into = "Vec<[f64; 2]>")]
 pub struct Profile {
     points: Vec<Vector<f64>>,
 }
@@ -40,7 +40,7 @@ impl Profile {
         }
         match Self::misplaced(&points) {
             None => Ok(Self { points }),
-            Some((at, says)) => Err(format!("{says}: {:?}", points[at])),
+            Some((at, says)) => Err(format!("{says}: {}", points[at].shown())),
         }
     }
 
@@ -73,6 +73,11 @@ impl Profile {
     /// The points, ascending along the ground.
     pub fn points(&self) -> &[Vector<f64>] {
         &self.points
+    }
+
+    /// The points as pairs `[along, height]`.
+    pub fn pairs(&self) -> Vec<[f64; 2]> {
+        self.points.iter().map(|point| point.in_plane()).collect()
     }
 
     /// True if the profile has no points, so that the terrain is the ground line itself.
@@ -132,7 +137,7 @@ impl Profile {
     /// them.
     pub fn between(&self, along: Range) -> Vec<Vector<f64>> {
         let Range { low, high } = along;
-        let end = |along: f64| Vector::new([along, self.height(along)]);
+        let end = |along: f64| Vector::upright(along, self.height(along));
         let corners = self.points.iter().copied();
         // A wall at an end of the range belongs to the terrain over the range.
         let corners = corners.filter(|corner| low <= corner.forward() && corner.forward() <= high);
@@ -149,7 +154,7 @@ impl Profile {
     /// The height of the terrain in metres, in the world's frame. It is measured above the point of the ground line
     /// that has the x coordinate `x` in the world's frame.
     pub fn height_in_world(&self, ground: &Ground, x: f64) -> f64 {
-        let [cos, sin] = ground.tangent().array();
+        let [cos, sin] = ground.tangent().in_plane();
         ground.height + x * sin / cos + self.height(x / cos) * cos
     }
 
@@ -157,7 +162,7 @@ impl Profile {
     /// range `across`.
     pub fn in_world(&self, ground: &Ground, across: Range) -> Vec<Vector<f64>> {
         if self.is_flat() {
-            let end = |x: f64| Vector::new([x, self.height_in_world(ground, x)]);
+            let end = |x: f64| Vector::upright(x, self.height_in_world(ground, x));
             return vec![end(across.low), end(across.high)];
         }
         let cos = ground.tangent().forward();
@@ -195,15 +200,15 @@ impl Wall {
     }
 }
 
-impl TryFrom<Vec<Vector<f64>>> for Profile {
+impl TryFrom<Vec<[f64; 2]>> for Profile {
     type Error = String;
-    fn try_from(points: Vec<Vector<f64>>) -> Result<Self, String> {
-        Self::new(points)
+    fn try_from(points: Vec<[f64; 2]>) -> Result<Self, String> {
+        Self::new(points.into_iter().map(Vector::from).collect())
     }
 }
 
-impl From<Profile> for Vec<Vector<f64>> {
+impl From<Profile> for Vec<[f64; 2]> {
     fn from(profile: Profile) -> Self {
-        profile.points
+        profile.pairs()
     }
 }

@@ -24,18 +24,18 @@ impl Rotation<f64> {
 
     /// The rotation that turns the first axis to the direction from one point to another.
     pub fn towards(from: Vector<f64>, to: Vector<f64>) -> Self {
-        let [cos, sin] = (to - from).unit().0;
+        let [cos, sin] = (to - from).unit().in_plane();
         Self { cos, sin }
     }
 
     /// The first axis after the rotation.
     pub fn tangent(&self) -> Vector<f64> {
-        Vector([self.cos, self.sin])
+        Vector::upright(self.cos, self.sin)
     }
 
     /// The last axis after the rotation.
     pub fn normal(&self) -> Vector<f64> {
-        Vector([-self.sin, self.cos])
+        Vector::upright(-self.sin, self.cos)
     }
 
     /// Converts the numbers of the rotation to the number type `R`, as constants.
@@ -51,7 +51,7 @@ impl Rotation<f64> {
 impl<R: Real> Rotation<R> {
     /// The rotation that turns the first axis to the unit vector `tangent`.
     #[inline(always)]
-    pub fn with_tangent(tangent: Vector<R>) -> Self {
+    pub fn with_tangent(tangent: Vector<R, 2>) -> Self {
         let [cos, sin] = tangent.0;
         Self { cos, sin }
     }

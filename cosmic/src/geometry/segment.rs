@@ -1,5 +1,6 @@
 //! Straight segments and their crossings.
 
+use super::dimension::Dimension;
 use super::points::Bounds;
 use super::range::Range;
 use super::vector::Vector;
@@ -10,7 +11,7 @@ const ON_LINE: f64 = 1e-9;
 
 /// A straight line between two points.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Segment<const D: usize = 2> {
+pub struct Segment<const D: usize = 3> {
     /// The first end.
     pub from: Vector<f64, D>,
     /// The second end.
@@ -88,11 +89,27 @@ impl<const D: usize> Segment<D> {
     }
 }
 
-impl Segment<2> {
+impl Segment {
     /// True if two segments cross at a point that is not an end of either.
     pub fn crosses(&self, other: &Self) -> bool {
         self.side(other.from) * self.side(other.to) < 0.0
             && other.side(self.from) * other.side(self.to) < 0.0
+    }
+
+    /// True if two segments in space are nearer to each other than a hundredth of the shorter one, at a place that is not an
+    /// end of either.
+    pub fn passes_by(&self, other: &Self) -> bool {
+        let (d, e, apart) = (self.vector(), other.vector(), self.from - other.from);
+        let (dd, ee, de) = (d.dot(d), e.dot(e), d.dot(e));
+        let determinant = dd * ee - de * de;
+        if determinant <= ON_LINE * dd * ee {
+            return false;
+        }
+        let along = (de * e.dot(apart) - ee * d.dot(apart)) / determinant;
+        let beside = (dd * e.dot(apart) - de * d.dot(apart)) / determinant;
+        let between = |share: f64| (CLEARANCE..=1.0 - CLEARANCE).contains(&share);
+        let gap = apart + d * along - e * beside;
+        between(along) && between(beside) && gap.dot(gap) < CLEARANCE * CLEARANCE * dd.min(ee)
     }
 
     /// On which side of this segment's line a point is: 1 on the left, -1 on the right, 0 on the line.
@@ -108,7 +125,11 @@ impl Segment<2> {
     }
 }
 
-/// Finds the pairs of edges that [cross](Segment::crosses). `nodes` has the position of every node, `edges` the two
+/// Two bars of a robot in space cross if they are nearer to each other than this share of the shorter one, between their
+/// ends.
+const CLEARANCE: f64 = 0.01;
+
+/// Finds the pairs of edges that [cross](Segment::crosses), or in space [nearly touch](Segment::passes_by). `nodes` has the position of every node, `edges` the two
 /// nodes of every edge. A pair consists of the indices of two edges, the smaller index first. The pairs are in
 /// ascending order.
 ///
@@ -117,12 +138,26 @@ impl Segment<2> {
 ///
 /// # Panics
 /// If an edge has a node that does not exist.
-pub fn crossings(nodes: &[Vector<f64>], edges: &[[usize; 2]]) -> Vec<[usize; 2]> {
+pub fn crossings(
+    dimension: Dimension,
+    nodes: &[Vector<f64>],
+    edges: &[[usize; 2]],
+) -> Vec<[usize; 2]> {
+    let cross = match dimension {
+        Dimension::Plane => Segment::crosses,
+        Dimension::Space => Segment::passes_by,
+    };
     let segment = |&[i, j]: &[usize; 2]| Segment::new(nodes[i], nodes[j]);
     let segments: Vec<Segment> = edges.iter().map(segment).collect();
     // The range of every edge's coordinates along both axes.
     let span = |segment: &Segment| {
-        [0, 1].map(|axis| Range::of([segment.from, segment.to].map(|end| end.0[axis])))
+        // In space, two bars may cross without touching.
+        let apart = match dimension {
+            Dimension::Plane => 0.0,
+            Dimension::Space => CLEARANCE * segment.length(),
+        };
+        [0, 2]
+            .map(|axis| Range::of([segment.from, segment.to].map(|end| end.0[axis])).widened(apart))
     };
     let spans: Vec<[Range; 2]> = segments.iter().map(span).collect();
     let axis = usize::from(crowding(&spans, 1) < crowding(&spans, 0));
@@ -134,7 +169,7 @@ pub fn crossings(nodes: &[Vector<f64>], edges: &[[usize; 2]]) -> Vec<[usize; 2]>
         for &j in later.take_while(|j| spans[**j][axis].low <= spans[i][axis].high) {
             let [one, other] = [i, j].map(|edge| spans[edge][1 - axis]);
             let overlap = other.low <= one.high && one.low <= other.high;
-            if overlap && segments[i].crosses(&segments[j]) {
+            if overlap && cross(&segments[i], &segments[j]) {
                 pairs.push([i.min(j), i.max(j)]);
             }
         }

@@ -19,7 +19,7 @@ impl<R: Real> Symmetric<R> {
 
     /// The matrix that multiplies vectors along the unit vector `u` by `along`, and vectors across it by `across`.
     #[inline(always)]
-    pub fn scaling(u: Vector<R>, along: R, across: R) -> Self {
+    pub fn scaling(u: Vector<R, 2>, along: R, across: R) -> Self {
         let [x, y] = u.0;
         let rest = along - across;
         Self([
@@ -42,10 +42,10 @@ impl<R: Real> Symmetric<R> {
     }
 }
 
-impl<R: Real> Mul<Vector<R>> for Symmetric<R> {
-    type Output = Vector<R>;
+impl<R: Real> Mul<Vector<R, 2>> for Symmetric<R> {
+    type Output = Vector<R, 2>;
     #[inline(always)]
-    fn mul(self, v: Vector<R>) -> Vector<R> {
+    fn mul(self, v: Vector<R, 2>) -> Vector<R, 2> {
         let [xx, xy, yy] = self.0;
         let [x, y] = v.0;
         Vector([xx.fma(x, xy * y), xy.fma(x, yy * y)])

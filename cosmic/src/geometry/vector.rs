@@ -2,25 +2,17 @@
 
 use std::cmp::Ordering;
 use std::fmt;
-use std::ops::{Index, IndexMut};
 
 use autodiff::Real;
-use serde::{Deserialize, Serialize};
 
-/// A vector or a point with `D` components. The components are numbers or arrays of numbers. In files, the vector is an
-/// array.
+/// A vector or a point with `D` components. By default it is one of space: along the ground, across, and above. The points
+/// of a planar robot are 0 across. Kernels, which compute with as few numbers as possible, take vectors of two components
+/// for it: along and above.
 ///
 /// Kernels can call all methods for components of the type [`Real`]: the methods are loops and marked
 /// `#[inline(always)]`; see [`kernel`](macro@crate::kernel).
-#[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(
-    transparent,
-    bound(
-        serialize = "[T; D]: Serialize",
-        deserialize = "[T; D]: Deserialize<'de>"
-    )
-)]
-pub struct Vector<T, const D: usize = 2>(pub(super) [T; D]);
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Vector<T, const D: usize = 3>(pub(super) [T; D]);
 
 impl<T, const D: usize> Vector<T, D> {
     /// The vector with the given components.
@@ -74,6 +66,13 @@ impl<T: Copy, const D: usize> Vector<T, D> {
         self.0[D - 1]
     }
 
+    /// This vector with its first component replaced by `forward`.
+    #[must_use]
+    pub fn with_forward(mut self, forward: T) -> Self {
+        self.0[0] = forward;
+        self
+    }
+
     /// This vector with its last component replaced by `up`.
     #[inline(always)]
     #[must_use]
@@ -107,6 +106,22 @@ impl<R: Real, const D: usize> Vector<R, D> {
             vector.0[k] = R::lit(constant.0[k]);
         }
         vector
+    }
+
+    /// The component across; 0 for a vector of the plane.
+    #[inline(always)]
+    pub fn sideways(self) -> R {
+        if D == 3 { self.0[1] } else { R::zero() }
+    }
+
+    /// This vector with its component across replaced by `sideways`. A vector of the plane does not change.
+    #[inline(always)]
+    #[must_use]
+    pub fn with_sideways(mut self, sideways: R) -> Self {
+        if D == 3 {
+            self.0[1] = sideways;
+        }
+        self
     }
 
     /// The vector with the first component `forward` and the last component `up`. Other components are zero.
@@ -165,10 +180,11 @@ impl<R: Real, const D: usize> Vector<R, D> {
             let left = self.0[0].abs() - by;
             return Self::upright(self.0[0].signum() * left.max(R::zero()), R::zero());
         }
-        let length = self.norm();
-        let rests = length.less_equal(R::zero());
-        let safe = R::select(rests, R::one(), length);
-        self * R::select(rests, R::zero(), (length - by).max(R::zero()) / safe)
+        let square = self.dot(self);
+        let rests = square.less_equal(R::zero());
+        let safe = R::select(rests, R::one(), square);
+        let factor = (R::one() - by * safe.rsqrt()).max(R::zero());
+        self * R::select(rests, R::zero(), factor)
     }
 
     /// The part of the vector `other` that is perpendicular to this vector, which must be a unit vector.
@@ -181,6 +197,42 @@ impl<R: Real, const D: usize> Vector<R, D> {
             return Self::upright(-(sin * self.0[1]), sin * self.0[0]);
         }
         other - self * self.dot(other)
+    }
+
+    /// The vector whose components are the first numbers of a list.
+    #[inline(always)]
+    pub fn first_of(numbers: &[R]) -> Self {
+        let mut vector = Self::zero();
+        for k in 0..D {
+            vector.0[k] = numbers[k];
+        }
+        vector
+    }
+
+    /// The vectors whose components follow one another at the beginning of a list, and the numbers after them.
+    #[inline(always)]
+    pub fn split<const N: usize>(numbers: &[R]) -> ([Self; N], &[R]) {
+        let mut vectors = [Self::zero(); N];
+        for k in 0..N {
+            vectors[k] = Self::first_of(&numbers[k * D..]);
+        }
+        (vectors, &numbers[N * D..])
+    }
+
+    /// The components of vectors, one after the other. The opposite of [`split`](Self::split).
+    ///
+    /// # Panics
+    /// If `COUNT` is not the number of all components.
+    #[inline(always)]
+    pub fn join<const N: usize, const COUNT: usize>(vectors: [Self; N]) -> [R; COUNT] {
+        const { assert!(COUNT == N * D) };
+        let mut numbers = [R::zero(); COUNT];
+        for k in 0..N {
+            for axis in 0..D {
+                numbers[k * D + axis] = vectors[k].0[axis];
+            }
+        }
+        numbers
     }
 
     /// `self * factor + term`.
@@ -265,18 +317,48 @@ impl<const D: usize> Vector<f64, D> {
     }
 }
 
-impl Vector<f64, 2> {
-    /// The vector turned to the left by a right angle.
-    #[must_use]
-    pub fn turned_left(self) -> Self {
-        let [x, y] = self.0;
-        Self([-y, x])
+impl<T: Copy> Vector<T> {
+    /// The two components of a vector of the plane: forward and up.
+    pub fn in_plane(self) -> [T; 2] {
+        [self.0[0], self.0[2]]
+    }
+}
+
+impl Vector<f64> {
+    /// The components as text: two if the one across is 0, otherwise three.
+    pub fn shown(self) -> String {
+        match self.sideways() {
+            0.0 => format!("{:?}", self.in_plane()),
+            _ => format!("{self:?}"),
+        }
     }
 
-    /// The signed area of the parallelogram that this vector and `other` span. It is positive if `other` is to the left
-    /// of this vector.
+    /// A vector of the plane turned to the left by a right angle.
+    #[must_use]
+    pub fn turned_left(self) -> Self {
+        let [x, y] = self.in_plane();
+        [-y, x].into()
+    }
+
+    /// The signed area of the parallelogram that this vector and `other`, two vectors of the plane, span. It is positive if
+    /// `other` is to the left of this vector.
     pub fn cross(self, other: Self) -> f64 {
-        self.0[0] * other.0[1] - self.0[1] * other.0[0]
+        let ([x, y], [other_x, other_y]) = (self.in_plane(), other.in_plane());
+        x * other_y - y * other_x
+    }
+}
+
+/// A vector of the plane, from its components forward and up.
+impl<R: Real> From<[R; 2]> for Vector<R> {
+    fn from([forward, up]: [R; 2]) -> Self {
+        Self::upright(forward, up)
+    }
+}
+
+/// True for a vector of the plane with the components `[forward, up]`.
+impl PartialEq<[f64; 2]> for Vector<f64> {
+    fn eq(&self, other: &[f64; 2]) -> bool {
+        *self == Self::from(*other)
     }
 }
 
@@ -308,21 +390,6 @@ impl<T, const D: usize> From<Vector<T, D>> for [T; D] {
 impl<T: PartialEq, const D: usize> PartialEq<[T; D]> for Vector<T, D> {
     fn eq(&self, other: &[T; D]) -> bool {
         self.0 == *other
-    }
-}
-
-impl<T, const D: usize> Index<usize> for Vector<T, D> {
-    type Output = T;
-    #[inline(always)]
-    fn index(&self, k: usize) -> &T {
-        &self.0[k]
-    }
-}
-
-impl<T, const D: usize> IndexMut<usize> for Vector<T, D> {
-    #[inline(always)]
-    fn index_mut(&mut self, k: usize) -> &mut T {
-        &mut self.0[k]
     }
 }
 

@@ -150,11 +150,7 @@ impl<R: Real> Marker<R> {
     ///
     /// # Panics
     /// If the state or `start` holds too few [`nodes`](Self::nodes).
-    pub fn place<const D: usize>(
-        &self,
-        start: &[Vector<R, D>],
-        state: &State<R, D>,
-    ) -> Vector<R, D> {
+    pub fn place(&self, start: &[Vector<R>], state: &State<R>) -> Vector<R> {
         if self.weights.is_empty() {
             return state.x[self.payload];
         }
@@ -168,7 +164,7 @@ impl<R: Real> Marker<R> {
     ///
     /// # Panics
     /// If the state holds too few [`nodes`](Self::nodes).
-    pub fn velocity<const D: usize>(&self, state: &State<R, D>) -> Vector<R, D> {
+    pub fn velocity(&self, state: &State<R>) -> Vector<R> {
         if self.weights.is_empty() {
             return state.v[self.payload];
         }

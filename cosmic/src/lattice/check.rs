@@ -92,7 +92,8 @@ impl Truss {
         for (node, x) in self.nodes.iter().enumerate() {
             if x.iter().any(|x| x.is_nan() || x.abs() > FARTHEST) {
                 return Err(format!(
-                    "`nodes[{node}]`: expected numbers from -{FARTHEST} to {FARTHEST}, found {x:?}"
+                    "`nodes[{node}]`: expected numbers from -{FARTHEST} to {FARTHEST}, found {:?}",
+                    self.dimension.list(*x)
                 ));
             }
         }

@@ -7,15 +7,15 @@ use crate::geometry::{Range, Vector};
 /// Two places (in spacings) that are nearer than this are the same: places are written with at least nine digits.
 const SAME: f64 = 1e-6;
 
-impl<const D: usize> Lattice<D> {
+impl Lattice {
     /// The mirror image of this lattice, front and back; `None` if that is another lattice, or has its payload elsewhere.
     pub fn image(&self) -> Option<Mirror> {
         let along = Range::of(self.places.iter().map(|place| place.forward()));
-        let turned = |place: &Vector<f64, D>| {
+        let turned = |place: &Vector<f64>| {
             let forward = along.low + along.high - place.forward();
-            Vector::from_fn(|k| if k == 0 { forward } else { place[k] })
+            place.with_forward(forward)
         };
-        let node_at = |place: Vector<f64, D>| {
+        let node_at = |place: Vector<f64>| {
             let mut nodes = self.places.iter();
             nodes.position(|&other| other.distance(place) < SAME)
         };

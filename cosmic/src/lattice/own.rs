@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::error::{Error, Result};
-use crate::geometry::Vector;
+use crate::geometry::{Dimension, Row, Vector};
 use crate::reading::{from_json, placed, read_at_most, text_of};
 use crate::registry::Registry;
 
@@ -18,12 +18,14 @@ const VERSION: u32 = 1;
 /// The size of the largest truss file that is read, in bytes. A truss of ten thousand edges needs half a million bytes.
 const LARGEST: u64 = 1 << 26;
 
-/// A planar truss. Edges may cross, overlap and have free ends, and the truss may consist of several pieces.
+/// A truss in the plane or in space. Edges may cross, overlap and have free ends, and the truss may consist of several pieces.
 /// [`checked`](Truss::checked) lists the errors that a truss can have.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(into = "RawTruss", try_from = "RawTruss")]
 pub struct Truss {
-    /// The positions of the nodes along and above the ground, in metres from the ground's origin (D1).
+    /// Whether the nodes are in the plane or in space.
+    pub dimension: Dimension,
+    /// The positions of the nodes along the ground, across and above it, in metres from the ground's origin (D1).
     pub nodes: Vec<Vector<f64>>,
     /// The two nodes `[i, j]` that each edge joins.
     pub edges: Vec<[usize; 2]>,
@@ -139,8 +141,8 @@ pub struct Mirror {
 struct RawTruss {
     format: String,
     version: u32,
-    // Read as lists of any length, so that the error for three coordinates can say what to do.
-    nodes: Vec<Vec<f64>>,
+    // Two coordinates in the plane, three in space.
+    nodes: Vec<Row>,
     edges: Vec<[usize; 2]>,
     #[serde(default = "first_node", deserialize_with = "payload")]
     payload: Vec<Payload>,
@@ -190,7 +192,7 @@ impl From<Truss> for RawTruss {
         Self {
             format: FORMAT.to_owned(),
             version: VERSION,
-            nodes: truss.nodes.iter().map(|x| x.array().to_vec()).collect(),
+            nodes: truss.dimension.rows(&truss.nodes),
             edges: truss.edges,
             payload: truss.payload,
             keep: rules.keep,
@@ -215,19 +217,20 @@ impl TryFrom<RawTruss> for Truss {
                 raw.format, raw.version
             ));
         }
-        let place = |(node, x): (usize, Vec<f64>)| match *x {
-            [along, above] => Ok(Vector::new([along, above])),
-            [_, _, _] => Err(format!(
-                "`nodes[{node}]` has three coordinates: {x:?}; trusses are planar so far, so write [along, above] and \
-                 leave out the coordinate across"
-            )),
+        let first = raw.nodes.first().map_or(2, |row| row.len());
+        let fits = |(node, x): (usize, &Row)| match x.len() {
+            count @ (2 | 3) if count == first => Ok(()),
             _ => Err(format!(
-                "`nodes[{node}]`: expected two coordinates, [along, above], found {x:?}"
+                "`nodes[{node}]`: expected two coordinates, [along, above], for all nodes, or three, [along, across, \
+                 above], found {x:?}"
             )),
         };
-        let nodes = raw.nodes.into_iter().enumerate().map(place);
+        let mut nodes = raw.nodes.iter().enumerate();
+        nodes.try_for_each(fits)?;
+        let dimension = Dimension::of_rows(&raw.nodes)?;
         let truss = Truss {
-            nodes: nodes.collect::<std::result::Result<_, _>>()?,
+            dimension,
+            nodes: raw.nodes.iter().map(|x| dimension.vector(x)).collect(),
             edges: raw.edges,
             payload: raw.payload,
             rules: EdgeRules {
@@ -249,6 +252,7 @@ impl TryFrom<RawTruss> for Truss {
 impl Default for Truss {
     fn default() -> Self {
         Self {
+            dimension: Dimension::Plane,
             nodes: Vec::new(),
             edges: Vec::new(),
             payload: Payload::at(0),

@@ -4,23 +4,25 @@ use autodiff::Real;
 
 use super::State;
 use super::own::{EdgeRules, Mirror, Payload, Truss, median};
-use crate::geometry::{Bounds, Ground, Range, Segment, Vector};
+use crate::geometry::{Bounds, Dimension, Ground, Range, Segment, Vector};
 
 /// The nodes and edges of a robot. One or several nodes carry payload.
 ///
 /// A lattice is constant: no derivative flows through the rest lengths or the masses computed from them, even if the
 /// initial positions are variables.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Lattice<const D: usize = 2> {
+pub struct Lattice {
+    /// Whether the lattice is in the plane or in space.
+    pub dimension: Dimension,
     /// Initial positions in the world's frame, one per node, in metres.
-    pub positions: Vec<Vector<f64, D>>,
+    pub positions: Vec<Vector<f64>>,
     /// The two nodes `[i, j]` that each edge joins.
     pub edges: Vec<[usize; 2]>,
     /// The rest length of each edge, in metres.
     pub rest_length: Vec<f64>,
     /// The initial positions of the nodes along and above the ground, measured from the lower left corner of the
     /// lattice in units of `spacing`. On a rectangular lattice they are whole numbers: column and row.
-    pub places: Vec<Vector<f64, D>>,
+    pub places: Vec<Vector<f64>>,
     /// The distance between neighbouring nodes, in metres. For a truss, it is the median length of the edges.
     pub spacing: f64,
     /// The length that counts as 1 m in the small lengths and the bounds that the method contains, in metres: ten
@@ -64,6 +66,7 @@ impl Lattice {
             .unwrap_or(1.0);
         let corner = Bounds::of(truss.nodes.iter().copied()).low;
         Self {
+            dimension: truss.dimension,
             places: truss
                 .nodes
                 .iter()
@@ -89,6 +92,7 @@ impl Lattice {
     /// have the lengths of their places.
     pub fn truss(&self) -> Truss {
         Truss {
+            dimension: self.dimension,
             nodes: self.places.clone(),
             edges: self.edges.clone(),
             payload: self.payload.clone(),
@@ -99,15 +103,16 @@ impl Lattice {
     }
 }
 
-impl<const D: usize> Lattice<D> {
+impl Lattice {
     /// The number of nodes.
     pub fn nodes(&self) -> usize {
         self.positions.len()
     }
 
     /// The initial state: all nodes are at rest in their initial positions.
-    pub fn state_at_rest(&self) -> State<f64, D> {
+    pub fn state_at_rest(&self) -> State<f64> {
         State {
+            dimension: self.dimension,
             x: self.positions.clone(),
             v: vec![Vector::zero(); self.nodes()],
         }
@@ -115,12 +120,12 @@ impl<const D: usize> Lattice<D> {
 
     /// The point of the payload in a state, along the ground and normal to it, from the world's origin (m). Goals that a
     /// user states count from this point at the start.
-    pub fn payload_point(&self, state: &State<f64, D>, ground: &Ground) -> Vector<f64, D> {
+    pub fn payload_point(&self, state: &State<f64>, ground: &Ground) -> Vector<f64> {
         ground.vector_to_ground(state.x[self.payload[0].node])
     }
 
     /// The size of the lattice along the ground and above it, in units of `spacing`.
-    pub fn extent(&self) -> Vector<f64, D> {
+    pub fn extent(&self) -> Vector<f64> {
         Bounds::of(self.places.iter().copied())
             .high
             .map(|most| most.max(0.0))
@@ -144,22 +149,22 @@ impl<const D: usize> Lattice<D> {
     }
 
     /// The line segment between the places of two nodes, in units of `spacing`.
-    pub fn segment(&self, [i, j]: [usize; 2]) -> Segment<D> {
+    pub fn segment(&self, [i, j]: [usize; 2]) -> Segment {
         Segment::new(self.places[i], self.places[j])
     }
 
     /// The midpoint of each edge, in units of `spacing`.
-    pub fn midpoints(&self) -> impl Iterator<Item = Vector<f64, D>> {
+    pub fn midpoints(&self) -> impl Iterator<Item = Vector<f64>> {
         self.edges.iter().map(|&ends| self.segment(ends).middle())
     }
 
     /// The vector from node `i` to node `j` of the edge `ends = [i, j]`, in units of `spacing`.
-    pub fn direction(&self, ends: [usize; 2]) -> Vector<f64, D> {
+    pub fn direction(&self, ends: [usize; 2]) -> Vector<f64> {
         self.segment(ends).vector()
     }
 }
 
-impl<const D: usize> Lattice<D> {
+impl Lattice {
     /// A number that is added to the square of an edge's length, in m^2. It keeps the length smooth where the two nodes
     /// of the edge coincide (D4). It is the square of a millionth of the [scale](Lattice::scale).
     pub fn softening(&self) -> f64 {
@@ -176,20 +181,29 @@ impl<const D: usize> Lattice<D> {
 
 /// The position and the velocity of an edge's second node relative to its first node.
 #[derive(Clone, Copy, Debug)]
-pub struct EdgeVector<R, const D: usize = 2> {
+pub struct EdgeVector<R, const D: usize = 3> {
     /// The vector from the edge's first node to its second node, in metres.
     pub d: Vector<R, D>,
     /// The velocity of the second node minus the velocity of the first node, in m/s.
     pub dv: Vector<R, D>,
 }
 
-impl<R: Real, const D: usize> EdgeVector<R, D> {
+impl<R: Real> EdgeVector<R> {
     /// The edge vector of the edge from node `i` to node `j` in a state.
-    pub fn of(state: &State<R, D>, [i, j]: [usize; 2]) -> Self {
+    pub fn of(state: &State<R>, [i, j]: [usize; 2]) -> Self {
         Self {
             d: state.x[j] - state.x[i],
             dv: state.v[j] - state.v[i],
         }
+    }
+}
+
+impl<R: Real, const D: usize> EdgeVector<R, D> {
+    /// The edge vector at the beginning of a list of numbers, and the numbers after it.
+    #[inline(always)]
+    pub fn split(numbers: &[R]) -> (Self, &[R]) {
+        let ([d, dv], rest) = Vector::split(numbers);
+        (Self { d, dv }, rest)
     }
 
     /// The length that the force laws use, in metres. With a `softening` (m^2) above 0, which is that of the

@@ -7,9 +7,9 @@ use autodiff::{Array, Program};
 use super::contact::{Contact, Flat, Flying};
 use super::hold::{Grip, Landing};
 use super::law::{StepInput, step_inputs};
-use super::motion::{Drift, Particle};
+use super::motion::{Drift, Motion};
 use super::terrain::Terrain;
-use crate::geometry::Vector;
+use crate::geometry::{Axes, Dimension, inputs};
 use crate::settings::Settings;
 
 /// A [`Contact`] as a trait object, for use without knowing its type.
@@ -27,7 +27,7 @@ pub(crate) trait AnyContact: Debug + Send + Sync {
         drift: Drift,
         terrain: Option<&Terrain>,
         pushed: FlightInputs,
-    ) -> Particle<Array>;
+    ) -> Motion;
     /// Records the largest friction of the law, as an array of one number. `any` is an array of one number.
     fn grip(&self, p: &mut Program, any: Array, settings: &[Array]) -> Array;
     /// Records the end of an implicit step with the kernel [`Landing`], and returns the nodes after it.
@@ -38,14 +38,14 @@ pub(crate) trait AnyContact: Debug + Send + Sync {
         terrain: Option<&Terrain>,
         node: [Array; 9],
         settings: &[Array],
-    ) -> Particle<Array>;
+    ) -> Motion;
 }
 
 /// The inputs of the kernel [`Flying`]: all nodes, and the impulses and velocities that a push adds to them.
-pub(crate) struct FlightInputs<'a, const D: usize = 2> {
-    pub(crate) nodes: Particle<Array, D>,
+pub(crate) struct FlightInputs<'a> {
+    pub(crate) nodes: Motion,
     /// The impulse on each node, N s.
-    pub(crate) impulses: Vector<Array, D>,
+    pub(crate) impulses: Axes<Array>,
     /// 1 / mass, 1/kg.
     pub(crate) inverse_mass: Array,
     /// The numbers of a [`Push`](super::Push), then the settings of the contact law, in arrays of one number.
@@ -56,7 +56,7 @@ pub(crate) struct FlightInputs<'a, const D: usize = 2> {
 /// in the expression of the kernel.
 macro_rules! map_over {
     ($p:ident, $terrain:ident, |$ground:ident| $kernel:expr, $node:expr, $settings:expr) => {
-        Particle::new(match $terrain.cloned() {
+        Motion::of(Dimension::Plane, &match $terrain.cloned() {
             // The condition is constant, so that no kernel without ground is compiled for terrain.
             Some($ground) if const { C::HAS_GROUND } => $p.map($kernel, $node, $settings),
             _ => {
@@ -92,10 +92,23 @@ impl<C: Contact> AnyContact for C {
         drift: Drift,
         terrain: Option<&Terrain>,
         pushed: FlightInputs,
-    ) -> Particle<Array> {
-        let ([x, y, vx, vy], [jx, jy]) = (pushed.nodes.array(), pushed.impulses.array());
-        let node = [x, y, vx, vy, jx, jy, pushed.inverse_mass];
+    ) -> Motion {
+        let vectors = [pushed.nodes.x, pushed.nodes.v, pushed.impulses];
         let contact = self.clone();
+        if pushed.nodes.dimension() == Dimension::Space {
+            assert!(
+                terrain.is_none(),
+                "the ground of a robot in space is a plane"
+            );
+            let (node, ground) = (inputs::<_, 10>(&vectors, &[pushed.inverse_mass]), Flat);
+            let flying = Flying {
+                drift,
+                contact,
+                ground,
+            };
+            return Motion::of(Dimension::Space, &p.map(flying, node, pushed.uniforms));
+        }
+        let node = inputs::<_, 7>(&vectors, &[pushed.inverse_mass]);
         map_over!(
             p,
             terrain,
@@ -118,7 +131,7 @@ impl<C: Contact> AnyContact for C {
         terrain: Option<&Terrain>,
         node: [Array; 9],
         settings: &[Array],
-    ) -> Particle<Array> {
+    ) -> Motion {
         let contact = self.clone();
         map_over!(
             p,

@@ -5,8 +5,8 @@ use autodiff::{Kernel, Pullback, Real};
 
 use super::law::Law;
 use crate::geometry::Vector;
-use crate::kernel;
 use crate::lattice::EdgeVector;
+use crate::{in_both_dimensions, kernel};
 
 /// A bar as a law sees it: the numbers that the tension may depend on.
 #[derive(Clone, Copy, Debug)]
@@ -136,6 +136,15 @@ pub trait BarForce: Law {
     ) -> [[R; 6]; M] {
         vjp_by_duals(tension, at)
     }
+
+    /// Like [`tension_vjp`](Self::tension_vjp), in space.
+    #[inline(always)]
+    fn tension_vjp_in_space<R: Real, const M: usize>(
+        tension: &Tension<Self>,
+        at: Pullback<R, 7, 3, M>,
+    ) -> [[R; 7]; M] {
+        vjp_by_duals(tension, at)
+    }
 }
 
 /// The kernel of a law along bars. It computes the impulse (N s) that an edge's bar gives to the first node of the edge
@@ -153,7 +162,22 @@ pub struct Tension<L> {
     pub largest_strain: f64,
 }
 
+/// The four numbers of a list.
+#[inline(always)]
+pub(super) fn four<R: Real>(numbers: &[R]) -> [R; 4] {
+    [numbers[0], numbers[1], numbers[2], numbers[3]]
+}
+
 impl<L: BarForce> Tension<L> {
+    /// The impulse of a bar whose ends have no velocity.
+    #[inline(always)]
+    fn still<R: Real, const D: usize>(&self, x: &[R], settings: &[R]) -> [R; D] {
+        let ([d], given) = Vector::split(x);
+        let dv = Vector::zero();
+        self.impulse(EdgeVector { d, dv }, four(given), settings)
+            .array()
+    }
+
     #[inline(always)]
     fn impulse<R: Real, const D: usize>(
         &self,
@@ -178,17 +202,25 @@ impl<L: BarForce> Kernel<6, 2> for Tension<L> {
     const IS_REPLAYED: bool = L::IS_REPLAYED;
 
     fn eval<R: Real>(&self, x: [R; 6], settings: &[R]) -> [R; 2] {
-        let [dx, dy, given @ ..] = x;
-        let edge = EdgeVector {
-            d: Vector::new([dx, dy]),
-            dv: Vector::zero(),
-        };
-        let impulse = self.impulse(edge, given, settings);
-        impulse.array()
+        self.still::<R, 2>(&x, settings)
     }
 
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 6, 2, M>) -> [[R; 6]; M] {
         L::tension_vjp(self, at)
+    }
+}
+
+#[kernel]
+impl<L: BarForce> Kernel<7, 3> for Tension<L> {
+    const UNIFORMS: usize = L::COUNT;
+    const IS_REPLAYED: bool = L::IS_REPLAYED;
+
+    fn eval<R: Real>(&self, x: [R; 7], settings: &[R]) -> [R; 3] {
+        self.still::<R, 3>(&x, settings)
+    }
+
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 7, 3, M>) -> [[R; 7]; M] {
+        L::tension_vjp_in_space(self, at)
     }
 }
 
@@ -197,18 +229,15 @@ impl<L: BarForce> Kernel<6, 2> for Tension<L> {
 #[derive(Clone, Debug)]
 pub struct MovingTension<L>(pub Tension<L>);
 
-#[kernel]
-impl<L: BarForce> Kernel<8, 2> for MovingTension<L> {
-    const UNIFORMS: usize = L::COUNT;
-    const IS_REPLAYED: bool = L::IS_REPLAYED;
+in_both_dimensions! { D =>
+    #[kernel]
+    impl<L: BarForce> Kernel<{ 2 * D + 4 }, D> for MovingTension<L> {
+        const UNIFORMS: usize = L::COUNT;
+        const IS_REPLAYED: bool = L::IS_REPLAYED;
 
-    fn eval<R: Real>(&self, x: [R; 8], settings: &[R]) -> [R; 2] {
-        let [dx, dy, dvx, dvy, given @ ..] = x;
-        let edge = EdgeVector {
-            d: Vector::new([dx, dy]),
-            dv: Vector::new([dvx, dvy]),
-        };
-        let impulse = self.0.impulse(edge, given, settings);
-        impulse.array()
+        fn eval<R: Real>(&self, x: [R; 2 * D + 4], settings: &[R]) -> [R; D] {
+            let (edge, given) = EdgeVector::<R, D>::split(&x);
+            self.0.impulse(edge, four(given), settings).array()
+        }
     }
 }

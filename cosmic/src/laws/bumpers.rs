@@ -11,10 +11,10 @@ use autodiff::{Array, Graph, Kernel, Program, Pullback, Real};
 use super::force::{Force, ForceParameters, LatticeForce, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};
 use super::stiffness::Stiffness;
-use crate::geometry::{Matrix, Segment, Vector};
-use crate::kernel;
+use crate::geometry::{Axes, Matrix, Segment, Vector, inputs, outputs};
 use crate::lattice::Lattice;
 use crate::settings::{above, within};
+use crate::{in_both_dimensions, in_dimension, kernel};
 
 /// A node that is nearer to a bar at rest than this share of the shortest bar lies on the bar, so they are not a pair.
 const ON_BAR: f64 = 1e-3;
@@ -68,7 +68,7 @@ pub struct Bump {
 
 /// A node and a bar that may touch it. `R` is a number, or an array with a number for each pair.
 #[derive(Clone, Copy, Debug)]
-struct PairPose<R, const D: usize = 2> {
+struct PairPose<R, const D: usize = 3> {
     node: Vector<R, D>,
     /// The ends of the bar.
     ends: [Vector<R, D>; 2],
@@ -129,22 +129,28 @@ impl Bump {
     }
 }
 
+impl Bump {
+    #[inline(always)]
+    fn scaled<R: Real, const D: usize, const O: usize>(&self, x: &[R], law: &[R]) -> [R; O] {
+        let ([node, from, to], rest) = Vector::<R, D>::split(x);
+        let near = PairPose {
+            node,
+            ends: [from, to],
+            of_bar: rest[0],
+            of_node: rest[1],
+            most: rest[2],
+        };
+        let [a, b] = self.impulses([law[0], law[1]], &near);
+        Vector::join([a * rest[3], b * rest[4]])
+    }
+}
+
 #[kernel]
 impl Kernel<11, 4> for Bump {
     const UNIFORMS: usize = 2;
 
     fn eval<R: Real>(&self, x: [R; 11], law: &[R]) -> [R; 4] {
-        let [kx, ky, ix, iy, jx, jy, of_bar, of_node, most, first, last] = x;
-        let near = PairPose {
-            node: Vector::new([kx, ky]),
-            ends: [Vector::new([ix, iy]), Vector::new([jx, jy])],
-            of_bar,
-            of_node,
-            most,
-        };
-        let [a, b] = self.impulses([law[0], law[1]], &near);
-        let ([ax, ay], [bx, by]) = ((a * first).array(), (b * last).array());
-        [ax, ay, bx, by]
+        self.scaled::<R, 2, 4>(&x, law)
     }
 
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 11, 4, M>) -> [[R; 11]; M] {
@@ -152,14 +158,25 @@ impl Kernel<11, 4> for Bump {
     }
 }
 
+#[kernel]
+impl Kernel<14, 6> for Bump {
+    const UNIFORMS: usize = 2;
+
+    fn eval<R: Real>(&self, x: [R; 14], law: &[R]) -> [R; 6] {
+        self.scaled::<R, 3, 6>(&x, law)
+    }
+}
+
 /// The kernel that passes on an impulse along an edge of a graph.
 #[derive(Clone, Copy, Debug)]
 struct Identity;
 
-#[kernel]
-impl Kernel<2, 2> for Identity {
-    fn eval<R: Real>(&self, impulse: [R; 2], _: &[R]) -> [R; 2] {
-        impulse
+in_both_dimensions! { D =>
+    #[kernel]
+    impl Kernel<D, D> for Identity {
+        fn eval<R: Real>(&self, impulse: [R; D], _: &[R]) -> [R; D] {
+            impulse
+        }
     }
 }
 
@@ -282,14 +299,14 @@ impl BumperForce {
     }
 }
 
-/// The sum of impulses at the nodes. `pairs` has the pairs and, for each of their two ends, the two components of its
+/// The sum of impulses at the nodes. `pairs` has the pairs and, for each of their two ends, the components of its
 /// impulses: those on the end if it comes before the node of the pair, and the opposite ones otherwise.
 fn at_nodes(
     p: &mut Program,
     nodes: usize,
     pairs: &[&Pair],
-    impulses: [[Array; 2]; 2],
-) -> Vector<Array> {
+    impulses: [Axes<Array>; 2],
+) -> Axes<Array> {
     let between = |pair: &Pair, end: usize| {
         let end = pair.ends[end];
         [end.min(pair.node), end.max(pair.node)]
@@ -314,14 +331,18 @@ fn at_nodes(
         }
     }
     let none = vec![None; graph.slots()];
-    let of_links = [0, 1].map(|axis| {
-        let start = p.gather(impulses[0][axis], &none);
+    let dimension = impulses[0].dimension();
+    let of_links = Axes::from_fn(dimension, |axis| {
+        let start = p.gather(impulses[0].as_slice()[axis], &none);
         let ends = rounds.iter().zip(impulses);
         ends.fold(start, |sum, (rounds, impulse)| {
-            add_gathered(p, sum, impulse[axis], rounds)
+            add_gathered(p, sum, impulse.as_slice()[axis], rounds)
         })
     });
-    Vector::new(p.map_edges(&graph, Identity, [], &of_links, &[]))
+    in_dimension!(dimension, D => {
+        let links = of_links.array::<D>();
+        p.map_edges::<_, 0, D, D>(&graph, Identity, [], &links, &[]).into()
+    })
 }
 
 impl Force for BumperForce {
@@ -340,12 +361,7 @@ impl Force for BumperForce {
         step_inputs(&self.law)
     }
 
-    fn record(
-        &self,
-        p: &mut Program,
-        step: &Step,
-        given: &ForceParameters<Array>,
-    ) -> Vector<Array> {
+    fn record(&self, p: &mut Program, step: &Step, given: &ForceParameters<Array>) -> Axes<Array> {
         let (graph, nodes) = (step.graph, step.graph.nodes());
         let in_use = graph.edge_of_slot();
         let has_bar = |edge: usize| in_use[graph.slot_of_edge()[edge]].is_some();
@@ -373,17 +389,20 @@ impl Force for BumperForce {
         ];
         let [node, from, to] = points.map(|places| {
             let at = step.nodes.x.map(|x| p.gather(x, &places));
-            (at.array(), places)
+            (at, places)
         });
         let slots = of_pairs(&|pair| graph.slot_of_edge()[pair.edge]);
         let of_bar = p.gather(step.stiffness, &slots);
         let of_nodes = p.sum_at_nodes(graph, step.stiffness);
         let of_node = p.gather(of_nodes, &node.1);
         let [most, first, last] = [0, 1, 2].map(|k| p.gather(given.constants[k], &places));
-        let ([kx, ky], [ix, iy], [jx, jy]) = (node.0, from.0, to.0);
-        let inputs = [kx, ky, ix, iy, jx, jy, of_bar, of_node, most, first, last];
-        let [ax, ay, bx, by] = p.map(self.bump(step.dt), inputs, &given.inputs);
-        at_nodes(p, nodes, &pairs, [[ax, ay], [bx, by]])
+        let (vectors, others) = ([node.0, from.0, to.0], [of_bar, of_node, most, first, last]);
+        let impulses = in_dimension!(step.dimension(), D => {
+            let pairs = inputs::<_, { 3 * D + 5 }>(&vectors, &others);
+            let ends: [Array; 2 * D] = p.map(self.bump(step.dt), pairs, &given.inputs);
+            outputs(step.dimension(), &ends)
+        });
+        at_nodes(p, nodes, &pairs, impulses)
     }
 
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull> {
@@ -414,7 +433,7 @@ impl Force for BumperForce {
     /// Adds the stiffness of one contact to every node: its stiffest one.
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
         for (node, k) in self.stiffest(pose).into_iter().enumerate() {
-            stiffness.node(node, Matrix::identity() * k);
+            stiffness.node(node, Matrix::onto(pose.lattice.dimension) * k);
         }
     }
 

@@ -13,7 +13,7 @@ use crate::kernel;
 
 /// A node at the moment when it meets the ground.
 #[derive(Clone, Copy, Debug)]
-pub struct Impact<R, const D: usize = 2> {
+pub struct Impact<R, const D: usize> {
     /// The velocity before the impact, m/s. The first component is along the ground. The last component is along the
     /// normal that points out of the ground; it is negative, because the node moves into the ground.
     pub velocity: Vector<R, D>,
@@ -78,6 +78,15 @@ pub trait Contact: Law {
     ) -> [[R; 7]; M] {
         vjp_by_duals(flying, at)
     }
+
+    /// Like [`flying_vjp`](Self::flying_vjp), in space.
+    #[inline(always)]
+    fn flying_vjp_in_space<R: Real, const M: usize>(
+        flying: &Flying<Self>,
+        at: Pullback<R, 10, 6, M>,
+    ) -> [[R; 10]; M] {
+        vjp_by_duals(flying, at)
+    }
 }
 
 /// Computes the node after a drift over terrain, on the given route. If the node meets a segment, the law gets the
@@ -121,6 +130,14 @@ macro_rules! emitted_adjoints {
             at: autodiff::Pullback<R, 7, 4, M>,
         ) -> [[R; 7]; M] {
             flying.emitted_vjp(at)
+        }
+
+        #[inline(always)]
+        fn flying_vjp_in_space<R: Real, const M: usize>(
+            flying: &Flying<Self>,
+            at: autodiff::Pullback<R, 10, 6, M>,
+        ) -> [[R; 10]; M] {
+            flying.emitted_vjp_in_space(at)
         }
     };
 }
@@ -178,14 +195,14 @@ pub trait Surface: Clone + Debug + Send + Sync + Sized + 'static {
     }
 }
 
-/// A kernel that moves nodes over the ground: what it computes before and after their drift.
+/// A kernel that moves nodes of planar robots over the ground: what it computes before and after their drift.
 pub trait OverGround<C: Contact, const I: usize>: Kernel<I, 4> {
     /// The drift.
     fn drift(&self) -> Drift;
 
     /// The contact law, the node at the beginning of the drift, and the number of the segment that it does not meet; -1 for
     /// none.
-    fn before<R: Real>(&self, x: [R; I], given: &[R]) -> (C::Of<R>, Particle<R>, R);
+    fn before<R: Real>(&self, x: [R; I], given: &[R]) -> (C::Of<R>, Particle<R, 2>, R);
 
     /// The results of the kernel. `axes` are those of the segment that the node does not meet, and `end` is the node at the
     /// end of the drift.
@@ -194,7 +211,7 @@ pub trait OverGround<C: Contact, const I: usize>: Kernel<I, 4> {
         law: &C::Of<R>,
         x: [R; I],
         axes: Rotation<R>,
-        end: Particle<R>,
+        end: Particle<R, 2>,
     ) -> [R; 4];
 }
 
@@ -293,8 +310,8 @@ impl Surface for Terrain {
 }
 
 /// The kernel of one step of a node: a push that changes the velocity, then a drift that changes the position. It maps
-/// `[x, y, vx, vy, impulse x, impulse y, 1 / mass]` to the new `[x, y, vx, vy]`. The uniform inputs are those of a [`Push`],
-/// then the law's settings.
+/// the position, the velocity, the impulse and 1 / mass to the new position and velocity. The uniform inputs are those of a
+/// [`Push`], then the law's settings.
 #[derive(Clone, Debug)]
 pub struct Flying<C, G = Flat> {
     /// The drift after the push.
@@ -305,18 +322,46 @@ pub struct Flying<C, G = Flat> {
     pub ground: G,
 }
 
+impl<C: Contact, G: Surface> Flying<C, G> {
+    /// The settings of the law, and the node after the push.
+    #[inline(always)]
+    fn pushed<R: Real, const D: usize>(&self, x: &[R], given: &[R]) -> (C::Of<R>, Particle<R, D>) {
+        let ([x, v, impulse], rest) = Vector::split(x);
+        let v = Push::of(given).velocity(v, impulse, rest[0]);
+        let law = self.contact.of(&given[Push::<R, D>::COUNT..]);
+        (law, Particle { x, v })
+    }
+
+    #[inline(always)]
+    fn flown<R: Real, const D: usize, const O: usize>(&self, x: &[R], given: &[R]) -> [R; O] {
+        let (law, node) = self.pushed::<R, D>(x, given);
+        G::drift::<C, R, D>(&self.ground, &law, &self.drift, node).array()
+    }
+}
+
 #[kernel]
 impl<C: Contact, G: Surface> Kernel<7, 4> for Flying<C, G> {
-    const UNIFORMS: usize = Push::<f64>::COUNT + C::COUNT;
+    const UNIFORMS: usize = Push::<f64, 2>::COUNT + C::COUNT;
 
     fn eval<R: Real>(&self, node: [R; 7], given: &[R]) -> [R; 4] {
-        let (law, node, _) = self.before(node, given);
-        let node = G::drift::<C, R, 2>(&self.ground, &law, &self.drift, node);
-        node.array()
+        self.flown::<R, 2, 4>(&node, given)
     }
 
     fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 7, 4, M>) -> [[R; 7]; M] {
         G::flying_vjp(self, at)
+    }
+}
+
+#[kernel]
+impl<C: Contact> Kernel<10, 6> for Flying<C> {
+    const UNIFORMS: usize = Push::<f64, 3>::COUNT + C::COUNT;
+
+    fn eval<R: Real>(&self, node: [R; 10], given: &[R]) -> [R; 6] {
+        self.flown::<R, 3, 6>(&node, given)
+    }
+
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 10, 6, M>) -> [[R; 10]; M] {
+        C::flying_vjp_in_space(self, at)
     }
 }
 
@@ -327,19 +372,19 @@ impl<C: Contact, G: Surface> OverGround<C, 7> for Flying<C, G> {
     }
 
     #[inline(always)]
-    fn before<R: Real>(
-        &self,
-        [x, y, vx, vy, jx, jy, inverse_mass]: [R; 7],
-        given: &[R],
-    ) -> (C::Of<R>, Particle<R>, R) {
-        let (node, impulse) = (Particle::new([x, y, vx, vy]), Vector::new([jx, jy]));
-        let v = Push::of(given).velocity(node.v, impulse, inverse_mass);
-        let law = self.contact.of(&given[Push::<R>::COUNT..]);
-        (law, Particle { v, ..node }, R::lit(NONE))
+    fn before<R: Real>(&self, x: [R; 7], given: &[R]) -> (C::Of<R>, Particle<R, 2>, R) {
+        let (law, node) = self.pushed(&x, given);
+        (law, node, R::lit(NONE))
     }
 
     #[inline(always)]
-    fn after<R: Real>(&self, _: &C::Of<R>, _: [R; 7], _: Rotation<R>, end: Particle<R>) -> [R; 4] {
+    fn after<R: Real>(
+        &self,
+        _: &C::Of<R>,
+        _: [R; 7],
+        _: Rotation<R>,
+        end: Particle<R, 2>,
+    ) -> [R; 4] {
         end.array()
     }
 }

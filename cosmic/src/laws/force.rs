@@ -7,20 +7,20 @@ use std::sync::Arc;
 use autodiff::{Array, Graph, Kernel, Program, Pullback, Real};
 
 use super::law::{Law, StepInput};
-use super::motion::Particle;
+use super::motion::Motion;
 use super::slopes::Tensions;
 use super::stiffness::Stiffness;
-use crate::geometry::{Ground, Vector};
+use crate::geometry::{Axes, Dimension, Ground, Vector};
 use crate::kernel;
 use crate::lattice::{Body, Lattice, State};
 use crate::settings::Settings;
 
 /// The arrays that a step computes forces from. Vectors are in the ground's frame.
-pub struct Step<'a, const D: usize = 2> {
+pub struct Step<'a> {
     /// The edges. Each edge has a slot: its place in the arrays that have a number for every edge.
     pub graph: &'a Graph,
     /// Positions (m) and velocities (m/s) of the nodes.
-    pub nodes: Particle<Array, D>,
+    pub nodes: Motion,
     /// 1 / mass of every node, 1/kg.
     pub inverse_mass: Array,
     /// The controller's output for every slot.
@@ -40,10 +40,15 @@ pub struct Step<'a, const D: usize = 2> {
     /// The largest strain of the actuator material.
     pub largest_strain: f64,
     /// The unit vector opposite to gravity.
-    pub vertical: Vector<f64, D>,
+    pub vertical: Vector<f64>,
 }
 
-impl<const D: usize> Step<'_, D> {
+impl Step<'_> {
+    /// Whether the robot moves in the plane or in space.
+    pub fn dimension(&self) -> Dimension {
+        self.nodes.dimension()
+    }
+
     /// The arrays of the edges that a force along bars reads: activation, stiffness, rest length and strain.
     pub(super) fn per_edge(&self) -> [Array; 4] {
         [
@@ -57,27 +62,27 @@ impl<const D: usize> Step<'_, D> {
 
 /// A robot at one moment, for computations that are not part of a step. Vectors are in the ground's frame.
 #[derive(Clone, Debug)]
-pub struct Pose<'a, const D: usize = 2> {
+pub struct Pose<'a> {
     /// Nodes and edges.
-    pub lattice: &'a Lattice<D>,
+    pub lattice: &'a Lattice,
     /// Stiffness, strains and masses.
     pub body: &'a Body<f64>,
     /// Positions and velocities.
-    pub state: State<f64, D>,
+    pub state: State<f64>,
     /// The controller's output for every edge; empty if the actuators are idle.
     pub activation: &'a [f64],
     /// The time, s.
     pub time: f64,
     /// The unit vector opposite to gravity.
-    pub vertical: Vector<f64, D>,
+    pub vertical: Vector<f64>,
 }
 
-impl<'a, const D: usize> Pose<'a, D> {
+impl<'a> Pose<'a> {
     /// The pose of a robot with idle actuators at time 0. `state` is in the world's frame.
     pub fn idle(
-        lattice: &'a Lattice<D>,
+        lattice: &'a Lattice,
         body: &'a Body<f64>,
-        state: &State<f64, D>,
+        state: &State<f64>,
         ground: &Ground,
     ) -> Self {
         Self {
@@ -93,11 +98,11 @@ impl<'a, const D: usize> Pose<'a, D> {
 
 /// The force that a part of a law, such as one spring, exerts on one node.
 #[derive(Clone, Debug)]
-pub struct Pull<const D: usize = 2> {
+pub struct Pull {
     /// The name of the part as a noun phrase, such as "the spring of edge 3 [1, 2]". Messages contain it.
     pub part: String,
     /// The force, N, in the ground's frame.
-    pub force: Vector<f64, D>,
+    pub force: Vector<f64>,
 }
 
 /// The arrays that a force gets in a step because it has declared them in [`Force::constants`] and [`Force::inputs`].
@@ -146,8 +151,7 @@ pub trait Force: Debug + Send + Sync {
     }
 
     /// Records the impulses of this force on all nodes over a step (N s).
-    fn record(&self, p: &mut Program, step: &Step, given: &ForceParameters<Array>)
-    -> Vector<Array>;
+    fn record(&self, p: &mut Program, step: &Step, given: &ForceParameters<Array>) -> Axes<Array>;
 
     /// Records the tension that this force adds to every bar, with its slopes, for an implicit step. Returns the sum with
     /// `before`, the tensions of earlier forces. `None` if this force does not act along bars: an implicit step then takes
@@ -253,11 +257,11 @@ impl Kernel<2, 1> for Sum {
 }
 
 /// Records the sum of vectors at nodes, such as impulses: of `impulses` and of what came before, if there is any.
-pub(crate) fn add<const D: usize>(
+pub(crate) fn add(
     p: &mut Program,
-    before: Option<Vector<Array, D>>,
-    impulses: Vector<Array, D>,
-) -> Vector<Array, D> {
+    before: Option<Axes<Array>>,
+    impulses: Axes<Array>,
+) -> Axes<Array> {
     let Some(before) = before else {
         return impulses;
     };

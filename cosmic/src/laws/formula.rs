@@ -25,7 +25,9 @@ const OF_BARS: &[&str] = &[
 ];
 
 /// The names of the numbers of a node, as in [`Node`], and of the settings.
-const OF_NODES: &[&str] = &["x", "z", "vx", "vz", "mass", "time", "a", "b", "c", "d"];
+const OF_NODES: &[&str] = &[
+    "x", "y", "z", "vx", "vy", "vz", "mass", "time", "a", "b", "c", "d",
+];
 
 crate::settings! {
     /// A force along bars that is a formula.
@@ -75,9 +77,11 @@ impl BarForce for BarFormula {
 crate::settings! {
     /// A force on every node that is a formula.
     struct NodeFormula<R> {
-        /// Force along the ground. The numbers of a node are its position `x` along the ground and `z` out of it (m), its
-        /// velocity `vx` and `vz` (m/s), its `mass` (kg), and the `time` (s).
+        /// Force along the ground. The numbers of a node are its position `x` along the ground, `y` across and `z` out of it
+        /// (m), its velocity `vx`, `vy` and `vz` (m/s), its `mass` (kg), and the `time` (s).
         force_x: Expression = Expression::zero(OF_NODES), unit "N", source "beyond the paper";
+        /// Force across. It has no effect on planar robots, whose `y` and `vy` are 0.
+        force_y: Expression = Expression::zero(OF_NODES), unit "N", source "beyond the paper";
         /// Force out of the ground.
         force_z: Expression = Expression::zero(OF_NODES), unit "N", source "beyond the paper";
         /// The number `a` in the formulas. A rollout has derivatives with respect to `a`, `b`, `c` and `d`.
@@ -103,8 +107,10 @@ impl NodeForce for NodeFormula {
     fn force<R: Real, const D: usize>(law: &NodeFormula<R>, node: Node<R, D>) -> Vector<R, D> {
         let numbers = [
             node.x.forward(),
+            node.x.sideways(),
             node.x.up(),
             node.v.forward(),
+            node.v.sideways(),
             node.v.up(),
             node.mass,
             node.time,
@@ -113,6 +119,8 @@ impl NodeForce for NodeFormula {
             law.c,
             law.d,
         ];
-        Vector::upright(law.force_x.eval(&numbers), law.force_z.eval(&numbers))
+        let [x, y, z] =
+            [&law.force_x, &law.force_y, &law.force_z].map(|force| force.eval(&numbers));
+        Vector::upright(x, z).with_sideways(y)
     }
 }

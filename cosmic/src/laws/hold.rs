@@ -53,7 +53,7 @@ pub(crate) struct GroundBelow<A> {
     /// Whether the node meets the ground in this step and was not held before.
     pub(crate) is_new: A,
     /// The unit vector along the segment.
-    pub(crate) tangent: Vector<A>,
+    pub(crate) tangent: Vector<A, 2>,
     /// The height of the node above the segment, m.
     pub(crate) height: A,
 }
@@ -98,7 +98,7 @@ pub(crate) struct FindGround<G> {
 #[kernel]
 impl<G: Surface> Kernel<6, 5> for FindGround<G> {
     fn eval<R: Real>(&self, [x, y, wx, wy, segment, is_held]: [R; 6], _: &[R]) -> [R; 5] {
-        let node = Particle::new([x, y, wx, wy]);
+        let node = Particle::split(&[x, y, wx, wy]).0;
         let (meets, met) = self.ground.meets(node, self.dt);
         let is_new = meets & !mask(is_held);
         let segment = R::select(is_new, met, segment).detach();
@@ -118,7 +118,7 @@ impl<G: Surface> Kernel<6, 5> for FindGround<G> {
 /// The numbers of [`GroundBelow`]: the segment and whether the node is new there, the tangent of the plane of the segment, and
 /// the height of the node above it.
 #[inline(always)]
-fn below<R: Real>([segment, is_new]: [R; 2], plane: Plane<R>, x: Vector<R>) -> [R; 5] {
+fn below<R: Real>([segment, is_new]: [R; 2], plane: Plane<R>, x: Vector<R, 2>) -> [R; 5] {
     let along = Vector::upright(R::one(), R::zero());
     let [tx, ty] = plane.axes.out_of_rotated(along).array();
     [segment, is_new, tx, ty, plane.height(x)]
@@ -129,7 +129,7 @@ struct LocalNode<R: Real> {
     axes: Rotation<R>,
     height: R,
     /// The velocity in the step, m/s.
-    moving: Vector<R>,
+    moving: Vector<R, 2>,
     /// The time until the impact, s, if the node meets the ground.
     impact: R,
 }
@@ -137,7 +137,13 @@ struct LocalNode<R: Real> {
 impl<R: Real> LocalNode<R> {
     /// `moving` is in the ground's frame. The step takes `dt` seconds.
     #[inline(always)]
-    fn new(tangent: Vector<R>, height: R, is_new: R::Mask, moving: Vector<R>, dt: f64) -> Self {
+    fn new(
+        tangent: Vector<R, 2>,
+        height: R,
+        is_new: R::Mask,
+        moving: Vector<R, 2>,
+        dt: f64,
+    ) -> Self {
         let axes = Rotation::with_tangent(tangent);
         let moving = axes.into_rotated(moving);
         let approach = R::select(is_new, moving.up(), -R::one());
@@ -152,7 +158,7 @@ impl<R: Real> LocalNode<R> {
     /// The change of velocity, m/s, that brings a held node to the ground in `dt` seconds, and a node that sticks to the
     /// velocity `slip`. It is in the ground's frame.
     #[inline(always)]
-    fn correction(&self, is_held: R::Mask, sticks: R::Mask, slip: R, dt: f64) -> Vector<R> {
+    fn correction(&self, is_held: R::Mask, sticks: R::Mask, slip: R, dt: f64) -> Vector<R, 2> {
         let (zero, moving) = (R::zero(), self.moving);
         let landing = -(self.height.max(zero)) / R::lit(dt);
         self.axes.out_of_rotated(Vector::upright(
@@ -163,7 +169,7 @@ impl<R: Real> LocalNode<R> {
 
     /// Whether a node that meets the ground rests there: before, it moved along the ground more slowly than [`REST`].
     #[inline(always)]
-    fn rests(&self, v: Vector<R>, grip: R) -> R::Mask {
+    fn rests(&self, v: Vector<R, 2>, grip: R) -> R::Mask {
         let along = self.axes.into_rotated(v).forward();
         along.abs().less(R::lit(REST)) & R::zero().less(grip)
     }
@@ -331,11 +337,11 @@ impl Kernel<15, 8> for Equation {
 /// The impulse (N s) that bars do not explain if a node moves with the velocity `moving`, and with `free` without bars.
 #[inline(always)]
 fn residual<R: Real>(
-    moving: Vector<R>,
-    free: Vector<R>,
-    impulse: Vector<R>,
+    moving: Vector<R, 2>,
+    free: Vector<R, 2>,
+    impulse: Vector<R, 2>,
     inverse_mass: R,
-) -> Vector<R> {
+) -> Vector<R, 2> {
     (moving - free) / inverse_mass - impulse
 }
 
@@ -406,9 +412,12 @@ impl<C: Contact, G: Surface> OverGround<C, 9> for Landing<C, G> {
         &self,
         [x, y, wx, wy, segment, is_held, ..]: [R; 9],
         settings: &[R],
-    ) -> (C::Of<R>, Particle<R>, R) {
+    ) -> (C::Of<R>, Particle<R, 2>, R) {
         let but = R::select(mask(is_held), segment, R::lit(NONE));
-        let (law, node) = (self.contact.of(settings), Particle::new([x, y, wx, wy]));
+        let (law, node) = (
+            self.contact.of(settings),
+            Particle::split(&[x, y, wx, wy]).0,
+        );
         (law, node, but)
     }
 
@@ -418,7 +427,7 @@ impl<C: Contact, G: Surface> OverGround<C, 9> for Landing<C, G> {
         law: &C::Of<R>,
         [_, _, wx, wy, _, is_held, sticks, slip, slid]: [R; 9],
         axes: Rotation<R>,
-        end: Particle<R>,
+        end: Particle<R, 2>,
     ) -> [R; 4] {
         let (v, zero, rest) = (Vector::new([wx, wy]), R::zero(), R::lit(self.dt));
         let turned = end.v - v;

@@ -34,4 +34,11 @@ impl BarForce for Hooke {
     ) -> [[R; 6]; M] {
         tension.emitted_vjp(at)
     }
+
+    fn tension_vjp_in_space<R: Real, const M: usize>(
+        tension: &Tension<Self>,
+        at: Pullback<R, 7, 3, M>,
+    ) -> [[R; 7]; M] {
+        tension.emitted_vjp_in_space(at)
+    }
 }

@@ -51,7 +51,7 @@ pub(crate) use hold::{FindGround, FreeEquation, GroundBelow, NodeContacts, React
 pub use hooke::Hooke;
 pub use law::{Law, StepInput};
 pub use law_file::LawFile;
-pub use motion::{Drift, Particle, Push};
+pub use motion::{Drift, Motion, Particle, Push};
 pub use no_ground::NoGround;
 pub use node::{Node, NodeForce};
 pub(crate) use on_bars::OnBars;

@@ -1,36 +1,42 @@
 //! The motion of a node in a step: a push changes its velocity, then a drift changes its position. During the drift,
 //! the node may meet the ground.
 
-use autodiff::Real;
+use autodiff::{Array, Real};
 
-use crate::geometry::Vector;
+use crate::geometry::{Axes, Dimension, Vector, inputs, outputs};
 
 /// Position and velocity of a node, in the ground's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Particle<R, const D: usize = 2> {
+pub struct Particle<R, const D: usize> {
     /// The position, m.
     pub x: Vector<R, D>,
     /// The velocity, m/s.
     pub v: Vector<R, D>,
 }
 
-impl<R> Particle<R> {
-    /// Creates a particle from the numbers `[x, y, vx, vy]`.
-    #[inline(always)]
-    pub fn new([x, y, vx, vy]: [R; 4]) -> Self {
-        let (x, v) = (Vector::new([x, y]), Vector::new([vx, vy]));
-        Self { x, v }
-    }
-
-    /// Returns the numbers `[x, y, vx, vy]`.
-    #[inline(always)]
-    pub fn array(self) -> [R; 4] {
-        let ([x, y], [vx, vy]) = (self.x.array(), self.v.array());
-        [x, y, vx, vy]
-    }
+/// Positions and velocities of all nodes, as arrays.
+#[derive(Clone, Copy, Debug)]
+pub struct Motion {
+    /// The positions, m.
+    pub x: Axes<Array>,
+    /// The velocities, m/s.
+    pub v: Axes<Array>,
 }
 
 impl<R: Real, const D: usize> Particle<R, D> {
+    /// The particle whose position and velocity are at the beginning of a list, and the numbers after them.
+    #[inline(always)]
+    pub fn split(numbers: &[R]) -> (Self, &[R]) {
+        let ([x, v], rest) = Vector::split(numbers);
+        (Self { x, v }, rest)
+    }
+
+    /// The components of the position, then those of the velocity.
+    #[inline(always)]
+    pub fn array<const COUNT: usize>(self) -> [R; COUNT] {
+        Vector::join([self.x, self.v])
+    }
+
     /// Moves the particle at constant velocity for a time (s).
     #[inline(always)]
     #[must_use]
@@ -66,28 +72,26 @@ impl Drift {
 /// Gravity and damping, which change a node's velocity in every push. Kernels get these numbers as their first
 /// [`COUNT`](Self::COUNT) uniform inputs.
 #[derive(Clone, Copy, Debug)]
-pub struct Push<R, const D: usize = 2> {
+pub struct Push<R, const D: usize> {
     /// The velocity that gravity adds, m/s.
     pub gravity: Vector<R, D>,
     /// The factor `exp(-damping h)`, by which damping multiplies a velocity in a substep of length `h`.
     pub decay: R,
 }
 
-impl<R: Real> Push<R> {
+impl<R: Real, const D: usize> Push<R, D> {
     /// The number of uniform inputs.
-    pub const COUNT: usize = 3;
+    pub const COUNT: usize = D + 1;
 
     /// Reads the first uniform inputs of a kernel.
     #[inline(always)]
     pub fn of(uniforms: &[R]) -> Self {
         Self {
-            gravity: Vector::new([uniforms[0], uniforms[1]]),
-            decay: uniforms[2],
+            gravity: Vector::first_of(uniforms),
+            decay: uniforms[D],
         }
     }
-}
 
-impl<R: Real, const D: usize> Push<R, D> {
     /// Computes the velocity `v*` (m/s) that a node has after the push and before contact. The inputs are the velocity
     /// before the step, the impulse (N s) and 1 / mass (1/kg).
     #[inline(always)]
@@ -99,5 +103,28 @@ impl<R: Real, const D: usize> Push<R, D> {
     ) -> Vector<R, D> {
         let pushed = impulse.fma(inverse_mass, self.gravity);
         v.fma(self.decay, pushed)
+    }
+}
+
+impl Motion {
+    /// The components of the positions, then those of the velocities.
+    pub fn axes<const COUNT: usize>(self) -> [Array; COUNT] {
+        inputs(&[self.x, self.v], &[])
+    }
+
+    /// The same components as a list.
+    pub fn list(self) -> Vec<Array> {
+        [self.x.as_slice(), self.v.as_slice()].concat()
+    }
+
+    /// The motion with these components.
+    pub fn of(dimension: Dimension, components: &[Array]) -> Self {
+        let [x, v] = outputs(dimension, components);
+        Self { x, v }
+    }
+
+    /// The dimension of the vectors.
+    pub fn dimension(&self) -> Dimension {
+        self.x.dimension()
     }
 }

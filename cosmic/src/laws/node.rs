@@ -9,15 +9,15 @@ use super::force::{AnyForce, Force, ForceParameters, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};
 use super::motion::Particle;
 use super::stiffness::Stiffness;
-use crate::geometry::{Matrix, Vector};
-use crate::kernel;
+use crate::geometry::{Axes, Matrix, Vector, inputs};
 use crate::lattice::Lattice;
 use crate::settings::Settings;
+use crate::{in_both_dimensions, in_dimension, kernel};
 
 /// A node as a law sees it: the numbers that the force may depend on. Vectors are in the ground's frame: the first
 /// component is along the ground, the last component points out of it.
 #[derive(Clone, Copy, Debug)]
-pub struct Node<R, const D: usize = 2> {
+pub struct Node<R, const D: usize = 3> {
     /// Position, m.
     pub x: Vector<R, D>,
     /// Velocity, m/s.
@@ -62,46 +62,39 @@ pub trait NodeForce: Law {
 /// The kernel of a law on nodes. It computes the impulse (N s) on a node over a step from the node's position,
 /// velocity, 1 / mass and weight, and from the time.
 #[derive(Clone, Debug)]
-struct NodeKernel<L, const D: usize = 2> {
+struct NodeKernel<L> {
     law: L,
     dt: f64,
-    vertical: Vector<f64, D>,
+    vertical: Vector<f64>,
 }
 
-impl<L: NodeForce, const D: usize> NodeKernel<L, D> {
+impl<L: NodeForce> NodeKernel<L> {
     #[inline(always)]
-    fn impulse<R: Real>(
-        &self,
-        Particle { x, v }: Particle<R, D>,
-        [inverse_mass, weight, time]: [R; 3],
-        settings: &[R],
-    ) -> Vector<R, D> {
+    fn impulse<R: Real, const D: usize>(&self, x: &[R], settings: &[R]) -> [R; D] {
+        let (Particle { x, v }, rest) = Particle::split(x);
+        let [inverse_mass, weight, time] = [rest[0], rest[1], rest[2]];
         let node = Node {
             x,
             v,
             mass: inverse_mass.recip(),
             weight,
             time: if L::NEEDS_TIME { time } else { R::zero() },
-            vertical: Vector::lit(self.vertical),
+            vertical: Vector::upright(R::lit(self.vertical.forward()), R::lit(self.vertical.up())),
         };
-        let force = L::force(&self.law.of(settings), node);
-        force * R::lit(self.dt)
+        let force: Vector<R, D> = L::force(&self.law.of(settings), node);
+        (force * R::lit(self.dt)).array()
     }
 }
 
-#[kernel]
-impl<L: NodeForce> Kernel<7, 2> for NodeKernel<L> {
-    const UNIFORMS: usize = L::COUNT;
-    const IS_REPLAYED: bool = L::IS_REPLAYED;
+in_both_dimensions! { D =>
+    #[kernel]
+    impl<L: NodeForce> Kernel<{ 2 * D + 3 }, D> for NodeKernel<L> {
+        const UNIFORMS: usize = L::COUNT;
+        const IS_REPLAYED: bool = L::IS_REPLAYED;
 
-    fn eval<R: Real>(
-        &self,
-        [x, y, vx, vy, inverse_mass, weight, time]: [R; 7],
-        settings: &[R],
-    ) -> [R; 2] {
-        let node = Particle::new([x, y, vx, vy]);
-        let impulse = self.impulse(node, [inverse_mass, weight, time], settings);
-        impulse.array()
+        fn eval<R: Real>(&self, x: [R; 2 * D + 3], settings: &[R]) -> [R; D] {
+            self.impulse(&x, settings)
+        }
     }
 }
 
@@ -119,7 +112,7 @@ impl<L: NodeForce> OnNodes<L> {
         Self { law, weights }
     }
 
-    fn node<const D: usize>(&self, pose: &Pose<D>, node: usize) -> Node<f64, D> {
+    fn node(&self, pose: &Pose, node: usize) -> Node<f64> {
         Node {
             x: pose.state.x[node],
             v: pose.state.v[node],
@@ -131,13 +124,8 @@ impl<L: NodeForce> OnNodes<L> {
     }
 
     /// The rate at which the force changes if the position changes at the rate `dx` and the velocity at the rate `dv`.
-    fn slope<const D: usize>(
-        &self,
-        node: Node<f64, D>,
-        dx: Vector<f64, D>,
-        dv: Vector<f64, D>,
-    ) -> Vector<f64, D> {
-        let moving = |x: Vector<f64, D>, rate: Vector<f64, D>| {
+    fn slope(&self, node: Node<f64>, dx: Vector<f64>, dv: Vector<f64>) -> Vector<f64> {
+        let moving = |x: Vector<f64>, rate: Vector<f64>| {
             x.zip_with(rate, |value, rate| Dual {
                 value,
                 tangent: [rate],
@@ -191,21 +179,18 @@ impl<L: NodeForce> Force for OnNodes<L> {
         L::NEEDS_TIME
     }
 
-    fn record(
-        &self,
-        p: &mut Program,
-        step: &Step,
-        given: &ForceParameters<Array>,
-    ) -> Vector<Array> {
+    fn record(&self, p: &mut Program, step: &Step, given: &ForceParameters<Array>) -> Axes<Array> {
         let kernel = NodeKernel {
             law: self.law.clone(),
             dt: step.dt,
             vertical: step.vertical,
         };
-        let ([x, y, vx, vy], weight) = (step.nodes.array(), given.constants[0]);
-        let time = step.time.unwrap_or(weight);
-        let node = [x, y, vx, vy, step.inverse_mass, weight, time];
-        Vector::new(p.map(kernel, node, &given.inputs))
+        let weight = given.constants[0];
+        let others = [step.inverse_mass, weight, step.time.unwrap_or(weight)];
+        in_dimension!(step.dimension(), D => {
+            let node = inputs::<_, { 2 * D + 3 }>(&[step.nodes.x, step.nodes.v], &others);
+            p.map(kernel, node, &given.inputs).into()
+        })
     }
 
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull> {
@@ -226,10 +211,14 @@ impl<L: NodeForce> Force for OnNodes<L> {
         let zero = Vector::zero();
         for node in 0..pose.lattice.nodes() {
             let at = self.node(pose, node);
-            let by_place = Vector::axes().map(|axis| -self.slope(at, axis, zero));
+            // A planar robot does not move across.
+            let axes = Vector::axes();
+            let moves = |axis: Vector<f64>| pose.lattice.dimension.unit_vectors().contains(&axis);
+            let onto = |axis| if moves(axis) { axis } else { zero };
+            let by_place = axes.map(|axis| -self.slope(at, onto(axis), zero));
             stiffness.node(node, Matrix::symmetric(by_place));
             // The largest row sum of absolute values is a bound on every eigenvalue of the matrix.
-            let by_velocity = Vector::axes().map(|axis| self.slope(at, zero, axis).map(f64::abs));
+            let by_velocity = axes.map(|axis| self.slope(at, zero, onto(axis)).map(f64::abs));
             let largest = by_velocity.into_iter().sum::<Vector<f64>>().largest();
             stiffness.dampen_node(node, largest);
         }

@@ -10,7 +10,8 @@ use super::force::{AnyForce, Force, ForceParameters, Pose, Pull, RestingBar, Ste
 use super::law::{StepInput, step_inputs};
 use super::slopes::{BESIDE, Slopes, Tensions};
 use super::stiffness::Stiffness;
-use crate::geometry::Vector;
+use crate::geometry::Axes;
+use crate::in_dimension;
 use crate::lattice::{EdgeVector, Lattice};
 use crate::settings::Settings;
 
@@ -23,7 +24,7 @@ pub(crate) struct OnBars<L>(pub(crate) L);
 
 impl<L: BarForce> OnBars<L> {
     /// Makes the numbers of an edge's bar in a pose that the tension may depend on.
-    fn bar<const D: usize>(&self, pose: &Pose<D>, edge: usize) -> Bar<f64> {
+    fn bar(&self, pose: &Pose, edge: usize) -> Bar<f64> {
         let between = EdgeVector::of(&pose.state, pose.lattice.edges[edge]);
         let given = [
             pose.activation.get(edge).copied().unwrap_or(0.0),
@@ -108,12 +109,7 @@ impl<L: BarForce> Force for OnBars<L> {
         step_inputs(&self.0)
     }
 
-    fn record(
-        &self,
-        p: &mut Program,
-        step: &Step,
-        given: &ForceParameters<Array>,
-    ) -> Vector<Array> {
+    fn record(&self, p: &mut Program, step: &Step, given: &ForceParameters<Array>) -> Axes<Array> {
         let tension = Tension {
             law: self.0.clone(),
             dt: step.dt,
@@ -121,13 +117,13 @@ impl<L: BarForce> Force for OnBars<L> {
             largest_strain: step.largest_strain,
         };
         let edge = step.per_edge();
-        Vector::new(if L::NEEDS_RATE {
-            let ends = step.nodes.array();
+        in_dimension!(step.dimension(), D => if L::NEEDS_RATE {
+            let ends = step.nodes.axes::<{ 2 * D }>();
             let moving = MovingTension(tension);
-            p.map_edges(step.graph, moving, ends, &edge, &given.inputs)
+            p.map_edges::<_, { 2 * D }, { 2 * D + 4 }, D>(step.graph, moving, ends, &edge, &given.inputs).into()
         } else {
-            let ends = step.nodes.x.array();
-            p.map_edges(step.graph, tension, ends, &edge, &given.inputs)
+            let ends = step.nodes.x.array::<D>();
+            p.map_edges::<_, D, { D + 4 }, D>(step.graph, tension, ends, &edge, &given.inputs).into()
         })
     }
 
@@ -143,8 +139,11 @@ impl<L: BarForce> Force for OnBars<L> {
             softening: step.softening,
             largest_strain: step.largest_strain,
         };
-        let (ends, edge) = (step.nodes.array(), step.per_edge());
-        let own = p.map_each_edge(step.graph, slopes, ends, &edge, &given.inputs);
+        let edge = step.per_edge();
+        let own = in_dimension!(step.dimension(), D => {
+            let ends = step.nodes.axes::<{ 2 * D }>();
+            p.map_each_edge::<_, { 2 * D }, { 2 * D + 4 }, 3>(step.graph, slopes, ends, &edge, &given.inputs)
+        });
         let Some(before) = before.map(Tensions::array) else {
             return Some(own.into());
         };

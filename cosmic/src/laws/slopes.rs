@@ -4,10 +4,10 @@
 use autodiff::arrays::{MOST_UNIFORMS, constants, seeded};
 use autodiff::{Array, Dual, Kernel, Pullback, Real};
 
-use super::bar::{Bar, BarForce};
+use super::bar::{Bar, BarForce, four};
 use crate::geometry::{Symmetric, Vector};
-use crate::kernel;
 use crate::lattice::EdgeVector;
+use crate::{in_both_dimensions, kernel};
 
 /// A small share of a stroke, and a small rate, m/s: a law may have a kink at the target and at rest, so slopes are also
 /// taken beside these.
@@ -75,13 +75,28 @@ impl<L: BarForce> Slopes<L> {
     }
 }
 
-#[kernel]
-impl<L: BarForce> Kernel<8, 3> for Slopes<L> {
-    const UNIFORMS: usize = L::COUNT;
-    const IS_REPLAYED: bool = L::IS_REPLAYED;
+in_both_dimensions! { D =>
+    #[kernel]
+    impl<L: BarForce> Kernel<{ 2 * D + 4 }, 3> for Slopes<L> {
+        const UNIFORMS: usize = L::COUNT;
+        const IS_REPLAYED: bool = L::IS_REPLAYED;
 
-    fn eval<R: Real>(&self, [dx, dy, dvx, dvy, given @ ..]: [R; 8], settings: &[R]) -> [R; 3] {
-        let edge = edge([dx, dy, dvx, dvy]);
+        fn eval<R: Real>(&self, x: [R; 2 * D + 4], settings: &[R]) -> [R; 3] {
+            let (edge, given) = EdgeVector::<R, D>::split(&x);
+            self.of_bar(edge, four(given), settings)
+        }
+    }
+}
+
+impl<L: BarForce> Slopes<L> {
+    /// The numbers of [`Tensions`].
+    #[inline(always)]
+    fn of_bar<R: Real, const D: usize>(
+        &self,
+        edge: EdgeVector<R, D>,
+        given: [R; 4],
+        settings: &[R],
+    ) -> [R; 3] {
         let length = edge.length(self.softening);
         let rate = edge.rate(length);
         let at = self.tension([length, rate], given, settings);
@@ -94,15 +109,6 @@ impl<L: BarForce> Kernel<8, 3> for Slopes<L> {
             }
         }
         [at.value, by_length, by_rate]
-    }
-}
-
-/// The vector along a bar and its rate, from four numbers.
-#[inline(always)]
-fn edge<R: Real>([dx, dy, dvx, dvy]: [R; 4]) -> EdgeVector<R> {
-    EdgeVector {
-        d: Vector::new([dx, dy]),
-        dv: Vector::new([dvx, dvy]),
     }
 }
 
@@ -129,7 +135,8 @@ impl Kernel<7, 5> for Linear {
         [dx, dy, dvx, dvy, tension, by_length, by_rate]: [R; 7],
         _: &[R],
     ) -> [R; 5] {
-        let (zero, dt, edge) = (R::zero(), R::lit(self.dt), edge([dx, dy, dvx, dvy]));
+        let (edge, _) = EdgeVector::<R, 2>::split(&[dx, dy, dvx, dvy]);
+        let (zero, dt) = (R::zero(), R::lit(self.dt));
         let length = edge.length(self.softening);
         let u = edge.d / length;
         let along = dt * dt * by_length.max(zero);

@@ -7,12 +7,12 @@ use crate::geometry::Matrix;
 ///
 /// [`Force::stiffen`]: super::Force::stiffen
 #[derive(Clone, Debug)]
-pub struct Stiffness<const D: usize = 2> {
+pub struct Stiffness {
     pub(crate) bars: Vec<BarStiffness>,
     /// For every edge, the derivative of its tension with respect to the rate of its length, N s/m.
     pub(crate) bar_damping: Vec<f64>,
     /// For every node, minus the derivative of the force on the node with respect to the node's own position, N/m.
-    pub(crate) nodes: Vec<Matrix<D>>,
+    pub(crate) nodes: Vec<Matrix>,
     /// For every node, a bound on the derivative of the force on the node with respect to the node's own velocity, N
     /// s/m.
     pub(crate) node_damping: Vec<f64>,
@@ -35,7 +35,7 @@ impl Stiffness {
     }
 }
 
-impl<const D: usize> Stiffness<D> {
+impl Stiffness {
     pub(crate) fn none(nodes: usize, edges: usize) -> Self {
         Self {
             bars: vec![BarStiffness::default(); edges],
@@ -59,7 +59,7 @@ impl<const D: usize> Stiffness<D> {
 
     /// Adds the stiffness `by_place` of the force on a node, N/m: minus the derivative of that force with respect to
     /// the node's position.
-    pub fn node(&mut self, node: usize, by_place: Matrix<D>) {
+    pub fn node(&mut self, node: usize, by_place: Matrix) {
         self.nodes[node] += by_place;
     }
 

@@ -27,7 +27,7 @@ pub struct Objective {
 impl Objective {
     /// The loss of a scene's task.
     pub fn of_scene(scene: &Scene) -> Self {
-        let [goal, _] = scene.controller.goal;
+        let goal = scene.controller.goal.forward();
         Self {
             settings: scene.objective.clone(),
             far: Displacement {

@@ -42,6 +42,7 @@ pub fn of_settings(settings: &ControllerSettings) -> Arc<dyn Policy> {
 /// If the clock is learned and the policy declares a block of that name.
 pub fn blocks_of(settings: &ControllerSettings, lattice: &Lattice) -> Vec<Block> {
     let mut blocks = of_settings(settings).parameters(&Sizes {
+        dimension: lattice.dimension,
         nodes: lattice.nodes(),
         edges: lattice.edges.len(),
         is_mirrored: lattice.mirror.is_some(),

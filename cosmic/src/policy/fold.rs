@@ -5,7 +5,7 @@ use autodiff::Real;
 
 use super::image;
 use super::sensing::{Sight, phases};
-use crate::geometry::{Ground, Vector};
+use crate::geometry::{Dimension, Ground, Vector};
 use crate::lattice::Mirror;
 use crate::scene::{ControllerSettings, GoalKind, Senses};
 
@@ -37,6 +37,7 @@ pub enum Mean<'a, R> {
 pub struct Fold<'a, R> {
     settings: &'a ControllerSettings,
     ground: &'a Ground,
+    dimension: Dimension,
     nodes: usize,
     sight: Sight,
     /// Says whether the folded layer has columns for positions, and whether it has columns for velocities.
@@ -57,7 +58,7 @@ impl<'a, R: Real> Fold<'a, R> {
     pub fn new(
         settings: &'a ControllerSettings,
         ground: &'a Ground,
-        nodes: usize,
+        (dimension, nodes): (Dimension, usize),
         sight: Sight,
         mean: Mean<'a, R>,
     ) -> Self {
@@ -71,6 +72,7 @@ impl<'a, R: Real> Fold<'a, R> {
         Self {
             settings,
             ground,
+            dimension,
             nodes,
             sight,
             senses: Senses {
@@ -112,19 +114,20 @@ impl<'a, R: Real> Fold<'a, R> {
     /// The panics of [`weights`](Self::weights).
     pub fn biases(&self, weights: &[R], biases: &[R]) -> Vec<R> {
         let rows = weights.chunks_exact(self.inputs(weights)).zip(biases);
-        let goal = self.constant_goal().map(R::lit);
-        rows.map(|(row, &bias)| bias + R::dot(self.on_goal(row).as_slice(), goal.as_slice()))
+        let goal = R::lits(&self.dimension.list(self.constant_goal()));
+        rows.map(|(row, &bias)| bias + R::dot(&self.on_goal(row), &goal))
             .collect()
     }
 
     /// The weights of a layer that sees the [mirror image](Mirror) of the robot and of its goal, not folded.
     pub(super) fn image(&self, weights: &[R], mirror: &Mirror) -> Vec<R> {
-        image::observed(weights, self.inputs(weights), mirror)
+        let (inputs, axes) = (self.inputs(weights), self.dimension.count());
+        image::observed(weights, inputs, axes, mirror)
     }
 
     /// The length of an observation. Checks that it divides the number of weights.
     fn inputs(&self, weights: &[R]) -> usize {
-        let inputs = self.sight.length(self.settings, self.nodes);
+        let inputs = self.sight.length(self.settings, self.dimension, self.nodes);
         assert!(
             weights.len().is_multiple_of(inputs),
             "the rows of the weights must be as long as an observation"
@@ -132,24 +135,27 @@ impl<'a, R: Real> Fold<'a, R> {
         inputs
     }
 
-    /// The two weights in `row` that multiply the goal's coordinates, multiplied by the scale of the goal.
-    fn on_goal(&self, row: &[R]) -> Vector<R> {
+    /// The weights in `row` that multiply the goal's coordinates, multiplied by the scale of the goal.
+    fn on_goal(&self, row: &[R]) -> Vec<R> {
         let scale = R::lit(self.settings.goal_scale);
-        let goal = &row[self.settings.clocks..];
-        Vector::new([goal[0], goal[1]]) * scale
+        let goal = row[self.settings.clocks..]
+            .iter()
+            .take(self.dimension.count());
+        goal.map(|&weight| weight * scale).collect()
     }
 
     /// Folds one row of weights and appends the folded row to `weights`.
     fn row(&self, row: &[R], weights: &mut Vec<R>) {
         let goal = self.on_goal(row);
         let (clocks, row) = row.split_at(self.settings.clocks);
-        let on_seen_goal = &row[..2];
+        let axes = self.dimension.count();
+        let on_seen_goal = &row[..axes];
         let follows = self.sight.follows_goal(self.settings);
         if self.sight == Sight::Robot {
-            let (offsets, velocities) = row[2..].split_at(2 * self.nodes);
+            let (offsets, velocities) = row[axes..].split_at(axes * self.nodes);
             if self.senses.x {
                 let columns = self.turned(offsets, self.settings.offset_scale);
-                for (column, goal) in columns.into_iter().zip(goal) {
+                for (column, &goal) in columns.into_iter().zip(&goal) {
                     weights.extend(self.centred(column, follows.then_some(goal)));
                 }
             }
@@ -161,27 +167,39 @@ impl<'a, R: Real> Fold<'a, R> {
         }
         weights.extend([&self.cosines, &self.sines].map(|shares| R::dot(clocks, shares)));
         if follows && self.senses.x && matches!(self.mean, Mean::InStep) {
-            weights.extend(-goal);
+            weights.extend(goal.into_iter().map(|weight| -weight));
         }
         if self.sight.sees_given_goal(self.settings) {
             weights.extend_from_slice(on_seen_goal);
         }
     }
 
-    /// Rotates a row of weights. The given weights belong to vectors in the world's frame, `x0, y0, x1, ...`. The
-    /// results belong to the components of the same vectors along the ground and normal to it, and are multiplied by
+    /// Rotates a row of weights. The given weights belong to vectors in the world's frame, node by node. The results, one
+    /// column for each component, belong to the components of the same vectors in the ground's frame, and are multiplied by
     /// `scale`.
-    fn turned(&self, row: &[R], scale: f64) -> Vector<Vec<R>> {
-        let pairs = row.as_chunks::<2>().0.iter();
+    fn turned(&self, row: &[R], scale: f64) -> Vec<Vec<R>> {
+        let count = self.dimension.count();
+        let nodes = row.chunks_exact(count);
         if self.ground.is_flat() {
             let scale = R::lit(scale);
-            return Vector::from_fn(|k| pairs.clone().map(|pair| pair[k] * scale).collect());
+            let column = |k: usize| nodes.clone().map(|of_node| of_node[k] * scale).collect();
+            return (0..count).map(column).collect();
         }
-        Vector::new([self.ground.tangent(), self.ground.normal()]).map(|axis| {
-            let axis: Vector<R> = Vector::lit(axis * scale);
-            let weights = pairs.clone().map(|pair| R::dot(pair, axis.as_slice()));
-            weights.collect()
-        })
+        let column = |axis: Vector<f64>| {
+            let axis = self
+                .dimension
+                .list(self.ground.vector_to_world(axis) * scale);
+            let axis = R::lits(&axis);
+            nodes
+                .clone()
+                .map(|of_node| R::dot(of_node, &axis))
+                .collect()
+        };
+        self.dimension
+            .unit_vectors()
+            .into_iter()
+            .map(column)
+            .collect()
     }
 
     /// Multiplies the weights of a column by the presences of the nodes. Does nothing if the presences are not folded.
@@ -222,7 +240,7 @@ impl<'a, R: Real> Fold<'a, R> {
     /// relative goal, it corrects for different origins: positions are measured from a point of the ground, the goal from
     /// the world's origin.
     fn constant_goal(&self) -> Vector<f64> {
-        let goal = Vector::new(self.settings.goal);
+        let goal = self.settings.goal;
         match (self.settings.goals, self.sight.follows_goal(self.settings)) {
             (GoalKind::Given, _) => Vector::zero(),
             (_, false) => goal,

@@ -5,18 +5,29 @@ use autodiff::Real;
 use crate::lattice::Mirror;
 
 /// The weights of a layer that sees the image of a robot and of its goal. For every observation, they give what `weights`
-/// give for the observation of the image, which has this number of `inputs`. The ground is level.
-pub(super) fn observed<R: Real>(weights: &[R], inputs: usize, mirror: &Mirror) -> Vec<R> {
+/// give for the observation of the image, which has this number of `inputs`. Vectors have `axes` components. The ground is level.
+pub(super) fn observed<R: Real>(
+    weights: &[R],
+    inputs: usize,
+    axes: usize,
+    mirror: &Mirror,
+) -> Vec<R> {
     let nodes = mirror.nodes.len();
-    let turned = |pair: &[R]| [-pair[0], pair[1]];
+    let turned = |vector: &[R]| {
+        let mut turned = vector[..axes].to_vec();
+        turned[0] = -turned[0];
+        turned
+    };
     let row = |row: &[R]| {
-        let (of_clocks, row) = row.split_at(inputs - 2 - 4 * nodes);
-        let (goal, of_nodes) = row.split_at(2);
+        let (of_clocks, row) = row.split_at(inputs - axes * (1 + 2 * nodes));
+        let (goal, of_nodes) = row.split_at(axes);
         let of_list = |list: &[R]| -> Vec<R> {
             let images = mirror.nodes.iter();
-            images.flat_map(|&node| turned(&list[2 * node..])).collect()
+            images
+                .flat_map(|&node| turned(&list[axes * node..]))
+                .collect()
         };
-        let of_image = of_nodes.chunks_exact(2 * nodes).flat_map(of_list);
+        let of_image = of_nodes.chunks_exact(axes * nodes).flat_map(of_list);
         let seen = of_clocks.iter().copied().chain(turned(goal));
         seen.chain(of_image).collect::<Vec<R>>()
     };

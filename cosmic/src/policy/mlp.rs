@@ -10,7 +10,7 @@ use super::image;
 use super::sensing::Sight;
 use super::step::{Policy, PolicyStep, Sizes};
 use super::tempo::TEMPO;
-use crate::geometry::Ground;
+use crate::geometry::{Dimension, Ground};
 use crate::lattice::Lattice;
 use crate::scene::ControllerSettings;
 
@@ -113,7 +113,7 @@ impl<R: Real> Network<R> {
             network.add(weights.to_vec(), biases, Some(gate));
             if let Some(mirror) = mirror {
                 let inputs = weights.len() / biases.len();
-                let of_image = image::observed(weights, inputs, mirror);
+                let of_image = image::observed(weights, inputs, lattice.dimension.count(), mirror);
                 network.add(of_image, biases, Some(gate.turned()));
             }
         }
@@ -144,7 +144,7 @@ impl<R: Real> Network<R> {
     pub fn folded(
         &self,
         settings: &ControllerSettings,
-        nodes: usize,
+        nodes: (Dimension, usize),
         sight: Sight,
         presence: &[R],
         ground: &Ground,

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use autodiff::Real;
 
 use super::goals::towards;
-use crate::geometry::{Ground, Vector, mean, weighted_mean};
+use crate::geometry::{Dimension, Ground, Vector, mean, weighted_mean};
 use crate::lattice::State;
 use crate::scene::{ControllerSettings, GoalKind, Senses};
 
@@ -20,11 +20,19 @@ pub enum Sight {
 
 impl Sight {
     /// The number of entries in an observation of a robot with this number of nodes.
-    pub fn length(self, settings: &ControllerSettings, nodes: usize) -> usize {
-        settings.observation_length(match self {
-            Self::Robot => nodes,
-            Self::Clock => 0,
-        })
+    pub fn length(
+        self,
+        settings: &ControllerSettings,
+        dimension: Dimension,
+        nodes: usize,
+    ) -> usize {
+        settings.observation_length(
+            dimension,
+            match self {
+                Self::Robot => nodes,
+                Self::Clock => 0,
+            },
+        )
     }
 
     /// Says whether an observation depends on the positions, and whether it depends on the velocities.
@@ -64,7 +72,7 @@ pub fn observation<R: Real>(
     presence: &[R],
     ground: &Ground,
 ) -> Vec<R> {
-    let State { x, v } = state;
+    let State { x, v, .. } = state;
     let whole = vec![R::one(); x.len()];
     let (mean, presence) = match presence {
         [] => (mean(x), &whole[..]),
@@ -74,11 +82,12 @@ pub fn observation<R: Real>(
     let nodes = x.iter().zip(presence);
     let offsets = nodes.map(|(&x, &p)| (x - mean) * p);
     let velocities = v.iter().zip(presence).map(|(&v, &p)| v * p);
-    let mut observation = Vec::with_capacity(settings.observation_length(x.len()));
+    let mut observation = Vec::with_capacity(settings.observation_length(state.dimension, x.len()));
     observation.extend(phases(settings).map(|ahead| R::lit((phase + ahead).sin())));
-    observation.extend(goal(settings, mean, ground));
-    observation.extend(offsets.flatten().map(|d| offset * d));
-    observation.extend(velocities.flatten().map(|v| velocity * v));
+    let dimension = state.dimension;
+    observation.extend(dimension.list(goal(settings, mean, ground)));
+    observation.extend(offsets.flat_map(|d| dimension.list(d * offset)));
+    observation.extend(velocities.flat_map(|v| dimension.list(v * velocity)));
     observation
 }
 
@@ -101,7 +110,7 @@ pub(super) fn phases(settings: &ControllerSettings) -> impl Iterator<Item = f64>
 /// displacement.
 fn goal<R: Real>(settings: &ControllerSettings, mean: Vector<R>, ground: &Ground) -> Vector<R> {
     let scale = R::lit(settings.goal_scale);
-    let goal = Vector::lit(settings.goal.into());
+    let goal = Vector::lit(settings.goal);
     let offset = || goal - ground.vector_to_ground(mean);
     match (settings.goals, settings.goal_relative) {
         (GoalKind::Given, _) => towards(offset(), settings.goal_scale),

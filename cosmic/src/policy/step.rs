@@ -9,13 +9,16 @@ use super::fold::Fold;
 use super::goals::{Offset, Towards};
 use super::image;
 use super::sensing::Sight;
+use crate::geometry::{Axes, Dimension};
 use crate::lattice::Mirror;
-use crate::laws::Particle;
+use crate::laws::Motion;
 use crate::scene::{ControllerSettings, Senses};
 
 /// The properties of a robot that determine the parameters of its policy.
 #[derive(Clone, Copy, Debug)]
 pub struct Sizes<'a> {
+    /// Whether the robot moves in the plane or in space.
+    pub dimension: Dimension,
     /// The number of nodes.
     pub nodes: usize,
     /// The number of edges. A policy computes one activation per edge.
@@ -29,7 +32,7 @@ pub struct Sizes<'a> {
 impl Sizes<'_> {
     /// The number of entries in an observation of this robot.
     pub fn observation(&self, sight: Sight) -> usize {
-        sight.length(self.settings, self.nodes)
+        sight.length(self.settings, self.dimension, self.nodes)
     }
 }
 
@@ -56,7 +59,7 @@ pub trait Policy: Debug + Send + Sync {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen {
     /// Positions and velocities of the nodes.
-    pub(crate) nodes: Particle<Array>,
+    pub(crate) nodes: Motion,
     /// The rest length of the edge in every slot, m.
     pub(crate) rest_length: Array,
     /// The two numbers `sin(omega t)` and `cos(omega t)`.
@@ -345,12 +348,17 @@ impl<'a> PolicyStep<'a> {
     /// Gathers positions (m, from the point of the ground below the world's origin) and velocities (m/s) of the two ends of
     /// every edge, in the ground's frame. The arrays have the order of the activations. Where an array has no edge, these
     /// numbers and the rest length are 0.
-    pub fn ends(&mut self) -> [Particle<Array>; 2] {
+    pub fn ends(&mut self) -> [Motion; 2] {
         let nodes = self.outputs.graph.nodes_of_slot();
         [0, 1].map(|end| {
             let indices: Vec<_> = nodes.iter().map(|of| of.map(|of| of[end])).collect();
-            let gather = |array| self.program.gather(array, &indices);
-            Particle::new(self.seen.nodes.array().map(gather))
+            let mut gather =
+                |axes: Axes<Array>| axes.map(|axis| self.program.gather(axis, &indices));
+            let Motion { x, v } = self.seen.nodes;
+            Motion {
+                x: gather(x),
+                v: gather(v),
+            }
         })
     }
 
@@ -386,8 +394,20 @@ impl<'a> PolicyStep<'a> {
         let senses = self.senses;
         let arrays = match presence {
             Some(presence) if senses.x || senses.v => {
-                let x: Vec<Array> = nodes.x.into_iter().filter(|_| senses.x).collect();
-                let v: Vec<Array> = nodes.v.into_iter().filter(|_| senses.v).collect();
+                let x: Vec<Array> = nodes
+                    .x
+                    .as_slice()
+                    .iter()
+                    .copied()
+                    .filter(|_| senses.x)
+                    .collect();
+                let v: Vec<Array> = nodes
+                    .v
+                    .as_slice()
+                    .iter()
+                    .copied()
+                    .filter(|_| senses.v)
+                    .collect();
                 let [all, mean] = self.program.weighted(presence, &x, &v, &[clock]);
                 match goal {
                     Some(goal) => vec![all, self.towards(goal, mean)],
@@ -396,8 +416,8 @@ impl<'a> PolicyStep<'a> {
                 }
             }
             _ => {
-                let x = nodes.x.into_iter().filter(|_| senses.x);
-                let v = nodes.v.into_iter().filter(|_| senses.v);
+                let x = nodes.x.as_slice().iter().copied().filter(|_| senses.x);
+                let v = nodes.v.as_slice().iter().copied().filter(|_| senses.v);
                 x.chain(v).chain([clock]).collect()
             }
         };

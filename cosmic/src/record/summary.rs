@@ -4,10 +4,9 @@ use super::RunPlan;
 use super::files::no_run;
 use super::format::Format;
 use super::snapshot::{SNAPSHOT, Snapshot};
-use crate::codesign::{Delivery, Progress, Reliability, Sensitivity, Standstill};
+use crate::codesign::{Delivery, Progress, Quantiles, Reliability, Sensitivity, Standstill};
 use crate::design::Structure;
 use crate::error::{Error, Result, go_on, in_shell};
-use crate::geometry::Vector;
 use crate::lattice::Lattice;
 use crate::numbers::finite;
 use crate::scene::Scene;
@@ -45,6 +44,15 @@ crate::keys! {
         displacement_robust_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_robust_p50"];
         /// 10 % quantile of the displacements of `displacement_robust_p50`.
         displacement_robust_p10: Option<f64>, "number or `null`", unit "m", columns ["displacement_robust_p10"];
+        /// Only for robots in space: median displacement across of robots that vary a little.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        across_robust_p50: Option<f64>, "number", unit "m", columns ["across_robust_p50"];
+        /// 10 % quantile of the displacements across of `across_robust_p50`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        across_robust_p10: Option<f64>, "number", unit "m", columns ["across_robust_p10"];
+        /// 90 % quantile of the displacements across of `across_robust_p50`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        across_robust_p90: Option<f64>, "number", unit "m", columns ["across_robust_p90"];
         /// Like `displacement_p50`, with half the time step.
         displacement_half_step_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_half_step_p50"];
         /// Like `displacement_p50`, with another integrator: leapfrog for symplectic Euler, otherwise symplectic Euler.
@@ -58,7 +66,7 @@ crate::keys! {
         /// Displacement along the ground in one unperturbed rollout of the delivered robot.
         displacement_along: f64, "number", unit "m", columns ["displacement_along"];
         /// Like `displacement_along`, along the x and y axes of the world.
-        displacement: Vector<f64>, "two numbers", unit "m", columns ["displacement_x", "displacement_y"];
+        displacement: [f64; 2], "two numbers", unit "m", columns ["displacement_x", "displacement_y"];
         /// Median displacement in the rollouts by which the controller was chosen; for tasks other than `far`, minus
         /// the median loss.
         displacement_selection_p50: Option<f64>, "number or `null`", unit "m";
@@ -233,16 +241,20 @@ impl Summary {
         seconds: f64,
     ) -> Self {
         let all = progress.iteration >= plan.scene.schedule.iterations;
+        let across = |of: fn(&Quantiles) -> f64| delivery.across.as_ref().map(of).and_then(finite);
         Self {
             scene: plan.name.clone(),
             seed: progress.seed,
-            displacement: delivery.displacement,
+            displacement: delivery.displacement.in_plane(),
             displacement_along: delivery.seen.moved.forward(),
             displacement_p10: finite(delivery.spread.p10),
             displacement_p50: finite(delivery.spread.p50),
             displacement_p90: finite(delivery.spread.p90),
             displacement_robust_p50: finite(delivery.robust.p50),
             displacement_robust_p10: finite(delivery.robust.p10),
+            across_robust_p50: across(|quantiles| quantiles.p50),
+            across_robust_p10: across(|quantiles| quantiles.p10),
+            across_robust_p90: across(|quantiles| quantiles.p90),
             displacement_half_step_p50: finite(delivery.other_steps.half.displacement),
             displacement_integrator_p50: (delivery.other_steps.integrator)
                 .and_then(|(_, medians)| finite(medians.displacement)),

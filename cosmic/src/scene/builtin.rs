@@ -80,8 +80,8 @@ macro_rules! builtin {
 }
 
 /// All built-in scenes. The first one is the default of the program. The base of each is `stability`, except for
-/// `errand` and `workshop`, whose base is `earth`.
-pub const BUILTIN: [Builtin; 15] = builtin![
+/// `errand`, `workshop` and `cube`, whose base is `earth`.
+pub const BUILTIN: [Builtin; 16] = builtin![
     "earth",
     "stability",
     "baseline_tall",
@@ -97,6 +97,7 @@ pub const BUILTIN: [Builtin; 15] = builtin![
     "large",
     "errand",
     "workshop",
+    "cube",
 ];
 
 /// The noun for a scene in messages and in the registry.

@@ -5,10 +5,11 @@ use std::collections::HashSet;
 use super::layout::LAYOUT_SIDE;
 use super::terrain::MOST_STEPS;
 use super::{
-    ActuatorPart, GoalKind, GroundSettings, LatticeKind, LatticeSettings, Layout, LossKind, Named,
+    ActuatorPart, GoalKind, GroundSettings, Integrator, LatticeKind, Layout, LossKind, Named,
     ProfileKind, Scene, StartKind, TaskKind, VolumeSettings,
 };
 use crate::error::{Error, Result};
+use crate::geometry::Dimension;
 use crate::lattice::Lattice;
 
 impl Scene {
@@ -51,7 +52,8 @@ pub(super) struct Conflict {
 pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let mut found = Conflicts(Vec::new());
     for rule in [
-        phases, horizons, starts, volumes, trusses, payloads, mirrors, spans, goals, terrain, parts,
+        phases, horizons, starts, volumes, trusses, payloads, mirrors, spans, goals, terrain,
+        parts, space,
     ] {
         rule(scene, &mut found);
     }
@@ -230,13 +232,7 @@ fn trusses(scene: &Scene, found: &mut Conflicts) {
 
 /// The payload is a node of the lattice. A truss names its own payload.
 fn payloads(scene: &Scene, found: &mut Conflicts) {
-    let LatticeSettings {
-        columns,
-        rows,
-        payload,
-        ..
-    } = scene.lattice;
-    let nodes = columns * rows;
+    let (payload, nodes) = (scene.lattice.payload, scene.lattice.nodes());
     if scene.lattice.is_truss() {
         found.require(
             payload == 0,
@@ -248,7 +244,8 @@ fn payloads(scene: &Scene, found: &mut Conflicts) {
             payload < nodes,
             ["lattice.payload", "lattice.columns"],
             format!(
-                "node {payload} does not exist in a lattice of {columns}x{rows} nodes; `payload` must be below {nodes}"
+                "node {payload} does not exist in a lattice of {} nodes; `payload` must be below {nodes}",
+                scene.lattice.name()
             ),
         );
     }
@@ -324,6 +321,40 @@ fn goals(scene: &Scene, found: &mut Conflicts) {
         low < high,
         given("goals.along"),
         format!("goals need a range: its first entry ({low}) must be below the second ({high})"),
+    );
+}
+
+/// What a robot in space cannot have: an implicit step, ground that is not a plane, and given goals. A planar robot cannot
+/// have a goal beside its plane.
+fn space(scene: &Scene, found: &mut Conflicts) {
+    let (physics, controller) = (&scene.physics, &scene.controller);
+    let key = if scene.lattice.is_truss() {
+        "lattice.file"
+    } else {
+        "lattice.kind"
+    };
+    if scene.lattice.dimension() == Dimension::Plane {
+        found.require(
+            controller.goal.sideways() == 0.0,
+            ["controller.goal", key],
+            "a planar robot cannot reach a goal beside its plane: leave out the second of the three numbers".to_owned(),
+        );
+        return;
+    }
+    found.require(
+        physics.integrator != Integrator::Implicit,
+        ["physics.integrator", key],
+        "robots in space have no implicit step so far: set physics.integrator = \"symplectic_euler\"".to_owned(),
+    );
+    found.require(
+        physics.ground.profile == ProfileKind::Flat,
+        ["ground.profile", key],
+        "the ground of a robot in space is a plane: set ground.profile = \"flat\"".to_owned(),
+    );
+    found.require(
+        controller.goals == GoalKind::Fixed,
+        ["controller.goals", key],
+        "robots in space take no given goals so far: set controller.goals = \"fixed\"".to_owned(),
     );
 }
 

@@ -12,7 +12,7 @@
 use super::any_design::AnyDesign;
 use super::robot::MOST_SUBSTEPS;
 use super::{BarNumbers, GoalKind, GoalsSettings, PhysicsSettings, Scene, Setting, StartKind};
-use crate::geometry::Ground;
+use crate::geometry::{Dimension, Ground};
 use crate::lattice::Lattice;
 use crate::laws::{Actuator, Bumpers, Damper, ForceLaws, OnBars, Stops};
 use autodiff::Real;
@@ -27,6 +27,8 @@ struct Scales {
     length: f64,
     /// The time scale `sqrt(l / g)`, divided by that of `earth`.
     time: f64,
+    /// Whether the robot is in the plane or in space.
+    dimension: Dimension,
     /// The number of nodes.
     nodes: usize,
     /// The number of edges.
@@ -72,6 +74,7 @@ impl Scales {
         Self {
             length,
             time: (length * (9.81 / gravity)).sqrt(),
+            dimension: lattice.dimension,
             nodes: lattice.nodes(),
             edges: lattice.edges.len() as f64,
             heavy_nodes: nodes > bars,
@@ -216,7 +219,7 @@ const RULES: [Rule; 22] = [
         scene.controller.omega = 10.0 / world.time * faster;
     }),
     ("controller.goal", |scene, world| {
-        scene.controller.goal = [2.0, 0.1].map(|x| x * world.length);
+        scene.controller.goal = [2.0, 0.1].map(|x| x * world.length).into();
     }),
     ("controller.goal_scale", |scene, world| {
         let scale = match scene.controller.goals {
@@ -237,7 +240,7 @@ const RULES: [Rule; 22] = [
     ("controller.gain", |scene, world| {
         let controller = &mut scene.controller;
         let (hidden, clocks) = (controller.hidden as f64, controller.clocks as f64);
-        let observed = controller.observation_length(world.nodes) as f64;
+        let observed = controller.observation_length(world.dimension, world.nodes) as f64;
         // A weight of a layer is drawn with the variance `2 gain^2 / (inputs + outputs)`.
         let of_clocks = (observed + hidden) / 188.0 * (10.0 / clocks);
         let of_hidden = (hidden + world.edges) / 142.0 * (32.0 / hidden);

@@ -25,7 +25,7 @@ impl PhysicsSettings {
         };
         let mut risers: Vec<Riser> = Vec::new();
         for ends in profile.points().windows(2) {
-            let [length, height] = (ends[1] - ends[0]).array();
+            let [length, height] = (ends[1] - ends[0]).in_plane();
             if height.abs() <= length {
                 continue;
             }

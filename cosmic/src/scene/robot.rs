@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::item_name::ItemName;
 use super::terrain::GroundSettings;
 use super::truss_file::TrussFile;
-use crate::geometry::Ground;
+use crate::geometry::{Dimension, Ground, Vector};
 use crate::lattice::Lattice;
 use crate::laws::{AnyContact, ContactLaw, Force, ForceLaws, Hooke, OnBars};
 use crate::settings;
@@ -23,6 +23,14 @@ settings! {
         rows: usize = 6, allowed within(2.0, 64.0),
             read "without a `file`" if Scene::is_generated,
             source "paper: 6";
+        /// Number of nodes across.
+        depth: usize = 3, allowed within(2.0, 64.0),
+            read "with `kind = \"cubic\"`" if |s: &Scene| s.lattice.is_cubic(),
+            source "beyond the paper";
+        /// Whether cubes have body diagonals, in addition to the diagonals of their faces.
+        body_diagonals: bool = false,
+            read "with `kind = \"cubic\"`" if |s: &Scene| s.lattice.is_cubic(),
+            source "beyond the paper";
         /// Distance between neighbouring nodes.
         spacing: f64 = 0.1, allowed within(1e-3, 100.0), unit "m",
             read "without a `file`" if Scene::is_generated,
@@ -31,7 +39,7 @@ settings! {
         drop: f64 = 0.0, allowed within(-10.0, 100.0), unit "m",
             read "without a `file`" if Scene::is_generated,
             source "D1";
-        /// Squares with both diagonals, or equilateral triangles.
+        /// Squares with both diagonals, equilateral triangles, or cubes, which are a robot in space.
         kind: LatticeKind = LatticeKind::Rectangular,
             read "without a `file`" if Scene::is_generated,
             source "D1";
@@ -47,6 +55,8 @@ settings! {
     } of cases {
         /// Distance of column 0 from the ground's origin, along the ground, m.
         origin_x: f64 = 0.1, source "D1";
+        /// Distance across of the first nodes from the ground's origin, m.
+        origin_y: f64 = 0.0, source "D1";
     }
 }
 
@@ -59,6 +69,8 @@ settings! {
         Rectangular = "rectangular",
         /// Equilateral triangles, every second row half a spacing further along.
         Triangular = "triangular",
+        /// Cubes with both diagonals of each face.
+        Cubic = "cubic",
     }
 }
 
@@ -66,6 +78,26 @@ impl LatticeSettings {
     /// True if the nodes and edges come from a truss file or from a program, and not from columns and rows.
     pub fn is_truss(&self) -> bool {
         self.file.truss().is_some()
+    }
+
+    /// True if the lattice is generated, of cubes.
+    pub fn is_cubic(&self) -> bool {
+        !self.is_truss() && self.kind == LatticeKind::Cubic
+    }
+
+    /// Whether the lattice is in the plane or in space.
+    pub fn dimension(&self) -> Dimension {
+        match self.file.truss() {
+            Some(truss) => truss.dimension,
+            None if self.is_cubic() => Dimension::Space,
+            None => Dimension::Plane,
+        }
+    }
+
+    /// The number of nodes of a generated lattice, at most the largest `usize`.
+    pub fn nodes(&self) -> usize {
+        let depth = if self.is_cubic() { self.depth } else { 1 };
+        self.columns.saturating_mul(self.rows).saturating_mul(depth)
     }
 
     /// The height of the lowest node above the ground line at the start, in metres.
@@ -81,6 +113,7 @@ impl LatticeSettings {
         let mut settings = self.clone();
         if settings.is_truss() {
             (settings.columns, settings.rows) = (nodes, 1);
+            settings.kind = LatticeKind::Rectangular;
         }
         settings
     }
@@ -92,6 +125,7 @@ impl LatticeSettings {
             (Some(_), _) => self.file.path().to_owned(),
             (None, LatticeKind::Rectangular) => size,
             (None, LatticeKind::Triangular) => format!("triangular {size}"),
+            (None, LatticeKind::Cubic) => format!("{}x{}x{}", self.columns, self.depth, self.rows),
         }
     }
 }
@@ -245,8 +279,8 @@ settings! {
             source "paper: 10";
         /// Whether the frequency of the clock is a design variable, which begins at `omega`.
         clock: ClockKind = ClockKind::Fixed, source "paper: fixed";
-        /// Position of the goal along the ground and above it, from the world's origin.
-        goal: [f64; 2] = [2.0, 0.1], allowed within(-1e6, 1e6), unit "m", auto "`[2 m, 0.1 m]` times `l / 0.5 m`",
+        /// Position of the goal along the ground and above it, from the world's origin; with three numbers along, across and above.
+        goal: Vector<f64> = Vector::upright(2.0, 0.1), allowed within(-1e6, 1e6), unit "m", auto "`[2 m, 0.1 m]` times `l / 0.5 m`",
             read "with a `goal_scale` above 0, or for the task `reach`" if |s: &Scene| s.controller.goal_scale > 0.0 || s.reaches(),
             source "paper: 2, 0.1";
         /// Factor on the goal in the observation.
@@ -311,8 +345,9 @@ impl ControllerSettings {
     /// The number of entries in an observation of a robot with this number of nodes: the clocks, the goal, and the
     /// offsets and velocities of the nodes. A file may state an absurd number of clocks: the result is at most the
     /// largest `usize`.
-    pub fn observation_length(&self, nodes: usize) -> usize {
-        self.clocks.saturating_add(2 + 4 * nodes)
+    pub fn observation_length(&self, dimension: Dimension, nodes: usize) -> usize {
+        self.clocks
+            .saturating_add(dimension.count() * (1 + 2 * nodes))
     }
 
     /// Whether an observation depends on positions, and whether it depends on velocities.

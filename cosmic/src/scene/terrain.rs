@@ -109,7 +109,7 @@ impl GroundSettings {
         let ramp = self.spacing / RAMPS;
         let step = |k: usize| {
             let [below, above] = [k, k + 1].map(|k| k as f64 * self.rise);
-            [[self.place(k), below], [self.place(k) + ramp, above]].map(Vector::new)
+            [[self.place(k), below], [self.place(k) + ramp, above]].map(Vector::from)
         };
         (0..self.count).flat_map(step).collect()
     }
@@ -120,7 +120,7 @@ impl GroundSettings {
         let mut stream = stream(self.seed as u64, Purpose::Terrain);
         let heights = (0..self.count).map(|_| symmetric(&mut stream, self.roughness));
         let heights = [0.0].into_iter().chain(heights).chain([0.0]);
-        let point = |(k, height)| Vector::new([self.place(k), height]);
+        let point = |(k, height)| Vector::upright(self.place(k), height);
         heights.enumerate().map(point).collect()
     }
 }
@@ -155,7 +155,7 @@ impl SettingValue for Profile {
     }
 
     fn toml(&self) -> String {
-        format!("{:?}", self.points())
+        format!("{:?}", self.pairs())
     }
 
     fn json(&self) -> serde_json::Value {
@@ -172,7 +172,7 @@ impl SettingValue for Profile {
         for entry in entries.iter() {
             let mut point = [0.0; 2];
             point.read(entry, limits)?;
-            points.push(Vector::new(point));
+            points.push(Vector::from(point));
             if let Some((_, says)) = Profile::misplaced(&points) {
                 return Err(misfit(entry, &format!("{says}:")));
             }
@@ -182,7 +182,7 @@ impl SettingValue for Profile {
     }
 
     fn fits(&self, limits: &Limits) -> bool {
-        let mut numbers = self.points().iter().flat_map(|point| point.array());
+        let mut numbers = self.points().iter().flat_map(|point| point.in_plane());
         numbers.all(|x| limits.contain(x))
     }
 }

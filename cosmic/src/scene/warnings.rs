@@ -113,7 +113,7 @@ const WARNINGS: &[WarningRule] = &warnings! {
         if ends_soon;
     ["controller.gain", "lattice.columns", "lattice.rows"]: "the initial controller barely moves so many nodes; use the controller settings of the scene \"large\""
         if |s| {
-            let nodes = s.lattice.columns * s.lattice.rows;
+            let nodes = s.lattice.nodes();
             let is_default = s.controller.gain == Scene::paper().controller.gain;
             nodes > 100 && !s.lattice.is_truss() && is_default
         };
@@ -146,7 +146,7 @@ fn starts_inside(scene: &Scene) -> bool {
         return truss.nodes.iter().copied().any(is_inside);
     }
     let place = |column: usize| lattice.origin_x + column as f64 * lattice.spacing;
-    (0..lattice.columns).any(|column| is_inside(Vector::new([place(column), lattice.drop])))
+    (0..lattice.columns).any(|column| is_inside(Vector::upright(place(column), lattice.drop)))
 }
 
 /// True if the rough ground ends less than eight robot lengths ahead of the robot. Good robots walk farther.

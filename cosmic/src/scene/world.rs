@@ -12,7 +12,7 @@ impl Scene {
     /// robot whose volume is in the middle of the bounds on the volume.
     pub fn robot(&self) -> String {
         let lattice = Lattice::new(&self.lattice, &self.physics);
-        let [long, high] = self.extent().map(|x| rounded(x, 3)).array();
+        let [long, high] = self.extent().map(|x| rounded(x, 3)).in_plane();
         let solid = 0.5 * self.volume.solid.iter().sum::<f64>();
         let of_bar = |&length: &f64| {
             let [_, skeleton, actuator] = self.materials.of_length(length).density;

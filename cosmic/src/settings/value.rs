@@ -1,6 +1,7 @@
 //! The types of settings. A type decides which values are allowed, and how values are read and written.
 
 use super::limits::Limits;
+use crate::geometry::Vector;
 use crate::registry::{OFF, Registry};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
@@ -122,6 +123,44 @@ impl SettingValue for usize {
 
     fn fits(&self, limits: &Limits) -> bool {
         limits.contain(*self as f64)
+    }
+}
+
+impl SettingValue for Vector<f64> {
+    fn allowed(&self, limits: &Limits) -> String {
+        format!("2 numbers, [along, above], or 3, [along, across, above], each {limits}")
+    }
+
+    fn toml(&self) -> String {
+        self.shown()
+    }
+
+    fn json(&self) -> serde_json::Value {
+        match self.sideways() {
+            0.0 => json(&self.in_plane()),
+            _ => json(&self.array()),
+        }
+    }
+
+    fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {
+        if value
+            .get_ref()
+            .as_array()
+            .is_some_and(|list| list.len() == 3)
+        {
+            let mut all = self.array();
+            all.read(value, limits)?;
+            *self = all.into();
+            return Ok(());
+        }
+        let mut in_plane = self.in_plane();
+        in_plane.read(value, limits)?;
+        *self = in_plane.into();
+        Ok(())
+    }
+
+    fn fits(&self, limits: &Limits) -> bool {
+        self.iter().all(|x| x.fits(limits))
     }
 }
 

@@ -157,7 +157,7 @@ impl Simulator {
         metered: bool,
         mut show: impl FnMut(usize, State<f64>, Option<Effort<f64>>) -> ControlFlow<()>,
     ) {
-        let of_nodes = 4 * self.robot.graph.nodes();
+        let of_nodes = self.robot.numbers_of_nodes();
         let surroundings = self.surroundings();
         let robot = Robots::one(&surroundings, body, controller);
         let planned = self.planned(&robot, &[start], metered);

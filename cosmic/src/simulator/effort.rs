@@ -6,10 +6,10 @@ use std::sync::Arc;
 use autodiff::{Array, Graph, Kernel, Program, Real};
 
 use super::parameters::Parameters;
-use crate::geometry::Vector;
-use crate::kernel;
+use crate::geometry::{Axes, Vector};
 use crate::lattice::Body;
 use crate::laws::{Force, Push, Step, Tensions};
+use crate::{in_both_dimensions, in_dimension, kernel};
 
 /// What the bars of a robot do in the step that ends at an observed state. Each list has a number for every edge. At the
 /// start of a rollout all numbers are 0.
@@ -101,12 +101,14 @@ impl Meter {
         self,
         p: &mut Program,
         graph: &Graph,
-        moving: Vector<Array>,
-        [jx, jy]: [Array; 2],
+        moving: Axes<Array>,
+        impulse: Axes<Array>,
         tension: Array,
     ) -> Self {
-        let per_edge = [jx, jy, self.work, self.net];
-        let [work, net] = p.map_each_edge(graph, Work, moving.array(), &per_edge, &[]);
+        let per_edge = [impulse.as_slice(), &[self.work, self.net]].concat();
+        let [work, net] = in_dimension!(moving.dimension(), D => {
+            p.map_each_edge::<_, D, { 2 * D + 2 }, 2>(graph, Work, moving.array(), &per_edge, &[])
+        });
         Self { tension, work, net }
     }
 }
@@ -132,11 +134,14 @@ pub(super) fn tension(
 /// the kink, where the bar gives nothing, the derivative of the energy given is 0.
 struct Work;
 
-#[kernel]
-impl Kernel<6, 2> for Work {
-    fn eval<R: Real>(&self, [dvx, dvy, jx, jy, work, net]: [R; 6], _: &[R]) -> [R; 2] {
-        let given = -Vector::new([jx, jy]).dot(Vector::new([dvx, dvy]));
-        [work + given.max(R::zero()), net + given]
+in_both_dimensions! { D =>
+    #[kernel]
+    impl Kernel<{ 2 * D + 2 }, 2> for Work {
+        fn eval<R: Real>(&self, x: [R; 2 * D + 2], _: &[R]) -> [R; 2] {
+            let ([dv, impulse], before) = Vector::<R, D>::split(&x);
+            let given = -impulse.dot(dv);
+            [before[0] + given.max(R::zero()), before[1] + given]
+        }
     }
 }
 
@@ -144,14 +149,16 @@ impl Kernel<6, 2> for Work {
 /// impulse (N s) and 1 / mass (1/kg). The uniform inputs are those of a [`Push`].
 pub(super) struct MeanVelocity;
 
-#[kernel]
-impl Kernel<5, 2> for MeanVelocity {
-    const UNIFORMS: usize = Push::<f64>::COUNT;
+in_both_dimensions! { D =>
+    #[kernel]
+    impl Kernel<{ 2 * D + 1 }, D> for MeanVelocity {
+        const UNIFORMS: usize = Push::<f64, D>::COUNT;
 
-    fn eval<R: Real>(&self, [vx, vy, jx, jy, inverse_mass]: [R; 5], push: &[R]) -> [R; 2] {
-        let (v, impulse) = (Vector::new([vx, vy]), Vector::new([jx, jy]));
-        let after = Push::of(push).velocity(v, impulse, inverse_mass);
-        ((v + after) * R::lit(0.5)).array()
+        fn eval<R: Real>(&self, x: [R; 2 * D + 1], push: &[R]) -> [R; D] {
+            let ([v, impulse], rest) = Vector::<R, D>::split(&x);
+            let after = Push::of(push).velocity(v, impulse, rest[0]);
+            ((v + after) * R::lit(0.5)).array()
+        }
     }
 }
 
@@ -163,12 +170,14 @@ pub(super) struct BarImpulse {
     pub(super) softening: f64,
 }
 
-#[kernel]
-impl Kernel<3, 2> for BarImpulse {
-    fn eval<R: Real>(&self, [dx, dy, tension]: [R; 3], _: &[R]) -> [R; 2] {
-        let d = Vector::new([dx, dy]);
-        let per_length = tension * R::lit(self.dt) / d.softened_norm(self.softening);
-        (d * per_length).array()
+in_both_dimensions! { D =>
+    #[kernel]
+    impl Kernel<{ D + 1 }, D> for BarImpulse {
+        fn eval<R: Real>(&self, x: [R; D + 1], _: &[R]) -> [R; D] {
+            let ([d], tension) = Vector::<R, D>::split(&x);
+            let per_length = tension[0] * R::lit(self.dt) / d.softened_norm(self.softening);
+            (d * per_length).array()
+        }
     }
 }
 
@@ -183,7 +192,7 @@ pub(super) struct BarTension {
 #[kernel]
 impl Kernel<4, 1> for BarTension {
     fn eval<R: Real>(&self, [dx, dy, jx, jy]: [R; 4], _: &[R]) -> [R; 1] {
-        let (d, impulse) = (Vector::new([dx, dy]), Vector::new([jx, jy]));
+        let (d, impulse) = (Vector::<R, 2>::new([dx, dy]), Vector::new([jx, jy]));
         [d.dot(impulse) / (d.softened_norm(self.softening) * R::lit(self.dt))]
     }
 }

@@ -14,7 +14,7 @@ use crate::geometry::Vector;
 use crate::kernel;
 use crate::laws::{
     AnyContact, Equation, FindGround, FirstPass, Flat, Force, FreeEquation, GroundBelow, Impulse,
-    Linear, NextPass, NodeContacts, Particle, Push, Reaction, Step, Terrain, add,
+    Linear, Motion, NextPass, NodeContacts, Particle, Push, Reaction, Step, Terrain, add,
 };
 
 /// An implicit step of all nodes, as it is recorded.
@@ -33,7 +33,7 @@ pub(super) struct Implicit<'a> {
 /// The arrays that every pass of a step reads.
 struct Start {
     /// The velocity that nodes would have without bars, m/s.
-    free: Vector<Array>,
+    free: Vector<Array, 2>,
     /// The largest friction, as a multiple of the impulse out of the ground; `None` in a world without ground.
     grip: Option<Array>,
     /// A zero for every node.
@@ -43,25 +43,25 @@ struct Start {
 /// The results of a pass.
 struct Pass {
     /// The velocity with which nodes move in the step, m/s.
-    moving: Vector<Array>,
+    moving: Vector<Array, 2>,
     /// The contacts; `None` in a world without ground.
     contacts: Option<NodeContacts<Array>>,
     /// The impulse of the ground on each node, N s. Off the ground it is the error of the solution.
-    reaction: Vector<Array>,
+    reaction: Vector<Array, 2>,
     /// The sum of the blocks of each node's bars, kg.
     of_bars: [Array; 3],
     /// The bars, linearised at the base.
     bars: Bars,
     /// The positions of the base, m.
-    base: Vector<Array>,
+    base: Vector<Array, 2>,
     /// By how much the velocities differ from those of the base, m/s.
-    change: Vector<Array>,
+    change: Vector<Array, 2>,
 }
 
 /// The bars, linearised at a base.
 struct Bars {
     /// The impulse of each bar on its first node, N s.
-    impulse: Vector<Array>,
+    impulse: Vector<Array, 2>,
     /// The lower triangle of the matrix by which a change of velocity changes the impulse, kg.
     slopes: [Array; 3],
     /// The numbers of the forces that do not act along bars.
@@ -70,8 +70,8 @@ struct Bars {
 
 impl Implicit<'_> {
     /// Records the step, and returns the nodes after it. If a meter is given, it is advanced.
-    pub(super) fn record(&self, p: &mut Program, meter: Option<&mut Meter>) -> Particle<Array> {
-        let nodes = self.step.nodes;
+    pub(super) fn record(&self, p: &mut Program, meter: Option<&mut Meter>) -> Motion {
+        let nodes = in_plane(self.step.nodes);
         let free = Vector::new(p.map(FreeVelocity, nodes.v.array(), &self.given.mechanics.push));
         // The kernel of the grip does not read its input; a rest length has no derivative.
         let any = p.gather(self.step.rest_length, &[Some(0)]);
@@ -93,12 +93,14 @@ impl Implicit<'_> {
         if let Some(meter) = meter {
             *meter = self.metered(p, &pass, *meter);
         }
-        self.land(p, &pass)
+        let Particle { x, v } = self.land(p, &pass);
+        let (x, v) = (x.array().into(), v.array().into());
+        Motion { x, v }
     }
 
     /// The velocities with which nodes move. If no node is held, they are shifted so that the momentum of the robot is
     /// exact: with stiff bars, the rounding of the solution is large compared with the momentum of light nodes.
-    fn balanced(&self, p: &mut Program, start: &Start, pass: &Pass) -> Vector<Array> {
+    fn balanced(&self, p: &mut Program, start: &Start, pass: &Pass) -> Vector<Array, 2> {
         let nodes = self.step.graph.nodes();
         let ([rx, ry], [wx, wy]) = (pass.reaction.array(), pass.moving.array());
         let [mass, ax, ay] = p.map(PerMass, [rx, ry, self.step.inverse_mass], &[]);
@@ -114,7 +116,7 @@ impl Implicit<'_> {
     fn pass(
         &self,
         p: &mut Program,
-        base: Particle<Array>,
+        base: Particle<Array, 2>,
         start: &Start,
         before: Option<&Pass>,
     ) -> Pass {
@@ -134,8 +136,8 @@ impl Implicit<'_> {
             contacts.as_ref(),
             &bars,
         );
-        let change = add(p, Some(change), solved);
-        let moving = add(p, Some(base.v), change);
+        let change = sum(p, change, solved);
+        let moving = sum(p, base.v, change);
         let impulses = self.impulses(p, base, &bars, change);
         let reaction = Vector::new(p.map(Reaction, self.balance(moving, free, impulses), &[]));
         Pass {
@@ -164,31 +166,34 @@ impl Implicit<'_> {
             softening: self.step.softening,
         };
         let [tension] = p.map_each_edge(graph, pulled, pass.base.array(), &impulse, &[]);
-        let moving = p.map(Mean, both(self.step.nodes.v, pass.moving), &[]);
-        before.after(p, graph, Vector::new(moving), impulse, tension)
+        let moving = p.map(Mean, both(in_plane(self.step.nodes).v, pass.moving), &[]);
+        before.after(p, graph, moving.into(), impulse.into(), tension)
     }
 
     /// The inputs of the kernel [`Reaction`].
     fn balance(
         &self,
-        moving: Vector<Array>,
-        free: Vector<Array>,
-        impulses: Vector<Array>,
+        moving: Vector<Array, 2>,
+        free: Vector<Array, 2>,
+        impulses: Vector<Array, 2>,
     ) -> [Array; 7] {
         let ([wx, wy, fx, fy], [jx, jy]) = (both(moving, free), impulses.array());
         [wx, wy, fx, fy, jx, jy, self.step.inverse_mass]
     }
 
     /// The step with the nodes at a base.
-    fn at(&self, base: Particle<Array>) -> Step<'_> {
+    fn at(&self, base: Particle<Array, 2>) -> Step<'_> {
         Step {
-            nodes: base,
+            nodes: Motion {
+                x: base.x.array().into(),
+                v: base.v.array().into(),
+            },
             ..*self.step
         }
     }
 
     /// Linearises the bars at a base, which is the start of the step if `from_start` is true.
-    fn bars(&self, p: &mut Program, base: Particle<Array>, from_start: bool) -> Bars {
+    fn bars(&self, p: &mut Program, base: Particle<Array, 2>, from_start: bool) -> Bars {
         let (at, mut sum, mut others) = (self.at(base), None, Vec::new());
         for (k, force) in self.forces.iter().enumerate() {
             match force.record_slopes(p, &at, &self.given.mechanics.forces[k], sum) {
@@ -202,8 +207,13 @@ impl Implicit<'_> {
             softening: at.softening,
             lead: if from_start { 1.0 } else { 0.0 },
         };
-        let [jx, jy, slopes @ ..] =
-            p.map_each_edge(at.graph, linear, base.array(), &tensions.array(), &[]);
+        let [jx, jy, slopes @ ..] = p.map_each_edge(
+            at.graph,
+            linear,
+            both(base.x, base.v),
+            &tensions.array(),
+            &[],
+        );
         Bars {
             impulse: Vector::new([jx, jy]),
             slopes,
@@ -216,17 +226,17 @@ impl Implicit<'_> {
     fn impulses(
         &self,
         p: &mut Program,
-        base: Particle<Array>,
+        base: Particle<Array, 2>,
         bars: &Bars,
-        change: Vector<Array>,
-    ) -> Vector<Array> {
+        change: Vector<Array, 2>,
+    ) -> Vector<Array, 2> {
         let ([jx, jy], [xx, xy, yy]) = (bars.impulse.array(), bars.slopes);
         let per_edge = [jx, jy, xx, xy, yy];
         let of_bars = p.map_edges(self.step.graph, Impulse, change.array(), &per_edge, &[]);
         let at = self.at(base);
         (bars.others.iter()).fold(Vector::new(of_bars), |sum, &k| {
             let own = self.forces[k].record(p, &at, &self.given.mechanics.forces[k]);
-            add(p, Some(sum), own)
+            self::sum(p, sum, Vector::new(own.array()))
         })
     }
 
@@ -236,10 +246,10 @@ impl Implicit<'_> {
         &self,
         p: &mut Program,
         [grip, none]: [Array; 2],
-        moving: Vector<Array>,
+        moving: Vector<Array, 2>,
         before: Option<&Pass>,
-    ) -> (NodeContacts<Array>, Vector<Array>) {
-        let (v, dt) = (self.step.nodes.v, self.step.dt);
+    ) -> (NodeContacts<Array>, Vector<Array, 2>) {
+        let (v, dt) = (in_plane(self.step.nodes).v, self.step.dt);
         let before = before.and_then(|pass| Some((pass, pass.contacts?)));
         let last = before.map_or([none; 2], |(_, contacts)| {
             [contacts.ground.segment, contacts.is_held]
@@ -302,10 +312,11 @@ impl Implicit<'_> {
     fn ground(
         &self,
         p: &mut Program,
-        moving: Vector<Array>,
+        moving: Vector<Array, 2>,
         last: [Array; 2],
     ) -> GroundBelow<Array> {
-        let ([x, y, wx, wy], [segment, is_held]) = (both(self.step.nodes.x, moving), last);
+        let ([x, y, wx, wy], [segment, is_held]) =
+            (both(in_plane(self.step.nodes).x, moving), last);
         let (node, dt) = ([x, y, wx, wy, segment, is_held], self.step.dt);
         let [segment, is_new, tx, ty, height] = match self.terrain.cloned() {
             None => p.map(FindGround { ground: Flat, dt }, node, &[]),
@@ -324,10 +335,10 @@ impl Implicit<'_> {
     fn solve(
         &self,
         p: &mut Program,
-        [base, free, impulses, change]: [Vector<Array>; 4],
+        [base, free, impulses, change]: [Vector<Array, 2>; 4],
         contacts: Option<&NodeContacts<Array>>,
         bars: &Bars,
-    ) -> Vector<Array> {
+    ) -> Vector<Array, 2> {
         let graph = self.step.graph;
         let Some(contacts) = contacts else {
             let balance = self.balance(base, free, impulses);
@@ -358,8 +369,8 @@ impl Implicit<'_> {
     }
 
     /// Records the end of the step: nodes move with the velocity of the last pass.
-    fn land(&self, p: &mut Program, last: &Pass) -> Particle<Array> {
-        let (x, moving, dt) = (self.step.nodes.x, last.moving, self.step.dt);
+    fn land(&self, p: &mut Program, last: &Pass) -> Particle<Array, 2> {
+        let (x, moving, dt) = (in_plane(self.step.nodes).x, last.moving, self.step.dt);
         let Some(contacts) = last.contacts else {
             return Particle {
                 x: Vector::new(p.map(NewPosition(dt), both(x, moving), &[])),
@@ -379,13 +390,28 @@ impl Implicit<'_> {
             contacts.slid,
         ];
         let (contact, terrain) = (self.contact, self.terrain);
-        contact.land(p, dt, terrain, node, &self.given.mechanics.contact)
+        let end = contact.land(p, dt, terrain, node, &self.given.mechanics.contact);
+        in_plane(end)
     }
 }
 
+/// The nodes of a planar robot.
+fn in_plane(nodes: Motion) -> Particle<Array, 2> {
+    Particle {
+        x: Vector::new(nodes.x.array()),
+        v: Vector::new(nodes.v.array()),
+    }
+}
+
+/// Records the sum of two vectors of each node.
+fn sum(p: &mut Program, a: Vector<Array, 2>, b: Vector<Array, 2>) -> Vector<Array, 2> {
+    Vector::new(add(p, Some(a.array().into()), b.array().into()).array())
+}
+
 /// The components of two vectors, one after the other.
-fn both(a: Vector<Array>, b: Vector<Array>) -> [Array; 4] {
-    Particle { x: a, v: b }.array()
+fn both(a: Vector<Array, 2>, b: Vector<Array, 2>) -> [Array; 4] {
+    let ([ax, ay], [bx, by]) = (a.array(), b.array());
+    [ax, ay, bx, by]
 }
 
 /// The kernel of the velocity without bars: damping, then the velocity that gravity adds. The uniform inputs are those of a
@@ -394,10 +420,10 @@ struct FreeVelocity;
 
 #[kernel]
 impl Kernel<2, 2> for FreeVelocity {
-    const UNIFORMS: usize = Push::<f64>::COUNT;
+    const UNIFORMS: usize = Push::<f64, 2>::COUNT;
 
     fn eval<R: Real>(&self, v: [R; 2], push: &[R]) -> [R; 2] {
-        let Push { gravity, decay } = Push::of(push);
+        let Push { gravity, decay } = Push::<R, 2>::of(push);
         Vector::new(v).fma(decay, gravity).array()
     }
 }
@@ -408,7 +434,8 @@ struct NewPosition(f64);
 #[kernel]
 impl Kernel<4, 2> for NewPosition {
     fn eval<R: Real>(&self, node: [R; 4], _: &[R]) -> [R; 2] {
-        Particle::new(node).after(R::lit(self.0)).x.array()
+        let (node, _) = Particle::<R, 2>::split(&node);
+        node.after(R::lit(self.0)).x.array()
     }
 }
 

@@ -321,10 +321,10 @@ impl Simulator {
     fn tangles(&self, layout: &[Material], trajectory: &Trajectory<f64>) -> Vec<usize> {
         let bars = (self.lattice.edges.iter().zip(layout)).filter(|(_, m)| m.is_solid());
         let bars: Vec<[usize; 2]> = bars.map(|(ends, _)| *ends).collect();
-        let at_rest = crossings(&self.lattice.places, &bars);
+        let at_rest = crossings(self.lattice.dimension, &self.lattice.places, &bars);
         let at_rest: HashSet<[usize; 2]> = at_rest.into_iter().collect();
         let count = |state: &State<f64>| {
-            let crossed = crossings(&state.x, &bars);
+            let crossed = crossings(state.dimension, &state.x, &bars);
             crossed
                 .iter()
                 .filter(|pair| !at_rest.contains(*pair))

@@ -8,11 +8,11 @@ use super::effort::{self, BarImpulse, MeanVelocity, Meter};
 use super::implicit::Implicit;
 use super::parameters::{MechanicsParameters, ParameterSink, Parameters};
 use super::surroundings::Surroundings;
-use crate::geometry::{Ground, Vector};
+use crate::geometry::{Axes, Dimension, Ground, Vector, inputs};
+use crate::in_dimension;
 use crate::lattice::Lattice;
 use crate::laws::{
-    AnyContact, Drift, FlightInputs, Force, ForceParameters, Particle, Step, StepInput, Terrain,
-    add,
+    AnyContact, Drift, FlightInputs, Force, ForceParameters, Motion, Step, StepInput, Terrain, add,
 };
 use crate::scene::{Integrator, PhysicsSettings};
 
@@ -44,6 +44,7 @@ pub(super) struct Mechanics {
     terrain: Option<Terrain>,
     pub(super) forces: Vec<Arc<dyn Force>>,
     ground: Ground,
+    pub(super) dimension: Dimension,
     /// Gravity (m/s^2), damping (1/s) unless leapfrog takes it as a constant, then the settings of the contact law, then the
     /// settings of each force.
     pub(super) inputs: Arc<[StepInput]>,
@@ -87,6 +88,7 @@ impl Mechanics {
             terrain: Terrain::new(&physics.ground.resolved()),
             forces: physics.forces_on(lattice),
             ground: Ground::from(physics),
+            dimension: lattice.dimension,
             inputs: Arc::new([]),
         };
         mechanics.with_inputs(physics.gravity)
@@ -147,16 +149,19 @@ impl Mechanics {
 
     /// Declares the parameters of the pushes, the contact law and the forces, in the order of [`inputs`](Mechanics::inputs).
     pub(super) fn parameters<P: ParameterSink>(&self, p: &mut P) -> MechanicsParameters<P::Array> {
-        let velocity = |s: &Surroundings<P::Number>| self.gravity(s.numbers[0]);
-        let [gx, gy] = [0, 1].map(|axis| p.of_surroundings(|s| [velocity(s)[axis]]));
-        let kept = match self.damping_inputs() {
+        let dimension = self.dimension;
+        let velocity = |s: &Surroundings<P::Number>| dimension.list(self.gravity(s.numbers[0]));
+        let axes = 0..dimension.count();
+        let gravity = axes.map(|k| p.of_surroundings(1, |s| vec![velocity(s)[k]]));
+        let mut push: Vec<P::Array> = gravity.collect();
+        push.push(match self.damping_inputs() {
             0 => p.shared(&[self.decay()]),
-            _ => p.of_surroundings(|s| [decay(s.numbers[1], self.h)]),
-        };
+            _ => p.of_surroundings(1, |s| vec![decay(s.numbers[1], self.h)]),
+        });
         let mut place = self.damping_inputs();
         let mut next = |p: &mut P| {
             place += 1;
-            p.of_surroundings(|s| [s.numbers[place]])
+            p.of_surroundings(1, |s| vec![s.numbers[place]])
         };
         let contact = self.contact.inputs().into_iter().map(|_| next(p));
         let contact = contact.collect();
@@ -166,7 +171,7 @@ impl Mechanics {
         };
         MechanicsParameters {
             forces: self.forces.iter().map(force).collect(),
-            push: [gx, gy, kept],
+            push,
             one: self.first.map(|_| p.shared(&[1.0])),
             contact,
         }
@@ -177,11 +182,11 @@ impl Mechanics {
         &self,
         p: &mut Program,
         graph: &Graph,
-        mut nodes: Particle<Array>,
+        mut nodes: Motion,
         given: &Parameters<Array>,
         Actuation { activation, time }: Actuation,
         mut meter: Option<&mut Meter>,
-    ) -> Particle<Array> {
+    ) -> Motion {
         let terrain = self.terrain.as_ref();
         let first = self.first.zip(given.mechanics.one).map(|(drift, one)| {
             let [zero, zeros] = [1, graph.nodes()].map(|n| p.gather(one, &vec![None; n]));
@@ -230,7 +235,7 @@ impl Mechanics {
                 nodes,
                 impulses,
                 inverse_mass: given.inverse_mass,
-                uniforms: &[&given.mechanics.push, &given.mechanics.contact[..]].concat(),
+                uniforms: &[&given.mechanics.push[..], &given.mechanics.contact].concat(),
             };
             nodes = self.contact.fly(p, self.drift, terrain, pushed);
         }
@@ -244,14 +249,19 @@ impl Mechanics {
         p: &mut Program,
         drift: Drift,
         [zero, zeros, one]: [Array; 3],
-        nodes: Particle<Array>,
+        nodes: Motion,
         given: &Parameters<Array>,
-    ) -> Particle<Array> {
+    ) -> Motion {
         let pushed = FlightInputs {
             nodes,
-            impulses: Vector::new([zeros; 2]),
+            impulses: Axes::from_fn(self.dimension, |_| zeros),
             inverse_mass: given.inverse_mass,
-            uniforms: &[&[zero, zero, one], &given.mechanics.contact[..]].concat(),
+            uniforms: &[
+                &vec![zero; self.dimension.count()],
+                &[one][..],
+                &given.mechanics.contact,
+            ]
+            .concat(),
         };
         self.contact.fly(p, drift, self.terrain.as_ref(), pushed)
     }
@@ -262,7 +272,7 @@ impl Mechanics {
         p: &mut Program,
         step: &Step,
         given: &Parameters<Array>,
-        impulses: Vector<Array>,
+        impulses: Axes<Array>,
         before: Meter,
     ) -> Meter {
         let tension = effort::tension(p, step, &self.forces, given);
@@ -270,11 +280,14 @@ impl Mechanics {
             dt: step.dt,
             softening: step.softening,
         };
-        let positions = step.nodes.x.array();
-        let pulls = p.map_each_edge(step.graph, pulling, positions, &[tension], &[]);
-        let ([vx, vy], [jx, jy]) = (step.nodes.v.array(), impulses.array());
-        let node = [vx, vy, jx, jy, given.inverse_mass];
-        let moving = p.map(MeanVelocity, node, &given.mechanics.push);
-        before.after(p, step.graph, Vector::new(moving), pulls, tension)
+        in_dimension!(self.dimension, D => {
+            let positions = step.nodes.x.array::<D>();
+            let pulls = p.map_each_edge(step.graph, pulling, positions, &[tension], &[]);
+            let node: [Array; 2 * D + 1] =
+                inputs(&[step.nodes.v, impulses], &[given.inverse_mass]);
+            let moving: [Array; D] = p.map(MeanVelocity, node, &given.mechanics.push);
+            let pulls: [Array; D] = pulls;
+            before.after(p, step.graph, moving.into(), pulls.into(), tension)
+        })
     }
 }

@@ -3,8 +3,9 @@
 use autodiff::{Array, Program, Real};
 
 use super::surroundings::Surroundings;
+use crate::geometry::Axes;
 use crate::lattice::Body;
-use crate::laws::{ForceParameters, Particle};
+use crate::laws::ForceParameters;
 
 /// The parameters of a robot's steps, except the parameters of its policy. `A` is the type of an array.
 pub(super) struct Parameters<A> {
@@ -23,9 +24,9 @@ pub(super) struct Parameters<A> {
     /// The activations of a step, one per slot of the graph, for robots that are driven by given activations. They take the
     /// place of a policy.
     pub(super) activation: Option<A>,
-    /// For a robot without feedback: the positions and velocities that the policy sees in every step. `None` for a
+    /// For a robot without feedback: the positions and velocities that the policy sees in every step; `None` for a
     /// robot with feedback, whose policy sees the current ones.
-    pub(super) seen: Option<Particle<A>>,
+    pub(super) seen: Option<[Axes<A>; 2]>,
     /// The goals of the rollout in order, two numbers each, m. They are measured from the point of the ground from which
     /// positions are measured. Empty if the goal is a number of the controller.
     pub(super) goals: Vec<A>,
@@ -36,7 +37,7 @@ pub(super) struct Parameters<A> {
 /// The parameters of pushes and drifts. All but those of the forces are arrays of one number.
 pub(super) struct MechanicsParameters<A> {
     /// The numbers of a [`Push`](crate::laws::Push).
-    pub(super) push: [A; 3],
+    pub(super) push: Vec<A>,
     /// The number 1, for an integrator that drifts before it pushes.
     pub(super) one: Option<A>,
     /// The settings of the contact law.
@@ -59,10 +60,11 @@ pub(super) trait ParameterSink {
         numbers: impl Fn(&Body<Self::Number>) -> Vec<Self::Number>,
     ) -> Self::Array;
 
-    /// Adds a parameter that depends on the surroundings, such as gravity. It has `N` numbers.
-    fn of_surroundings<const N: usize>(
+    /// Adds a parameter that depends on the surroundings, such as gravity. It has `len` numbers.
+    fn of_surroundings(
         &mut self,
-        numbers: impl Fn(&Surroundings<Self::Number>) -> [Self::Number; N],
+        len: usize,
+        numbers: impl Fn(&Surroundings<Self::Number>) -> Vec<Self::Number>,
     ) -> Self::Array;
 
     /// Adds numbers that the caller gives for each start and each step: `len` for a step.
@@ -80,11 +82,8 @@ impl ParameterSink for Program {
     fn of_body(&mut self, len: usize, _: impl Fn(&Body<f64>) -> Vec<f64>) -> Array {
         self.parameter(len)
     }
-    fn of_surroundings<const N: usize>(
-        &mut self,
-        _: impl Fn(&Surroundings<f64>) -> [f64; N],
-    ) -> Array {
-        self.parameter(N)
+    fn of_surroundings(&mut self, len: usize, _: impl Fn(&Surroundings<f64>) -> Vec<f64>) -> Array {
+        self.parameter(len)
     }
     fn of_step(&mut self, len: usize) -> Array {
         self.control(len)
@@ -111,8 +110,8 @@ impl<R: Real> ParameterSink for Filled<'_, R> {
     fn of_body(&mut self, _: usize, numbers: impl Fn(&Body<R>) -> Vec<R>) {
         self.numbers.push(self.bodies.iter().map(numbers).collect());
     }
-    fn of_surroundings<const N: usize>(&mut self, numbers: impl Fn(&Surroundings<R>) -> [R; N]) {
-        let numbers = self.surroundings.iter().map(|s| numbers(s).to_vec());
+    fn of_surroundings(&mut self, _: usize, numbers: impl Fn(&Surroundings<R>) -> Vec<R>) {
+        let numbers = self.surroundings.iter().map(numbers);
         self.numbers.push(numbers.collect());
     }
     fn of_step(&mut self, _: usize) {

@@ -97,8 +97,10 @@ impl Simulator {
             }
         };
         let (nodes, meters) = (self.robot.graph.nodes(), model.meters());
-        let entries = (0..4).flat_map(|k| (0..span.nodes).map(move |node| k * nodes + node));
-        let entries = entries.chain(4 * nodes..4 * nodes + meters);
+        let of_nodes = self.robot.numbers_of_nodes();
+        let columns = (0..of_nodes).step_by(nodes);
+        let entries = columns.flat_map(|column| (0..span.nodes).map(move |node| column + node));
+        let entries = entries.chain(of_nodes..of_nodes + meters);
         Rollout {
             model,
             steps,
@@ -118,7 +120,7 @@ impl Simulator {
     /// count. `None` if no cotangent has a unit.
     fn cotangent_units(&self, meters: usize) -> Option<Arc<[f64]>> {
         let time = self.lattice.time_scale();
-        let half = 2 * self.lattice.nodes();
+        let half = self.robot.numbers_of_nodes() / 2;
         (time != 1.0 || meters > 0).then(|| {
             let units = [(1.0, half), (time, half), (NEGLIGIBLE, meters)];
             let units = units.into_iter();

@@ -202,7 +202,7 @@ impl Simulator {
     /// Converts a flat array in the ground's frame to a state in the world's frame. The array has all nodes, or only
     /// the first nodes.
     pub(super) fn unflatten<R: Real>(&self, state: &[R]) -> State<R> {
-        State::from_columns(state).to_world(&self.ground)
+        State::from_columns(self.lattice.dimension, state).to_world(&self.ground)
     }
 }
 

@@ -198,7 +198,7 @@ impl ParameterSink for Kinds {
     fn of_body(&mut self, _: usize, _: impl Fn(&Body<f64>) -> Vec<f64>) {
         self.0.push(Kind::Body);
     }
-    fn of_surroundings<const N: usize>(&mut self, _: impl Fn(&Surroundings<f64>) -> [f64; N]) {
+    fn of_surroundings(&mut self, _: usize, _: impl Fn(&Surroundings<f64>) -> Vec<f64>) {
         self.0.push(Kind::Surroundings);
     }
     fn of_step(&mut self, _: usize) {

@@ -7,9 +7,9 @@ use autodiff::{Array, Graph, Model, Program, Real};
 use super::effort::{Effort, Meter};
 use super::mechanics::{Actuation, Mechanics};
 use super::parameters::{ParameterSink, Parameters};
-use crate::geometry::{Ground, Vector};
+use crate::geometry::{Axes, Ground, Vector};
 use crate::lattice::{Body, Lattice, Mirror};
-use crate::laws::{Particle, StepInput};
+use crate::laws::{Motion, StepInput};
 use crate::policy::{
     self, Block, Controller, Fold, Given, Goals, Hold, Mean, Outputs, Pick, Policy, PolicyStep,
     Seen, Turn, ahead, blocks_of, ticks,
@@ -20,7 +20,7 @@ use crate::scene::{ControllerSettings, GoalKind, PhysicsSettings};
 ///
 /// - Parameters: the fields of [`Parameters`], then the input of [`Turn`] if the clock is learned, then the parameters
 ///   of the policy.
-/// - State: x, y, x velocity, y velocity of all nodes in the ground's frame.
+/// - State: the components of the positions of all nodes, then those of the velocities, in the ground's frame.
 /// - Inputs: the [pairs](Robot::pairs) of the clock and of the goals, and `t` if a force reads it.
 #[derive(Clone, Debug)]
 pub(super) struct Robot {
@@ -44,8 +44,7 @@ pub(super) struct Robot {
     has_rest_lengths: bool,
     /// The largest strain of the actuator material.
     largest_strain: f64,
-    /// For a robot without feedback: the state that the policy sees in every step, as x, y, x velocity and y velocity
-    /// of all nodes.
+    /// For a robot without feedback: the state that the policy sees in every step, as columns.
     seen: Option<Arc<[f64]>>,
     pub(super) mechanics: Mechanics,
     /// True if a step also records the [efforts](super::Effort) of the bars.
@@ -89,8 +88,7 @@ impl Robot {
             actuated,
             drive: Drive::Given,
             settings: controller.clone(),
-            goals: (controller.goals == GoalKind::Given)
-                .then(|| Goals::at(Vector::new(controller.goal))),
+            goals: (controller.goals == GoalKind::Given).then(|| Goals::at(controller.goal)),
             inputs: Arc::new([]),
             weighs: false,
             has_rest_lengths: false,
@@ -179,9 +177,14 @@ impl Robot {
         }
     }
 
+    /// The number of numbers of the nodes in a state.
+    pub(super) fn numbers_of_nodes(&self) -> usize {
+        2 * self.mechanics.dimension.count() * self.graph.nodes()
+    }
+
     /// A flat state of the nodes, with efforts of 0 unless it has efforts already.
     pub(super) fn started<R: Real>(&self, mut state: Vec<R>) -> Vec<R> {
-        state.resize(4 * self.graph.nodes() + self.meters(), R::zero());
+        state.resize(self.numbers_of_nodes() + self.meters(), R::zero());
         state
     }
 
@@ -194,8 +197,10 @@ impl Robot {
     }
 
     /// Declares the state of the nodes.
-    fn state(&self, p: &mut Program) -> Particle<Array> {
-        Particle::new([(); 4].map(|()| p.state(self.graph.nodes())))
+    fn state(&self, p: &mut Program) -> Motion {
+        let [x, v] = [(); 2]
+            .map(|()| Axes::from_fn(self.mechanics.dimension, |_| p.state(self.graph.nodes())));
+        Motion { x, v }
     }
 
     /// A copy of this robot with other mechanics.
@@ -268,7 +273,7 @@ impl Robot {
         let first = self.mechanics.inputs.len();
         let origin = Vector::lit(self.mechanics.origin());
         let goals = (0..self.goals.as_ref().map_or(0, Goals::count))
-            .map(|k| p.of_surroundings(|s| (s.goal(first, k) - origin).array()));
+            .map(|k| p.of_surroundings(2, |s| (s.goal(first, k) - origin).in_plane().to_vec()));
         Parameters {
             goals: goals.collect(),
             mechanics,
@@ -288,7 +293,9 @@ impl Robot {
             },
             activation: matches!(self.drive, Drive::Given).then(|| p.of_step(slots)),
             seen: (self.seen.as_ref()).map(|seen| {
-                Particle::new([0, 1, 2, 3].map(|k| p.shared(&seen[k * nodes..][..nodes])))
+                let mut columns = seen.chunks_exact(nodes);
+                let mut next = |_| p.shared(columns.next().expect("a column for each component"));
+                [(); 2].map(|()| Axes::from_fn(self.mechanics.dimension, &mut next))
             }),
         }
     }
@@ -311,7 +318,8 @@ impl Robot {
             Mean::OfAll
         };
         let (settings, sight) = (&self.settings, driver.policy.observe());
-        let fold = Fold::new(settings, ground, self.graph.nodes(), sight, mean);
+        let nodes = (self.mechanics.dimension, self.graph.nodes());
+        let fold = Fold::new(settings, ground, nodes, sight, mean);
         let (fold, outputs) = (fold.without_constants(), self.outputs());
         let given = driver.given.iter();
         let of_policy = given.map(|given| given.numbers(controller, &fold, &outputs));
@@ -326,7 +334,7 @@ impl Robot {
         &self,
         p: &mut Program,
         given: &Parameters<Array>,
-        state: Particle<Array>,
+        state: Motion,
         clock: &[Array],
     ) -> Array {
         let driver = match &self.drive {
@@ -358,7 +366,7 @@ impl Robot {
         // A single goal always holds.
         let goal = sum.or(given.goals.first().copied());
         let seen = Seen {
-            nodes: given.seen.unwrap_or(state),
+            nodes: given.seen.map_or(state, |[x, v]| Motion { x, v }),
             rest_length: given.rest_length,
             clock,
             presence: given.presence,
@@ -404,7 +412,7 @@ impl Model for Robot {
         let meters = meter.as_mut();
         let actuation = Actuation { activation, time };
         let next = mechanics.record(p, &self.graph, state, &given, actuation, meters);
-        for (state, next) in state.array().into_iter().zip(next.array()) {
+        for (state, next) in state.list().into_iter().zip(next.list()) {
             p.advance(state, next);
         }
         if let (Some(efforts), Some(Meter { tension, work, net })) = (efforts, meter) {
@@ -428,7 +436,7 @@ impl Model for Activations {
         let clock: Vec<Array> = (0..self.0.pairs()).map(|_| p.state(2)).collect();
         let before = p.state(self.0.graph.slots());
         let activation = self.0.activation(p, &given, state, &clock);
-        for part in state.array().into_iter().chain(clock) {
+        for part in state.list().into_iter().chain(clock) {
             p.advance(part, part);
         }
         p.advance(before, activation);

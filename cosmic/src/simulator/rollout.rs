@@ -148,7 +148,7 @@ impl Simulator {
             [self.flatten(state), clock, vec![0.0; slots]].concat()
         };
         let starts: Vec<Vec<f64>> = moments.iter().map(start).collect();
-        let first = 4 * robot.graph.nodes() + 2 * robot.pairs();
+        let first = robot.numbers_of_nodes() + 2 * robot.pairs();
         let slot_of_edge = robot.graph.slot_of_edge().to_vec();
         let rollout = Rollout {
             entries: Some((first..first + slots).collect()),
@@ -169,7 +169,8 @@ impl Simulator {
         start: &State<R>,
     ) -> Trajectory<R> {
         let still = AbsentNodes::of(body, start);
-        let of_nodes = 4 * self.robot.graph.nodes().min(span.nodes);
+        let nodes = self.robot.graph.nodes().min(span.nodes);
+        let of_nodes = 2 * self.lattice.dimension.count() * nodes;
         let meters = self.robot.meters_if(span.metered);
         let states = || seen.chunks_exact(of_nodes + meters);
         let efforts = || Efforts {

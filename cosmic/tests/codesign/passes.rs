@@ -16,7 +16,7 @@ impl Loss for Steep {
     }
 
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
-        let heights = trajectory.states[0].x.iter().map(|x| x[1]);
+        let heights = trajectory.states[0].x.iter().map(|x| x.up());
         R::sum_of(&heights.collect::<Vec<_>>()) * R::lit(1e25) * R::lit(1e25)
     }
 }
@@ -49,7 +49,7 @@ impl Loss for Failing {
     }
 
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
-        let height = trajectory.states[0].x[0][1];
+        let height = trajectory.states[0].x[0].up();
         // Only rollouts of gradients count; other rollouts use plain numbers.
         let is_of_gradient = size_of::<R>() > size_of::<f64>();
         let call = self

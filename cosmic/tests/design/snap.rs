@@ -11,7 +11,7 @@ use cosmic::scene::{DesignSettings, VolumeSettings};
 
 /// The layout rules for a chain of edges: the given rules for its edges, and no other requirements.
 fn ruled(rules: &EdgeRules, edges: usize) -> LayoutRules {
-    let nodes = (0..=edges).map(|k| Vector::new([k as f64, 0.0])).collect();
+    let nodes = (0..=edges).map(|k| Vector::from([k as f64, 0.0])).collect();
     let mut chain = Lattice::between(nodes, (0..edges).map(|k| [k, k + 1]).collect());
     chain.rules = rules.clone();
     LayoutRules::new(&chain, &LOOSE)

@@ -19,7 +19,7 @@ fn layout(lattice: &Lattice, bars: &[[usize; 2]]) -> Vec<Material> {
 fn structures_are_counted() {
     let lattice = lattice(3, 2, 0.0);
     let node = |x: f64, y: f64| {
-        let at = |place: &Vector<f64>| place.distance(Vector::new([x, y])) < 1e-9;
+        let at = |place: &Vector<f64>| place.distance(Vector::from([x, y])) < 1e-9;
         lattice.places.iter().position(at).unwrap()
     };
     let [a, b, c] = [0.0, 1.0, 2.0].map(|x| node(x, 0.0));

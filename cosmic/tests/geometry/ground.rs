@@ -7,7 +7,7 @@ fn conversion_to_the_ground_s_frame_and_back() {
             height: 0.1,
             incline_deg,
         };
-        let point = Vector::new([0.7, -0.3]);
+        let point: Vector<f64> = [0.7, -0.3].into();
         let back = ground.point_to_world(ground.point_to_ground(point));
         // Two rotations of numbers below 1 have a few roundings of 1e-16.
         assert!(back.distance(point) < 1e-15);
@@ -20,10 +20,10 @@ fn the_normal_points_out_of_the_ground() {
         height: 0.1,
         incline_deg: 30.0,
     };
-    let origin = Vector::new([0.0, 0.1]);
+    let origin = Vector::from([0.0, 0.1]);
     let up = ground.point_to_ground(origin + ground.normal() * 2.0);
     // The tolerance covers the rounding of one rotation of numbers near 2.
-    assert!(up.distance(Vector::new([0.0, 2.0])) < 1e-15);
+    assert!(up.distance(Vector::from([0.0, 2.0])) < 1e-15);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 use cosmic::geometry::{MOST_POINTS, Profile, Range, Vector};
 
 fn of(points: &[[f64; 2]]) -> Result<Profile, String> {
-    Profile::new(points.iter().copied().map(Vector::new).collect())
+    Profile::new(points.iter().copied().map(Vector::from).collect())
 }
 
 fn kerb() -> Profile {
@@ -39,7 +39,7 @@ fn points_must_be_finite_in_order_and_few() {
         let error = of(&points).unwrap_err();
         assert!(error.contains(says), "{error}");
     }
-    let many = |n: usize| Profile::new((0..n).map(|k| Vector::new([k as f64, 0.0])).collect());
+    let many = |n: usize| Profile::new((0..n).map(|k| Vector::from([k as f64, 0.0])).collect());
     assert!(many(MOST_POINTS).is_ok() && many(MOST_POINTS + 1).is_err());
 }
 
@@ -80,6 +80,6 @@ fn walls_have_a_foot_and_an_edge() {
         ([2.9375, -0.25], -0.0625),
         ([1.125, -0.25], -0.75),
     ] {
-        assert_eq!(stairs.above(Vector::new(point)), above, "{point:?}");
+        assert_eq!(stairs.above(Vector::from(point)), above, "{point:?}");
     }
 }

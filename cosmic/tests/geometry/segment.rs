@@ -1,4 +1,4 @@
-use cosmic::geometry::{Segment, Vector, crossings};
+use cosmic::geometry::{Dimension, Segment, crossings};
 use cosmic::random::{Purpose, stream, symmetric};
 
 /// The result of [`crossings`] for segments that do not share nodes.
@@ -7,7 +7,7 @@ fn swept(segments: &[Segment]) -> Vec<[usize; 2]> {
     let ends = segments
         .iter()
         .flat_map(|segment| [segment.from, segment.to]);
-    crossings(&ends.collect::<Vec<_>>(), &edges)
+    crossings(Dimension::Plane, &ends.collect::<Vec<_>>(), &edges)
 }
 
 fn of_all_pairs(segments: &[Segment]) -> Vec<[usize; 2]> {
@@ -34,8 +34,9 @@ fn a_sweep_finds_the_crossings_of_all_pairs() {
                     let x = symmetric(&mut random, limit);
                     if on_grid { x.round() } else { x }
                 };
-                let from = Vector::new(size).map(&mut number);
-                Segment::new(from, from.map(|x| x + number(reach)))
+                let from = Dimension::Plane.map(size.into(), &mut number);
+                let to = Dimension::Plane.map(from, |x| x + number(reach));
+                Segment::new(from, to)
             })
             .collect();
         let expected = of_all_pairs(&segments);

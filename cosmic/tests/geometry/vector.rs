@@ -29,7 +29,7 @@ fn planar_vectors_agree_with_spatial_vectors() {
 
 #[test]
 fn vectors_turn_to_the_left() {
-    let vector = Vector::new([0.6, 0.8]);
+    let vector = Vector::from([0.6, 0.8]);
     assert_eq!(vector.turned_left(), [-0.8, 0.6]);
     assert_eq!(vector.cross(vector.turned_left()), 1.0);
 }

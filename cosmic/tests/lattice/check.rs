@@ -69,7 +69,7 @@ proptest! {
         let truss = Truss {
             payload: payload.map(|node| Payload { node, mass: None }).collect(),
             rules: EdgeRules { keep, forbid, tie, ..EdgeRules::default() },
-            nodes: nodes.into_iter().map(Vector::new).collect(),
+            nodes: nodes.into_iter().map(Vector::from).collect(),
             edges,
             ..Truss::default()
         };

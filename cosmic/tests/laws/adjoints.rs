@@ -1,6 +1,6 @@
 //! The test that the file `adjoints.rs` is up to date. With `EMIT=1`, the test also writes the file.
 
-use autodiff::arrays::Fixed;
+use autodiff::arrays::{Fixed, Kernel};
 use autodiff::emit::{adjoint, assert_fresh};
 use cosmic::laws::{
     BarForce, Bump, Contact, Coulomb, Drift, Equation, FirstPass, Flat, Flying, Hooke, Impulse,
@@ -27,15 +27,19 @@ use super::sticking::Sticking;
 
 /// The expressions for the uniform inputs of a contact kernel in the generated code: those of a [`Push`], then one setting of
 /// the contact law.
-const UNIFORMS: [&str; 4] = [
+const UNIFORMS: [&str; 5] = [
     "at.uniforms[0]",
     "at.uniforms[1]",
     "at.uniforms[2]",
     "at.uniforms[3]",
+    "at.uniforms[4]",
 ];
 
-/// Generates the code of the adjoint function of a step for the contact law `name`.
-fn of_contact<C: Contact>(name: &str) -> String {
+/// Generates the code of the adjoint function of a step for the contact law `name`, for vectors of `D` components.
+fn of_contact<C: Contact, const D: usize, const I: usize, const O: usize>(name: &str) -> String
+where
+    Flying<C>: Kernel<I, O>,
+{
     let (contact, ground) = (C::default(), Flat);
     let flying = |v: &[f64]| Fixed {
         kernel: Flying {
@@ -47,14 +51,17 @@ fn of_contact<C: Contact>(name: &str) -> String {
     };
     let of_flight = [
         &["self.drift.dt"],
-        &UNIFORMS[..Push::<f64>::COUNT + C::COUNT],
+        &UNIFORMS[..Push::<f64, D>::COUNT + C::COUNT],
     ]
     .concat();
-    adjoint(&format!("Flying<{name}>"), &of_flight, flying)
+    adjoint::<_, I, O>(&format!("Flying<{name}>"), &of_flight, flying)
 }
 
 /// Generates the code of the adjoint function for the impulse of the law along bars `name`.
-fn of_bars<L: BarForce>(name: &str) -> String {
+fn of_bars<L: BarForce, const I: usize, const O: usize>(name: &str) -> String
+where
+    Tension<L>: Kernel<I, O>,
+{
     let tension = |v: &[f64]| Fixed {
         kernel: Tension {
             law: L::default(),
@@ -65,20 +72,20 @@ fn of_bars<L: BarForce>(name: &str) -> String {
         uniforms: v[..L::COUNT].to_vec(),
     };
     let fields = [&UNIFORMS[..L::COUNT], &["self.dt", "self.softening > 0"]].concat();
-    adjoint(&format!("Tension<{name}>"), &fields, tension)
+    adjoint::<_, I, O>(&format!("Tension<{name}>"), &fields, tension)
 }
 
 #[test]
 fn adjoints_are_fresh() {
     let contacts = [
-        of_contact::<NoGround>("NoGround"),
-        of_contact::<Sticking>("Sticking"),
-        of_contact::<Coulomb>("Coulomb"),
+        of_contact::<NoGround, 2, 7, 4>("NoGround"),
+        of_contact::<Sticking, 2, 7, 4>("Sticking"),
+        of_contact::<Coulomb, 2, 7, 4>("Coulomb"),
     ];
     let forces = [
-        of_bars::<Hooke>("Hooke"),
+        of_bars::<Hooke, 6, 2>("Hooke"),
         adjoint("Total", &[], |_| Total),
-        adjoint(
+        adjoint::<_, 11, 4>(
             "Bump",
             &[
                 "self.shortest",
@@ -120,6 +127,13 @@ fn adjoints_are_fresh() {
         ),
         adjoint("Impulse", &[], |_| Impulse),
     ];
-    let all = [&contacts[..], &forces, &implicit].concat();
+    let in_space = [
+        of_contact::<NoGround, 3, 10, 6>("NoGround"),
+        of_contact::<Sticking, 3, 10, 6>("Sticking"),
+        of_contact::<Coulomb, 3, 10, 6>("Coulomb"),
+        of_bars::<Hooke, 7, 3>("Hooke"),
+    ];
+    let in_space = in_space.map(|code| code.replace("emitted_vjp", "emitted_vjp_in_space"));
+    let all = [&contacts[..], &forces, &implicit, &in_space].concat();
     assert_fresh("src/laws/adjoints.rs", HEADER, &all);
 }

@@ -79,7 +79,7 @@ fn a_buried_node_keeps_its_place() {
 }
 
 fn terrain(points: &[[f64; 2]]) -> Terrain {
-    let points = points.iter().copied().map(Vector::new);
+    let points = points.iter().copied().map(Vector::from);
     Terrain::new(&Profile::new(points.collect()).unwrap()).unwrap()
 }
 

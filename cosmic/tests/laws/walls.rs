@@ -10,7 +10,7 @@ use rand::{RngExt, SeedableRng};
 use super::kernels::{DT, Drifting, adjoint, is_right, verdict};
 
 fn drifting<C: Contact>(contact: C, points: &[[f64; 2]]) -> Drifting<C, Terrain> {
-    let points = points.iter().copied().map(Vector::new).collect();
+    let points = points.iter().copied().map(Vector::from).collect();
     let terrain = Terrain::new(&Profile::new(points).unwrap()).unwrap();
     Drifting::new(contact, terrain)
 }

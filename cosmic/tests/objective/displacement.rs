@@ -32,9 +32,9 @@ fn the_mean_looks_back_from_the_last_state() {
 #[test]
 fn both_forms_measure_along_the_ground() {
     let ground = displacement(LossKind::Final).ground;
-    let state = |along: f64| State {
-        x: vec![ground.vector_to_world(Vector::new([along, 0.4]))],
-        v: vec![Vector::zero()],
+    let state = |along: f64| {
+        let place = ground.vector_to_world(Vector::upright(along, 0.4));
+        State::new([place], [Vector::zero()])
     };
     let states = [9.0, 1.0, 2.0, 6.0].map(state).to_vec();
     let trajectory = Trajectory::new(vec![0, 8, 24, 40], states);

@@ -1,4 +1,3 @@
-use cosmic::geometry::Vector;
 use cosmic::lattice::{Body, Marker, State};
 use cosmic::objective::{Loss, Objective};
 use cosmic::scene::{Named, Scene, TaskKind};
@@ -26,10 +25,7 @@ fn objective(task: TaskKind) -> Objective {
 
 /// The states of a moving payload and a node at rest: at the start and after 1, 2 and 3 steps.
 fn walk() -> Trajectory<f64> {
-    let state = |(x, v): (f64, f64)| State {
-        x: vec![Vector::new([x, 0.25 * x]), Vector::zero()],
-        v: vec![Vector::new([v, 0.0]), Vector::zero()],
-    };
+    let state = |(x, v): (f64, f64)| State::new([[x, 0.25 * x], [0.0; 2]], [[v, 0.0], [0.0; 2]]);
     let states = [(0.0, 0.0), (2.0, 4.0), (4.0, 2.0), (2.0, 0.0)].map(state);
     let effort = |[skeleton, mixture]: [f64; 2]| Effort {
         activation: vec![0.0; 2],
@@ -75,7 +71,7 @@ fn tasks_read_only_the_nodes_that_they_name() {
     for &(name, task) in TaskKind::ALL {
         let objective = objective(task);
         let mut seen = walk();
-        for State { x, v } in &mut seen.states {
+        for State { x, v, .. } in &mut seen.states {
             x.truncate(objective.nodes());
             v.truncate(objective.nodes());
         }

@@ -1,5 +1,5 @@
 use crate::small::lattice;
-use cosmic::geometry::{Ground, Vector};
+use cosmic::geometry::Ground;
 use cosmic::lattice::{Lattice, State};
 use cosmic::policy::{Controller, Network, Sight, clock, observation};
 use cosmic::random::{Purpose, stream, symmetric};
@@ -12,11 +12,11 @@ fn sensed(state: &State<f64>, clock: &[f64]) -> Vec<f64> {
 
 fn random_state(nodes: usize) -> State<f64> {
     let mut stream = stream(1, Purpose::Judgement);
-    let mut point = |_| Vector::from_fn(|_| symmetric(&mut stream, 1.0));
-    State {
-        x: (0..nodes).map(&mut point).collect(),
-        v: (0..nodes).map(&mut point).collect(),
-    }
+    let mut points = || -> Vec<[f64; 2]> {
+        let point = |_| [(); 2].map(|()| symmetric(&mut stream, 1.0));
+        (0..nodes).map(point).collect()
+    };
+    State::new(points(), points())
 }
 
 /// Checks that two networks compute the same activations: the folded network from the state, and the original
@@ -36,7 +36,8 @@ fn check(settings: &ControllerSettings, presence: &[f64], ground: &Ground) {
     if settings.goals == GoalKind::Given {
         sensed.extend(goal);
     }
-    let folded = network.folded(settings, lattice.nodes(), Sight::Robot, presence, ground);
+    let nodes = (lattice.dimension, lattice.nodes());
+    let folded = network.folded(settings, nodes, Sight::Robot, presence, ground);
     let got = folded.activation(&sensed, goal[0]);
     assert_eq!(got.len(), plain.len());
     for (a, b) in got.iter().zip(&plain) {

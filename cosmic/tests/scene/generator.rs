@@ -12,7 +12,7 @@ fn the_lattice_is_rotated_with_the_ground() {
         assert!((a - b).abs() < 1e-15);
     }
     let (sin, cos) = (-20f64).to_radians().sin_cos();
-    let first = Vector::new([0.1 * cos, 0.1 + 0.1 * sin]);
+    let first = Vector::from([0.1 * cos, 0.1 + 0.1 * sin]);
     assert!(turned.positions[0].distance(first) < 1e-15);
 }
 

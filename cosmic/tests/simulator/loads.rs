@@ -49,16 +49,16 @@ fn loads_are_those_of_hooke_s_bars() {
     let controller = Controller::xavier(&scene.controller, &lattice, 1);
     let simulator = Simulator::new(&lattice, &scene.physics, &scene.controller);
     let rest = lattice.state_at_rest();
-    let stretched = State {
-        x: rest.x.iter().map(|x| *x + x.along() * 0.1).collect(),
-        v: rest.x.iter().map(|x| x.along() * 1.1).collect(),
-    };
+    let stretched = State::new(
+        rest.x.iter().map(|x| *x + x.along() * 0.1),
+        rest.x.iter().map(|x| x.along() * 1.1),
+    );
     let trajectory = Trajectory::new(vec![0, 16], vec![rest, stretched]);
     let moments = simulator.moments(&body, &controller, &trajectory);
     let edges = 0..lattice.edges.len();
     let loads: Vec<BarLoad> = edges.map(|edge| BarLoad::of(edge, &moments)).collect();
     for (load, &[i, j]) in loads.iter().zip(&lattice.edges) {
-        let [dx, dy] = lattice.direction([i, j]).map(f64::abs).array();
+        let [dx, dy] = lattice.direction([i, j]).map(f64::abs).in_plane();
         if dy == 0.0 {
             // The extension of 10 mm times 400 N/m is the tension; the speed is 0.11 m/s. The softening changes
             // lengths by a fraction of 5e-11.
@@ -78,14 +78,14 @@ fn loads_are_those_of_hooke_s_bars() {
     let mut folded = trajectory.clone();
     let middle = 0.25;
     let fold = |x: &mut Vector<f64>| {
-        *x = Vector::new([middle + 0.37 * (x.forward() - middle).abs(), x.up()]);
+        *x = Vector::from([middle + 0.37 * (x.forward() - middle).abs(), x.up()]);
     };
     folded.states[1].x.iter_mut().for_each(fold);
     folded.states[1]
         .x
         .iter_mut()
         .enumerate()
-        .for_each(|(k, x)| x[1] += 1e-3 * k as f64);
+        .for_each(|(k, x)| *x += Vector::upright(0.0, 1e-3 * k as f64));
     let all = simulator.loads_of(&layout, &bars, &folded, &scene.materials);
     assert!(all.tangled == 0.5 && all.tangles > 1.0, "{all:?}");
 }

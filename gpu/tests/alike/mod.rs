@@ -2,7 +2,7 @@
 
 use autodiff::{Real, Tape, Var};
 use cosmic::case::Case;
-use cosmic::geometry::{Vector, flat, from_flat};
+use cosmic::geometry::Vector;
 use cosmic::lattice::{Body, State};
 use cosmic::policy::Controller;
 use cosmic::scene::Scene;
@@ -14,7 +14,8 @@ use cosmic_gpu::{Gpu, GpuError, Losses, Member, RobotsOnGpu, WORKGROUP};
 /// The mean of the positions of all nodes in all observed states: forward, and a little upward.
 fn loss<R: Real>(trajectory: &Trajectory<R>) -> R {
     let mean = |state: &State<R>| {
-        let sum = (state.x.iter()).fold(R::zero(), |sum, x| sum + x[0] + R::lit(0.3) * x[1]);
+        let sum =
+            (state.x.iter()).fold(R::zero(), |sum, x| sum + x.forward() + R::lit(0.3) * x.up());
         sum * R::lit(1.0 / state.x.len() as f64)
     };
     trajectory.states.iter().map(mean).sum()
@@ -107,14 +108,12 @@ impl Begun {
         let (of_controller, rest) = rest.split_at(controller.numbers().len());
         controller.numbers_mut().copy_from_slice(of_controller);
         let (x, v) = rest.split_at(rest.len() / 2);
+        let dimension = self.starts[k].dimension;
         Member {
             surroundings: self.surroundings[0].map(R::lit),
             body: body.with_numbers(of_body),
             controller,
-            start: State {
-                x: from_flat(x),
-                v: from_flat(v),
-            },
+            start: State::from_flat(dimension, [x, v]),
         }
     }
 
@@ -139,7 +138,7 @@ impl Begun {
         let columns = self.simulator.flatten(&self.starts[k]);
         let heights = &columns[points.len()..];
         let above = points.iter().zip(heights).filter(|(_, up)| **up > 1e-6);
-        above.flat_map(|(point, _)| [point[0], point[1]]).collect()
+        above.flat_map(|(point, _)| point.in_plane()).collect()
     }
 
     /// The positions of a member, and the slopes of its loss by its [numbers](Losses::numbers).
@@ -169,7 +168,7 @@ impl Begun {
 impl Losses for Begun {
     fn numbers(&self, robot: usize) -> Vec<f64> {
         let (body, start) = (self.bodies[robot].numbers(), &self.starts[robot]);
-        let (x, v) = (flat(&start.x), flat(&start.v));
+        let [x, v] = start.to_flat();
         [&body[..], self.controllers[robot].numbers(), &x, &v].concat()
     }
 
@@ -194,7 +193,7 @@ pub(crate) struct Compared {
 /// The coordinates of all nodes in all observed states.
 pub(crate) fn positions<R: Real>(trajectory: &Trajectory<R>) -> Vec<R> {
     let nodes = trajectory.states.iter().flat_map(|state| &state.x);
-    nodes.flat_map(|x| [x[0], x[1]]).collect()
+    nodes.flat_map(|x| x.in_plane()).collect()
 }
 
 /// The cosine of the angle between two gradients.

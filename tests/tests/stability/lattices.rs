@@ -2,7 +2,7 @@
 
 use super::StabilityCase;
 use cosmic::design::{Design, Material};
-use cosmic::geometry::{Ground, Vector, flat};
+use cosmic::geometry::{Ground, Vector};
 use cosmic::lattice::{Body, Lattice, State};
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{MaterialSettings, PhysicsSettings, edges, stable_step};
@@ -58,7 +58,7 @@ pub(super) fn keeps_its_energy(case: &StabilityCase) {
     let body = Body::new(&design, &lattice, &MaterialSettings::default(), &physics);
     let x = case.points("x0");
     let v = vec![Vector::zero(); x.len()];
-    let start = State { x, v };
+    let start = State::new(x, v);
     let bare = Bare {
         lattice,
         body,
@@ -86,7 +86,7 @@ pub(super) fn keeps_its_energy(case: &StabilityCase) {
         step += 1;
         for k in 0..2 {
             let moving = bare.body.mass.iter().zip(&state.v);
-            let sum: f64 = moving.map(|(m, v)| m * v[k]).sum();
+            let sum: f64 = moving.map(|(m, v)| m * v.in_plane()[k]).sum();
             momentum = momentum.max(sum.abs());
         }
     });
@@ -161,7 +161,7 @@ fn stands_still(state: &State<f64>, ground: &Ground) {
     for (x, v) in state.to_ground(ground).x.iter().zip(&state.v) {
         let speed = v.norm();
         // The height of a node on the ground is zero except for rounding.
-        if x[1] < 1e-12 {
+        if x.up() < 1e-12 {
             contacts += 1;
             assert_eq!(speed, 0.0);
         }
@@ -172,10 +172,10 @@ fn stands_still(state: &State<f64>, ground: &Ground) {
 
 fn sinks_nowhere(seen: &Trajectory<f64>, ground: &Ground) {
     for (state, step) in seen.states.iter().zip(&seen.steps) {
-        let coordinates = flat(&state.x).into_iter();
+        let coordinates = state.x.iter().flatten();
         let size = coordinates.fold(1.0, |m: f64, x| m.max(x.abs()));
         let points = state.to_ground(ground).x;
-        let lowest = points.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
+        let lowest = points.iter().map(|x| x.up()).fold(f64::INFINITY, f64::min);
         // The bound of the file, plus the rounding error of coordinates of a hundred metres in a rotation.
         assert!(lowest >= -1e-12 * size, "step {step}: {lowest:e}");
     }

@@ -6,7 +6,7 @@ mod nodes;
 mod springs;
 
 use cosmic::design::{Design, Material};
-use cosmic::geometry::{Vector, from_flat};
+use cosmic::geometry::{Dimension, Vector};
 use cosmic::lattice::{Body, Lattice};
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{MaterialSettings, PhysicsSettings};
@@ -102,7 +102,7 @@ impl StabilityCase {
 
     /// A list of points of the case.
     fn points(&self, key: &str) -> Vec<Vector<f64>> {
-        from_flat(&self.numbers(key))
+        Dimension::Plane.from_flat(&self.numbers(key))
     }
 
     /// A number of the file, such as a tolerance.
@@ -135,7 +135,7 @@ impl StabilityCase {
         let [columns, rows] = ["columns", "rows"].map(|key| self.number(key) as usize);
         let spacing = self.number("spacing");
         let place = |node: usize| [node % columns, node / columns].map(|n| n as f64 * spacing);
-        let places = (0..columns * rows).map(place).map(Vector::new);
+        let places = (0..columns * rows).map(place).map(Vector::from);
         // The reference answers add 1e-12 m^2 to squares of lengths on every lattice.
         Lattice {
             scale: 1.0,

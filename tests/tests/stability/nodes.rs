@@ -11,10 +11,7 @@ use cosmic_tests::{Bare, assert_near, number};
 
 /// A state of [`Bare::free_node`]: both nodes have the position `x` and the velocity `v`.
 fn alone<R: Real>(x: [R; 2], v: [R; 2]) -> State<R> {
-    State {
-        x: vec![x.into(); 2],
-        v: vec![v.into(); 2],
-    }
+    State::new([x; 2], [v; 2])
 }
 
 /// The number of steps in which damping reduces a velocity by the factor exp(-40) = 4e-18.
@@ -29,7 +26,7 @@ pub(super) fn flies(case: &StabilityCase) {
     let start = alone([0.0, case.number("y0")], start);
     let end = bare.run_to_end(&start, case.number("steps") as usize);
     let tolerance = case.of_file("tolerance_rel");
-    let ([x, v], expected) = ([end.x[0], end.v[0]], case.vector("v"));
+    let ([x, v], expected) = ([end.x[0], end.v[0]].map(Vector::in_plane), case.vector("v"));
     let at = [case.number("x"), case.number("y")];
     for (got, expected) in x.into_iter().chain(v).zip(at.into_iter().chain(expected)) {
         // A velocity that has almost decayed is compared with a bound relative to its original size.
@@ -48,7 +45,7 @@ pub(super) fn flies(case: &StabilityCase) {
     if physics.damping > 0.0 {
         let steps = forty_decays(&physics);
         let end = bare.run_to_end(&alone([0.0; 2], [0.0; 2]), steps);
-        case.relative("terminal_velocity_discrete", end.v[0][1]);
+        case.relative("terminal_velocity_discrete", end.v[0].up());
     }
 }
 
@@ -61,25 +58,25 @@ pub(super) fn lands(case: &StabilityCase) {
     let rows = case.numbers("states_step_x_y_vx_vy");
     for [step, expected @ ..] in rows.as_chunks::<5>().0 {
         let state = seen.at(*step as usize);
-        let got = state.x[0].into_iter().chain(state.v[0]);
+        let got = [state.x[0], state.v[0]].map(Vector::in_plane);
+        let got = got.into_iter().flatten();
         for (got, expected) in got.zip(expected) {
             assert_near(got, *expected, tolerance, &case.case);
         }
     }
     let ground = Ground::from(&physics);
-    let pull = ground
-        .vector_to_ground(Vector::new([0.0, -physics.gravity]))
-        .up();
+    let gravity: Vector<f64> = [0.0, -physics.gravity].into();
+    let pull = ground.vector_to_ground(gravity).up();
     let decay = (-physics.damping * physics.dt).exp();
     // Returns the number of a step, counted from 1, and the time of impact in this step; `None` if the node does not
     // touch the ground in it. Until the impact, the node moves towards the ground at constant speed; then it loses this
     // speed.
     let time_of_impact = |step: usize| {
         let [before, after] = [step - 1, step].map(|s| seen.at(s).to_ground(&ground));
-        let towards = decay * before.v[0][1] + pull * physics.dt;
+        let towards = decay * before.v[0].up() + pull * physics.dt;
         // Speeds are of order one, and the rotation of the incline rounds them.
-        let touches = towards < -1e-14 && after.v[0][1].abs() < 1e-14;
-        touches.then(|| (step, (after.x[0][1] - before.x[0][1]) / towards))
+        let touches = towards < -1e-14 && after.v[0].up().abs() < 1e-14;
+        touches.then(|| (step, (after.x[0].up() - before.x[0].up()) / towards))
     };
     let touches: Vec<(usize, f64)> = (1..=steps).filter_map(time_of_impact).collect();
     let listed = case.numbers("first_touches_step_tau");
@@ -115,7 +112,7 @@ pub(super) fn slides(case: &StabilityCase) {
         let bare = Bare::free_node(physics.clone());
         let end = bare.run_to_end(&alone([0.0; 2], [0.0; 2]), steps);
         let end = end.to_ground(&ground);
-        [-end.x[0][0], -end.v[0][0]]
+        [-end.x[0].forward(), -end.v[0].forward()]
     };
     let [slid, speed] = run(case.number("steps") as usize);
     case.absolute("slid_down", slid);
@@ -131,8 +128,8 @@ pub(super) fn brakes(case: &StabilityCase) {
     let start = alone([0.0; 2], [case.number("v0"), 0.0]);
     let stop = case.number("stops_at_step") as usize;
     let seen = Bare::free_node(physics).run(&start, vec![stop - 1, stop, stop + 9]);
-    assert!(seen.at(stop - 1).v[0][0] > 0.0 && seen.at(stop).v[0][0] == 0.0);
-    case.absolute("distance", seen.at(stop + 9).x[0][0]);
+    assert!(seen.at(stop - 1).v[0].forward() > 0.0 && seen.at(stop).v[0].forward() == 0.0);
+    case.absolute("distance", seen.at(stop + 9).x[0].forward());
 }
 
 /// Checks the bounce of a node that also moves sideways: its last state, and the derivative of that state with respect
@@ -142,7 +139,7 @@ pub(super) fn bounces(case: &StabilityCase) {
         let physics = on_ground(case, contact);
         let steps = (case.number("T") / physics.dt).round() as usize;
         let start = alone([R::zero(), height], [R::lit(case.number("vx")), R::zero()]);
-        Bare::free_node(physics).run_to_end(&start, steps).x[0][0]
+        Bare::free_node(physics).run_to_end(&start, steps).x[0].forward()
     }
     let tolerance = case.of_file("tolerance_rel");
     let height = case.number("H");

@@ -103,13 +103,10 @@ pub(super) fn pulls(case: &StabilityCase) {
 /// The force of an edge on its first node. The argument `d` is the vector from the first node to the second. The force
 /// is half the difference of the nodes' momenta after a step, divided by the time step.
 fn force<R: Real>(bare: &Bare, d: [R; 2]) -> [R; 2] {
-    let start = State {
-        x: vec![Vector::zero(), d.into()],
-        v: vec![Vector::zero(); 2],
-    };
+    let start = State::new([[R::zero(); 2], d], [[R::zero(); 2]; 2]);
     let v = bare.run_to_end(&start, 1).v;
     let per_kick = R::lit(bare.body.mass[0] / bare.physics.dt);
-    ((v[0] - v[1]) * R::lit(0.5) * per_kick).array()
+    ((v[0] - v[1]) * R::lit(0.5) * per_kick).in_plane()
 }
 
 /// The rest length of an oscillator's spring, m. It is so long that the softening is almost linear, and so short that
@@ -133,10 +130,10 @@ fn oscillator(case: &StabilityCase) -> Bare {
 /// The state of an oscillator whose extension is `x` and changes at the speed `v`.
 fn extended([x, v]: [f64; 2]) -> State<f64> {
     let half = 0.5 * (LENGTH + x);
-    State {
-        x: [[-half, 0.0], [half, 0.0]].map(Vector::new).into(),
-        v: [[-0.5 * v, 0.0], [0.5 * v, 0.0]].map(Vector::new).into(),
-    }
+    State::new(
+        [[-half, 0.0], [half, 0.0]],
+        [[-0.5 * v, 0.0], [0.5 * v, 0.0]],
+    )
 }
 
 /// The extension of an oscillator, and its rate of change.
@@ -223,7 +220,7 @@ pub(super) fn vibrates(case: &StabilityCase) {
     (bare.physics.dt, bare.physics.damping) = (case.number("dt"), case.number("gamma"));
     let on_axis = |xs: Vec<f64>| {
         xs.into_iter()
-            .map(|x| Vector::new([x, 0.0]))
+            .map(|x| Vector::from([x, 0.0]))
             .collect::<Vec<_>>()
     };
     // At these positions, every spring is at rest.
@@ -241,10 +238,7 @@ pub(super) fn vibrates(case: &StabilityCase) {
         let pairs = a.iter().zip(b);
         pairs.fold(0.0, |most: f64, (a, b)| most.max((*a - *b).forward().abs()))
     };
-    let start = State {
-        x: on_axis(case.numbers("x0")),
-        v: on_axis(case.numbers("v0")),
-    };
+    let start = State::new(on_axis(case.numbers("x0")), on_axis(case.numbers("v0")));
     let perturbation = apart(&start.x, &at_rest);
     if case.number("dt_over_limit") > 1.0 {
         let end = bare.run_to_end(&start, case.number("steps") as usize);

@@ -1,7 +1,7 @@
 //! The controller of a robot in MuJoCo, which gets the coordinates and velocities of the model.
 
 use cosmic::case::Case;
-use cosmic::geometry::Ground;
+use cosmic::geometry::{Dimension, Ground};
 use cosmic::lattice::Body;
 use cosmic::policy::{Layer, Network, Sight, of_settings};
 use cosmic::scene::GoalKind;
@@ -36,7 +36,13 @@ impl<'c> Folded<'c> {
         let (settings, nodes) = (&case.scene.controller, case.lattice.nodes());
         let sight = of_settings(settings).observe();
         let network = Network::of(&case.controller, &case.lattice)?;
-        let mut network = network.folded(settings, nodes, sight, &body.presence, ground);
+        let mut network = network.folded(
+            settings,
+            (Dimension::Plane, nodes),
+            sight,
+            &body.presence,
+            ground,
+        );
         let first = &mut network.first;
         let columns = first.weights.len() / first.biases.len();
         let unseen = match sight {
@@ -105,10 +111,10 @@ impl<'c> Folded<'c> {
         let settings = &self.case.scene.controller;
         let payload = self.case.lattice.payload_point(&self.case.start, ground);
         Some(GoalFields {
-            goal: settings.goal,
+            goal: settings.goal.in_plane(),
             goal_scale: settings.goal_scale,
             mean: nodes.iter().map(|&node| mean[node]).collect(),
-            origin: (ground.vertical::<2>() * ground.height).array(),
+            origin: (ground.vertical() * ground.height).in_plane(),
             start: payload.forward(),
             gates: self.network.gates.clone(),
         })

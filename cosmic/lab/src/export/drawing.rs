@@ -22,7 +22,7 @@ pub(super) fn draw(robot: &RobotFiles, members: &[Member]) -> String {
     let nodes = nodes_of(members);
     let bounds = Bounds::of(nodes.iter().map(|&node| place(robot, node) * MM));
     let bounds = bounds.widened(3.0 * thin + outer);
-    let [width, height] = bounds.size().array();
+    let [width, height] = bounds.size().in_plane();
     // The second axis of SVG points down.
     let down = |point: Vector<f64>| {
         [

@@ -83,10 +83,10 @@ pub(super) fn bars(robot: &RobotFiles, members: &[Member], loads: &[BarLoad]) ->
         .column("from", "node at the first end", |m| m.nodes[0])
         .column("to", "node at the second end", |m| m.nodes[1])
         .columns(["from_x", "from_y"], "place of the first end, m", |m, k| {
-            m.axis.from.array()[k]
+            m.axis.from.in_plane()[k]
         })
         .columns(["to_x", "to_y"], "place of the second end, m", |m, k| {
-            m.axis.to.array()[k]
+            m.axis.to.in_plane()[k]
         })
         .column("rest_length", "length of the unstrained bar, m", |m| {
             m.length

@@ -66,7 +66,7 @@ fn nodes(robot: &RobotFiles, members: &[Member]) -> Table {
         .columns(
             ["x", "y"],
             "position along and above the ground, m",
-            |node, k| place(robot, *node)[k],
+            |node, k| place(robot, *node).in_plane()[k],
         )
         .column("bars", "number of bars that end at the node", |node| {
             bars(*node)

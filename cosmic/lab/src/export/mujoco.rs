@@ -8,7 +8,7 @@ use super::controller::{Folded, GoalFields};
 use crate::files::write_text;
 use cosmic::case::Case;
 use cosmic::error::{Error, Result};
-use cosmic::geometry::{Ground, Vector, flat};
+use cosmic::geometry::{Dimension, Ground, Vector};
 use cosmic::lattice::{Body, Marker};
 use cosmic::laws::{Actuator, Bumpers, Damper, Law, Stops};
 use cosmic::policy::{Weights, frequency};
@@ -77,6 +77,11 @@ pub fn write(case: &Case, settings: &MujocoSettings, folder: &Path) -> Result<Ve
 /// Returns an error for a case that the model cannot express.
 fn check(case: &Case, settings: &MujocoSettings) -> Result<()> {
     let physics = &case.scene.physics;
+    if case.lattice.dimension == Dimension::Space {
+        return Err(Error::Usage(
+            "the model for MuJoCo is planar so far, and this robot is in space".to_owned(),
+        ));
+    }
     let known = [Damper::NAME, Stops::NAME, Actuator::NAME, Bumpers::NAME];
     let mut forces = physics.forces.about().into_iter();
     let has_other_forces = forces.any(|(name, _)| !known.contains(&name));
@@ -246,7 +251,7 @@ impl<'c> Robot<'c> {
         let normal = spatial(self.ground.normal());
         let place = spatial(
             self.ground
-                .point_to_world(Vector::new([0.0, -self.radius()])),
+                .point_to_world(Vector::from([0.0, -self.radius()])),
         );
         format!(
             "    <geom name=\"ground\" type=\"plane\" pos=\"{place}\" zaxis=\"{normal}\" size=\"0 0 1\" \
@@ -363,7 +368,11 @@ impl<'c> Robot<'c> {
         let start = self.case.start.to_ground(&self.ground);
         let list = |points: &[Vector<f64>]| {
             let own: Vec<Vector<f64>> = self.nodes.iter().map(|&node| points[node]).collect();
-            let numbers: Vec<String> = flat(&own).iter().map(f64::to_string).collect();
+            let numbers: Vec<String> = Dimension::Plane
+                .flat(&own)
+                .iter()
+                .map(f64::to_string)
+                .collect();
             numbers.join(" ")
         };
         let (x, v) = (list(&start.x), list(&start.v));
@@ -443,6 +452,6 @@ struct Device {
 
 /// Returns a vector of the robot's plane as a vector of MuJoCo's three-dimensional space, in text.
 fn spatial(vector: Vector<f64>) -> String {
-    let [x, z] = vector.array();
+    let [x, z] = vector.in_plane();
     format!("{x} 0 {z}")
 }

@@ -48,8 +48,8 @@ fn draw(motion: &Motion, index: usize, size: [u16; 2]) -> Option<Pixmap> {
     let view = View {
         motion,
         // The ground below the robot appears in the lower part of the frame, in the middle of its width.
-        corner: Vector::new([x, motion.floor(x).max(jump)]),
-        origin: Vector::new([0.5 * width, GROUND * ROWS]),
+        corner: Vector::from([x, motion.floor(x).max(jump)]),
+        origin: Vector::from([0.5 * width, GROUND * ROWS]),
         scale: ROWS / height,
     };
     let mut picture = Picture::default();

@@ -58,7 +58,7 @@ fn of_walks(motion: &Motion, robot: &RobotFiles, walks: &[Option<Frames>]) -> Va
 
 /// Returns the data of a goal: its time, the point of the ground below it, and its place along the ground.
 fn goal(flag: &Flag) -> [f64; 4] {
-    let [x, y] = flag.foot.array();
+    let [x, y] = flag.foot.in_plane();
     [flag.from, x, y, flag.along]
 }
 
@@ -76,7 +76,9 @@ pub(super) fn of_lane(name: &str, motion: &Motion) -> Value {
         state.x.iter_mut().for_each(|x| *x -= origin);
         state
     };
-    let states: Vec<State<f64>> = indices.into_iter().map(along).collect();
+    let states: Vec<State<f64>> = (indices.into_iter())
+        .map(|k| along(k).side_view())
+        .collect();
     let side = robot.lattice.side();
     let across =
         Range::of(states.iter().map(|state| motion.payload(state).forward())).widened(100.0 * side);
@@ -87,7 +89,7 @@ pub(super) fn of_lane(name: &str, motion: &Motion) -> Value {
         "name": name,
         "robot": of_robot(robot, &states[0].x),
         "world": {
-            "width": 4.0 * side, "ground": corners, "cos": 1.0, "sin": 0.0, "limit": motion.limit,
+            "width": 4.0 * side, "ground": pairs(&corners), "cos": 1.0, "sin": 0.0, "limit": motion.limit,
             "skeleton": SKELETON_STRAINS, "origin": 0.0,
         },
         "walk": Frames::of(states.iter(), seconds, unit),
@@ -99,7 +101,7 @@ fn of_robot(robot: &RobotFiles, start: &[Vector<f64>]) -> Value {
     let lattice = &robot.lattice;
     let payloads = lattice.payload.iter().map(|payload| payload.node);
     json!({
-        "start": start.iter().flatten().map(|x| four_digits(*x)).collect::<Vec<_>>(),
+        "start": pairs(start).as_flattened().iter().map(|x| four_digits(*x)).collect::<Vec<_>>(),
         "side": lattice.side(),
         "edges": robot.design.edges,
         "rest": lattice.rest_length.iter().map(|x| four_digits(*x)).collect::<Vec<_>>(),
@@ -118,6 +120,11 @@ fn mixtures(robot: &RobotFiles, z: &[[f64; 3]]) -> Vec<[i64; 3]> {
         .collect()
 }
 
+/// The points as seen from the side: along and above.
+fn pairs(points: &[Vector<f64>]) -> Vec<[f64; 2]> {
+    points.iter().map(|point| point.in_plane()).collect()
+}
+
 /// Returns the data of the world: the part of the ground that the motions `walks` reach.
 fn world(motion: &Motion, walks: &[Option<Frames>]) -> Value {
     let width = 4.0 * motion.robot.lattice.side();
@@ -125,10 +132,10 @@ fn world(motion: &Motion, walks: &[Option<Frames>]) -> Value {
     let firsts = places.filter_map(|places| places.first().copied());
     let start = motion.payload(&motion.states()[0]).forward();
     let across = Range::of(firsts.map(Vector::forward).chain([start])).widened(2.0 * width);
-    let [cos, sin] = motion.ground().tangent().array();
+    let [cos, sin] = motion.ground().tangent().in_plane();
     json!({
         "width": width,
-        "ground": motion.ground_line(across),
+        "ground": pairs(&motion.ground_line(across)),
         "cos": cos,
         "sin": sin,
         "limit": motion.limit,
@@ -140,8 +147,10 @@ fn world(motion: &Motion, walks: &[Option<Frames>]) -> Value {
 /// Returns the motion of the run's final robot, with 25 frames per second, or fewer if the rollout is long.
 fn walk(motion: &Motion) -> Option<Frames> {
     let (seconds, indices) = motion.every(FRAME);
-    let states = indices.into_iter().map(|k| &motion.states()[k]);
-    Frames::of(states, seconds, motion.robot.lattice.spacing / PARTS)
+    let states: Vec<_> = (indices.into_iter())
+        .map(|k| motion.states()[k].side_view())
+        .collect();
+    Frames::of(states.iter(), seconds, motion.robot.lattice.spacing / PARTS)
 }
 
 /// Returns the data of the charts over the iterations, and the phases.

@@ -92,8 +92,7 @@ impl<'r> Motion<'r> {
                 .collect(),
             limit: if largest > 0.0 { largest } else { 1.0 },
             profile: robot.scene.physics.ground.resolved(),
-            goals: (controller.goals == GoalKind::Given)
-                .then(|| Goals::at(Vector::new(controller.goal))),
+            goals: (controller.goals == GoalKind::Given).then(|| Goals::at(controller.goal)),
         }
     }
 
@@ -116,7 +115,7 @@ impl<'r> Motion<'r> {
             let x = start.forward() + along * ground.tangent().forward();
             Flag {
                 from: time.start as f64 * self.trajectory.dt,
-                foot: Vector::new([x, self.ground_height(x)]),
+                foot: Vector::from([x, self.ground_height(x)]),
                 along,
             }
         };

@@ -106,7 +106,7 @@ impl Picture {
 
     /// Returns the picture as an SVG file on white paper.
     pub(super) fn to_svg(&self, size: impl Into<Place>, title: &str) -> String {
-        let [width, height] = size.into().array();
+        let [width, height] = size.into().in_plane();
         let title = escape(title);
         let shapes: String = self.shapes.iter().map(element).collect();
         format!(
@@ -122,7 +122,7 @@ impl Picture {
 fn element(shape: &Shape) -> String {
     match shape {
         Shape::Line(points, pen) => {
-            let point = |point: &Place| format!("{:.1},{:.1}", point[0], point[1]);
+            let point = |point: &Place| format!("{:.1},{:.1}", point.forward(), point.up());
             let points: Vec<String> = points.iter().map(point).collect();
             format!(
                 "<polyline points=\"{}\"{}/>\n",
@@ -131,18 +131,18 @@ fn element(shape: &Shape) -> String {
             )
         }
         Shape::Disc(middle, radius, fill, edge) => {
-            let [x, y] = middle.array();
+            let [x, y] = middle.in_plane();
             let style = paint("fill", *fill) + &stroke(edge);
             format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\"{style}/>\n")
         }
         Shape::Rectangle(corner, size, fill) => {
-            let ([x, y], [width, height]) = (corner.array(), size.array());
+            let ([x, y], [width, height]) = (corner.in_plane(), size.in_plane());
             let size = format!("width=\"{width:.1}\" height=\"{height:.1}\"");
             let fill = paint("fill", *fill);
             format!("<rect x=\"{x:.1}\" y=\"{y:.1}\" {size}{fill}/>\n")
         }
         Shape::Text(place, text, font) => {
-            let ([x, y], text) = (place.array(), escape(text));
+            let ([x, y], text) = (place.in_plane(), escape(text));
             let (colour, style) = match font {
                 Font::Plain => (INK, ""),
                 Font::Bold => (INK, " font-weight=\"600\""),

@@ -23,7 +23,7 @@ impl Picture {
     /// memory is short.
     pub(super) fn to_pixels(&self, size: impl Into<Place>, scale: f64) -> Option<Pixmap> {
         let size: Place = size.into();
-        let [width, height] = (size * scale).map(|x| x.round() as u32).array();
+        let [width, height] = (size * scale).map(|x| x.round() as u32).in_plane();
         let mut canvas = Canvas {
             pixels: Pixmap::new(width, height)?,
             scale: Transform::from_scale(scale as f32, scale as f32),
@@ -45,12 +45,12 @@ impl Canvas {
                 let is_near = Segment::new(*middle, *middle)
                     .within(&self.bounds)
                     .is_some();
-                let [x, y] = middle.map(|x| x as f32).array();
+                let [x, y] = middle.map(|x| x as f32).in_plane();
                 let circle = PathBuilder::from_circle(x, y, *radius as f32);
                 self.area(circle.filter(|_| is_near), *fill, edge);
             }
             Shape::Rectangle(corner, size, fill) => {
-                let ([x, y], [width, height]) = (corner.array(), size.array());
+                let ([x, y], [width, height]) = (corner.in_plane(), size.in_plane());
                 let [x, y, width, height] = [x, y, width, height].map(|x| x as f32);
                 let sides = Rect::from_xywh(x, y, width, height);
                 let sides = sides.map(PathBuilder::from_rect);
@@ -78,7 +78,7 @@ impl Canvas {
             let Some(line) = Segment::new(pair[0], pair[1]).within(&self.bounds) else {
                 continue;
             };
-            let [from, to] = [line.from, line.to].map(|end| end.map(|x| x as f32).array());
+            let [from, to] = [line.from, line.to].map(|end| end.map(|x| x as f32).in_plane());
             if end != Some(line.from) {
                 path.move_to(from[0], from[1]);
             }

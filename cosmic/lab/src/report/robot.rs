@@ -41,8 +41,8 @@ fn draw_journey(picture: &mut Picture, motion: &Motion) -> f64 {
     let bottom = 64.0 + scale * up.size();
     let view = View {
         motion,
-        corner: Vector::new([across.low, up.low]),
-        origin: Vector::new([0.5 * (WIDTH - scale * across.size()), bottom]),
+        corner: Vector::from([across.low, up.low]),
+        origin: Vector::from([0.5 * (WIDTH - scale * across.size()), bottom]),
         scale,
     };
     view.draw_ground(picture, across);
@@ -56,7 +56,7 @@ fn draw_journey(picture: &mut Picture, motion: &Motion) -> f64 {
         }
         view.draw_robot(picture, &bars, motion.payload(state));
         let top = motion.bounds(state).high.up();
-        let above = view.place(motion.centre(state).with_up(top)) - Vector::new([0.0, 8.0]);
+        let above = view.place(motion.centre(state).with_up(top)) - Vector::from([0.0, 8.0]);
         picture.text(above, format!("{:.1} s", motion.time(index)), Font::Caption);
     }
     bottom + 12.0
@@ -92,8 +92,8 @@ fn draw_gait(picture: &mut Picture, motion: &Motion, top: f64) -> f64 {
     let sizes = moments.map(|index| motion.bounds(&motion.states()[index]).size());
     let largest = sizes
         .into_iter()
-        .fold(Vector::new([0.05; 2]), |a, b| a.zip_with(b, f64::max));
-    let [width, height] = largest.array();
+        .fold(Vector::from([0.05; 2]), |a, b| a.zip_with(b, f64::max));
+    let [width, height] = largest.in_plane();
     let scale = ((PANEL - 18.0) / width).min(220.0 / height);
     let middles = moments.map(|index| motion.centre(&motion.states()[index]).forward());
     let rise = scale * most_rise(motion, &middles, 0.5 * PANEL / scale);
@@ -109,8 +109,8 @@ fn draw_gait(picture: &mut Picture, motion: &Motion, top: f64) -> f64 {
         let middle = middles[panel];
         let view = View {
             motion,
-            corner: Vector::new([middle - 0.5 * PANEL / scale, motion.floor(middle)]),
-            origin: Vector::new([left, bottom - rise]),
+            corner: Vector::from([middle - 0.5 * PANEL / scale, motion.floor(middle)]),
+            origin: Vector::from([left, bottom - rise]),
             scale,
         };
         draw_panel(picture, &view, moments[0]..=index);

@@ -87,7 +87,7 @@ fn objective(run: &RunFiles) -> [String; 2] {
 
 /// The size of the robot at the start, and its bars.
 fn size(run: &RunFiles, motion: &Motion) -> [String; 2] {
-    let [width, height] = motion.bounds(&motion.states()[0]).size().array();
+    let [width, height] = motion.bounds(&motion.states()[0]).size().in_plane();
     let count = |material| {
         let materials = run.robot.design.materials.iter();
         materials.filter(|m| **m == material).count()

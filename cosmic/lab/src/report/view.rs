@@ -41,7 +41,7 @@ impl View<'_> {
     pub(super) fn draw_ground(&self, picture: &mut Picture, across: Range) {
         let line = self.motion.ground_line(across).into_iter();
         let line: Vec<Place> = line.map(|point| self.place(point)).collect();
-        let below = line.iter().map(|place| *place + Vector::new([0.0, 4.2]));
+        let below = line.iter().map(|place| *place + Vector::from([0.0, 4.2]));
         picture.line(below, Pen::new(EARTH, 7.0));
         picture.line(line, Pen::new(SKELETON, 1.5));
     }
@@ -59,9 +59,9 @@ impl View<'_> {
         let Range { low, high } = across.map(|x| per_metre * (x - start) / cos);
         for k in low.ceil() as i64..=high.floor() as i64 {
             let x = start + cos * k as f64 / per_metre;
-            let top = self.place(Vector::new([x, motion.ground_height(x)]));
+            let top = self.place(Vector::from([x, motion.ground_height(x)]));
             let is_long = k % 10 == 0;
-            let bottom = top + Vector::new([0.0, if is_long { 14.0 } else { 5.0 }]);
+            let bottom = top + Vector::from([0.0, if is_long { 14.0 } else { 5.0 }]);
             picture.line([top, bottom], Pen::new(MARK, 1.0));
         }
     }
@@ -79,18 +79,18 @@ impl View<'_> {
     /// arrow at that edge. `width` is the width of the picture in pixels.
     pub(super) fn draw_flag(&self, picture: &mut Picture, foot: Vector<f64>, width: f64) {
         let foot = self.place(foot);
-        let top = foot - Vector::new([0.0, POLE]);
-        if (0.0..=width).contains(&foot[0]) {
+        let top = foot - Vector::from([0.0, POLE]);
+        if (0.0..=width).contains(&foot.forward()) {
             picture.line([foot, top], Pen::new(MARK, 1.5));
-            return picture.rectangle(top, Vector::new([18.0, 12.0]), GOAL);
+            return picture.rectangle(top, Vector::from([18.0, 12.0]), GOAL);
         }
-        let [tip, back] = if foot[0] < 0.0 {
+        let [tip, back] = if foot.forward() < 0.0 {
             [8.0, 10.0]
         } else {
             [width - 8.0, -10.0]
         };
         let arrow = [[back, -10.0], [0.0, 0.0], [back, 10.0]];
-        let arrow = arrow.map(|off| Vector::new([tip, top[1]]) + Vector::new(off));
+        let arrow = arrow.map(|off| Vector::from([tip, top.up()]) + Vector::from(off));
         picture.line(arrow, Pen::new(GOAL, 3.5));
     }
 

@@ -1,5 +1,6 @@
 use crate::small::small;
 use cosmic::case::Case;
+use cosmic::geometry::Vector;
 use cosmic::scene::{Integrator, Scene};
 use cosmic::simulator::Grade;
 use cosmic_lab::check::stability::{Found, Outcome, Trial, case_trials, extreme_trials};
@@ -33,7 +34,8 @@ fn odd_robots() -> Vec<(Case, usize)> {
     // A robot that starts far from rest is tried only with its own time step.
     for (moved, count) in [(0.9e-2, 5), (1.0, 1)] {
         let mut case = Case::of_scene(&Scene::paper(), 0).unwrap();
-        case.start.x[1][0] -= moved * case.lattice.rest_length[0];
+        let moved = moved * case.lattice.rest_length[0];
+        case.start.x[1] -= Vector::upright(moved, 0.0);
         robots.push((case, count));
     }
     robots

@@ -2,7 +2,7 @@
 //! do the same with the exported player, in MuJoCo.
 
 use cosmic::case::Case;
-use cosmic::geometry::{Ground, Vector, flat};
+use cosmic::geometry::{Ground, Vector};
 use cosmic::lattice::State;
 use cosmic::policy::{Goals, Layer, Network};
 use cosmic::scene::Scene;
@@ -51,13 +51,14 @@ impl Exported {
         };
         let (x, v) = (own(&state.x), own(&state.v));
         let (sin, cos) = (self.omega * (steps as f64 * self.dt)).sin_cos();
+        let flat = |points: &[Vector<f64>]| state.dimension.flat(points);
         let mut inputs = [flat(&x), flat(&v), vec![sin, cos]].concat();
         let mean = x.iter().zip(&self.mean);
         let mean = mean.fold(Vector::zero(), |sum, (&x, &weight)| sum + x * weight);
-        let offset = (goal - Vector::new(self.origin) - mean) * self.goal_scale;
+        let offset = (goal - Vector::from(self.origin) - mean) * self.goal_scale;
         let seen = offset * (1.0 / (1.0 + offset.dot(offset)).sqrt());
         if self.goal.is_some() {
-            inputs.extend(seen);
+            inputs.extend(seen.in_plane());
         }
         let layer = |weights: &[Vec<f64>], biases: &[f64]| Layer {
             weights: weights.concat(),
@@ -68,7 +69,7 @@ impl Exported {
             gates: self.gates.clone(),
             second: layer(&self.w2, &self.b2),
         };
-        let activation = network.activation(&inputs, seen[0]);
+        let activation = network.activation(&inputs, seen.forward());
         let pairs = activation.iter().zip(&self.strain);
         pairs
             .map(|(activation, strain)| activation * strain)
@@ -114,7 +115,7 @@ fn the_exported_controller_has_the_library_s_controls() {
         // No number may be zero, neither a bias nor the change of a learned clock's frequency.
         let numbers = case.controller.numbers_mut().iter_mut().enumerate();
         numbers.for_each(|(k, number)| *number += 0.05 * (k as f64).cos());
-        let [first, second, third] = [[1.5, 0.1], [-1.5, 0.2], [0.4, 0.0]].map(Vector::new);
+        let [first, second, third] = [[1.5, 0.1], [-1.5, 0.2], [0.4, 0.0]].map(Vector::from);
         let goals = Goals::at(first).then(24, second).then(40, third);
         let task = match is_given {
             true => case.task().with_goals(&goals),

@@ -45,7 +45,7 @@ fn bars_are_the_solid_edges_coloured_by_strain() {
 fn the_ground_has_its_ridges() {
     let ridge = |at: f64, height| [[at - 0.02, 0.0], [at, height], [at + 0.02, 0.0]];
     let points = [ridge(0.15, 0.01), ridge(0.35, 0.03)].concat();
-    let profile = Profile::new(points.into_iter().map(Vector::new).collect()).unwrap();
+    let profile = Profile::new(points.into_iter().map(Vector::from).collect()).unwrap();
     let results = short_run(|scene| {
         (scene.physics.steps, scene.physics.ground) = (64, profile.into());
     });
@@ -69,7 +69,7 @@ fn flags_are_where_and_when_their_goals_are() {
     let motion = Motion::new(&results.robot, &results.trajectory);
     assert_eq!(motion.flags(), []);
     let start = motion.states()[0].x[0];
-    let tangent = Vector::new([20_f64.to_radians().cos(), 20_f64.to_radians().sin()]);
+    let tangent = Vector::from([20_f64.to_radians().cos(), 20_f64.to_radians().sin()]);
     let goal = |along: f64| Vector::upright(start.dot(tangent) + along, 0.0);
     let goals = Goals::at(goal(1.5))
         .then(10, goal(-0.5))
@@ -81,7 +81,7 @@ fn flags_are_where_and_when_their_goals_are() {
     let expected = [(1.5, 0.0), (-0.5, 0.02), (0.7, 0.064)];
     for (flag, (along, from)) in flags.iter().zip(expected) {
         assert_eq!(flag.from, from);
-        let [x, y] = flag.foot.array();
+        let [x, y] = flag.foot.in_plane();
         assert_eq!(y, motion.ground_height(x));
         // A place in the world is a few operations away from the place along the ground.
         assert!((flag.along - along).abs() < 1e-14);

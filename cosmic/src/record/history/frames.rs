@@ -1,6 +1,6 @@
 //! The motions of intermediate designs, sampled coarsely for an animation.
 
-use crate::geometry::Vector;
+use crate::geometry::{Dimension, Vector};
 use crate::lattice::State;
 use crate::simulator::Trajectory;
 use serde::{Deserialize, Serialize};
@@ -19,9 +19,20 @@ pub struct Frames {
     pub every: f64,
     /// The unit of `counts`, in metres.
     pub unit: f64,
-    /// For every moment, two numbers (x and y) for every node, in multiples of `unit`. At the first moment they are the
-    /// position of the node; later they are the change of its position since the moment before.
+    /// The number of coordinates of a node.
+    #[serde(default = "two", skip_serializing_if = "is_two")]
+    pub axes: usize,
+    /// For every moment, the coordinates of every node, in multiples of `unit`. At the first moment they are the position of
+    /// the node; later they are the change of its position since the moment before.
     pub counts: Vec<Vec<i64>>,
+}
+
+fn two() -> usize {
+    2
+}
+
+fn is_two(axes: &usize) -> bool {
+    *axes == 2
 }
 
 impl Frames {
@@ -41,12 +52,16 @@ impl Frames {
         every: f64,
         unit: f64,
     ) -> Option<Self> {
-        let count = |x: &f64| {
+        let mut states = states.peekable();
+        let dimension = states
+            .peek()
+            .map_or(Dimension::Plane, |state| state.dimension);
+        let count = |x: f64| {
             let count = (x / unit).round();
             // Numbers of this size and their differences are exact in f64.
             (count.abs() < 1e15).then_some(count as i64)
         };
-        let places = |state: &State<f64>| state.x.iter().flatten().map(count).collect();
+        let places = |state: &State<f64>| dimension.flat(&state.x).into_iter().map(count).collect();
         let mut counts = states.map(places).collect::<Option<Vec<Vec<i64>>>>()?;
         for k in (1..counts.len()).rev() {
             let (before, from_here) = counts.split_at_mut(k);
@@ -56,6 +71,7 @@ impl Frames {
         Some(Self {
             every,
             unit,
+            axes: dimension.count(),
             counts,
         })
     }
@@ -78,11 +94,12 @@ impl Frames {
             at.iter_mut()
                 .zip(moved)
                 .for_each(|(at, moved)| *at += moved);
-            let (pairs, _) = at.as_chunks::<2>();
-            pairs
-                .iter()
-                .map(|&xy| Vector::new(xy).map(|count| count as f64 * self.unit))
-                .collect()
+            let places: Vec<f64> = at.iter().map(|&count| count as f64 * self.unit).collect();
+            let dimension = match self.axes {
+                3 => Dimension::Space,
+                _ => Dimension::Plane,
+            };
+            dimension.from_flat(&places)
         };
         self.counts.iter().map(place).collect()
     }

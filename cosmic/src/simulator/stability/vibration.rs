@@ -37,6 +37,7 @@ impl<'a> Vibration<'a> {
         positions: &[Vector<f64>],
     ) -> Self {
         let state = State {
+            dimension: lattice.dimension,
             x: positions.to_vec(),
             v: vec![Vector::zero(); positions.len()],
         };
@@ -51,7 +52,7 @@ impl<'a> Vibration<'a> {
         };
         let edges = lattice.edges.iter().map(projector).zip(&stiffness.bars);
         let parts = edges.map(|(projector, bar)| {
-            let rest = Matrix::identity() + projector * -1.0;
+            let rest = Matrix::onto(lattice.dimension) + projector * -1.0;
             (projector * bar.along, rest * bar.across)
         });
         let (along, across) = parts.unzip();
@@ -109,31 +110,35 @@ impl<'a> Vibration<'a> {
     /// vibration. The frequency is infinite if stiffness divided by mass overflows.
     pub fn fastest(&self) -> (f64, usize) {
         let root: Vec<f64> = self.body.mass.iter().map(|m| m.sqrt().recip()).collect();
-        let size = 2 * root.len();
-        // The start vector must not be orthogonal to the eigenvector. Two angles per node with irrational steps break
-        // the symmetries of lattices.
-        let entry = |k: usize, _| match ((k / 2) as f64, k % 2) {
+        let axes = self.lattice.dimension.count();
+        let size = axes * root.len();
+        // The start vector must not be orthogonal to the eigenvector. Angles per node with irrational steps break the
+        // symmetries of lattices.
+        let entry = |k: usize, _| match ((k / axes) as f64, k % axes) {
             (node, 0) => (1.1 + 2.3 * node).sin(),
-            (node, _) => (0.7 + 3.1 * node).cos(),
+            (node, 1) => (0.7 + 3.1 * node).cos(),
+            (node, _) => (0.4 + 2.7 * node).sin(),
         };
         let start = DVector::from_fn(size, entry);
         match largest_eigenpair(&start, |v| self.product(v, &root)) {
             None => (f64::INFINITY, 0),
             Some((square, vector)) => {
-                let swing = |i: usize| root[i] * of_node(&vector, i).norm();
+                let swing = |i: usize| root[i] * self.of_node(&vector, i).norm();
                 let node = (0..root.len()).max_by(|&a, &b| swing(a).total_cmp(&swing(b)));
                 (square.max(0.0).sqrt(), node.unwrap_or(0))
             }
         }
     }
 
-    /// Computes `M^-1/2 K M^-1/2 v`. `v` has two entries per node, and `root` has the entries of `M^-1/2`.
+    /// Computes `M^-1/2 K M^-1/2 v`. `v` has the components of a vector for each node, and `root` has the entries of `M^-1/2`.
     pub fn product(&self, v: &DVector<f64>, root: &[f64]) -> DVector<f64> {
         let mut product = DVector::zeros(v.len());
-        let at = |node: usize| of_node(v, node) * root[node];
+        let at = |node: usize| self.of_node(v, node) * root[node];
+        let dimension = self.lattice.dimension;
         let mut add = |node: usize, force: Vector<f64>| {
-            for (k, part) in (force * root[node]).into_iter().enumerate() {
-                product[2 * node + k] += part;
+            let parts = dimension.list(force * root[node]);
+            for (k, part) in parts.into_iter().enumerate() {
+                product[dimension.count() * node + k] += part;
             }
         };
         let parts = self.along.iter().zip(&self.across);
@@ -185,6 +190,12 @@ impl<'a> Vibration<'a> {
         rates.fold(0.0, f64::max)
     }
 
+    /// The components of `node` in a vector with those of all nodes.
+    fn of_node(&self, vector: &DVector<f64>, node: usize) -> Vector<f64> {
+        let (dimension, numbers) = (self.lattice.dimension, vector.as_slice());
+        dimension.vector(&numbers[dimension.count() * node..][..dimension.count()])
+    }
+
     /// The two nodes of each edge whose stiffness is not 0.
     fn joined(&self) -> impl Iterator<Item = &'a [usize; 2]> {
         let edges = self.lattice.edges.iter().zip(&self.body.stiffness);
@@ -202,9 +213,4 @@ pub(in crate::simulator) struct OffBars {
     pub(in crate::simulator) damping: f64,
     /// The node that determines the bound.
     pub(in crate::simulator) node: usize,
-}
-
-/// The two entries that belong to `node`, in a vector with two entries per node.
-fn of_node(vector: &DVector<f64>, node: usize) -> Vector<f64> {
-    Vector::from_fn(|k| vector[2 * node + k])
 }

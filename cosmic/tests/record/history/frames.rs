@@ -1,14 +1,11 @@
-use cosmic::geometry::Vector;
 use cosmic::lattice::State;
 use cosmic::record::history::Frames;
 
 #[test]
 fn a_walk_has_the_positions_of_its_states_to_half_a_unit() {
-    let state = |k: usize| State {
-        x: [[0.1 * k as f64, -0.0333], [0.2, (k * k) as f64]]
-            .map(Vector::new)
-            .to_vec(),
-        v: vec![Vector::zero(); 2],
+    let state = |k: usize| {
+        let x = [[0.1 * k as f64, -0.0333], [0.2, (k * k) as f64]];
+        State::new(x, [[0.0; 2]; 2])
     };
     let states: Vec<_> = (0..4).map(state).collect();
     let walk = Frames::of(states.iter(), 0.084, 5e-4).unwrap();
@@ -18,6 +15,6 @@ fn a_walk_has_the_positions_of_its_states_to_half_a_unit() {
         assert!(pairs.all(|(a, b)| (a - b).abs() <= 0.5001 * walk.unit));
     }
     let mut lost = states;
-    lost[2].x[1][0] = f64::NAN;
+    lost[2].x[1] = lost[2].x[1].with_forward(f64::NAN);
     assert_eq!(Frames::of(lost.iter(), 0.084, 5e-4), None);
 }

@@ -41,7 +41,7 @@ fn the_largest_frequency_is_found_among_close_ones() {
 #[test]
 fn the_largest_of_two_nearly_equal_frequencies_is_found() {
     let positions = [[0.0, 0.0], [1.0, 0.0], [0.0, 5.0], [0.0, 6.0]];
-    let positions = positions.map(Vector::new).to_vec();
+    let positions = positions.map(Vector::from).to_vec();
     let lattice = Lattice::between(positions, vec![[0, 1], [2, 3]]);
     for excess in [1e-6, 1e-7, 3e-8, 1e-8, 1e-9, 0.0] {
         let body = Body {
