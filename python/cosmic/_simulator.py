@@ -200,7 +200,7 @@ class Simulator:
         least change first; of equal ones the edge with the smallest index. So
         numbers drawn uniformly from 0 to 1 give a random robot, and ``0.5 * layout`` plus such numbers times 0.5 a
         relative of a robot."""
-        (given,) = _numbers(["z"], [z])
+        given = floats("z", z)
         robots = _batch("z", given, self.shapes["z"])
         if not np.isfinite(given).all():
             raise InputError("z: expected finite numbers")
