@@ -77,7 +77,7 @@ def distance(sim: cosmic.Simulator, robot: Robot) -> float:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("policy", type=Path, help="folder of one_policy.py")
     parser.add_argument("--seeds", type=int, default=16)
     parser.add_argument("--iterations", type=int, default=150, help="iterations of cosmic.optimize")

@@ -162,7 +162,7 @@ def measured(worlds: tuple[cosmic.Simulator, cosmic.Simulator], weights: Weights
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--updates", type=int, default=1000)
     parser.add_argument("--own", type=int, default=16, help="unseen bodies that also get a network of their own")
