@@ -74,7 +74,7 @@ fn a_learned_clock_is_a_clock_of_its_frequency() {
         let span = Span::from_start(vec![case.scene.physics.steps]);
         let seen = rollouts(&[design], &inputs.controller, &domains, &span);
         let states = seen.iter().flat_map(|seen| &seen.states[0].x);
-        states.flatten().map(|x| x.primal()).collect()
+        states.flat_map(|x| x.array()).map(|x| x.primal()).collect()
     }
     let fixed = robot(&["controller.clock=fixed"], 0.0);
     let starts = starts(&fixed);

@@ -41,7 +41,7 @@ fn moment(masses: &[f64], points: &[Vector<f64>]) -> (Vector<f64>, f64) {
     let mut scale = 0.0;
     for (m, p) in masses.iter().zip(points) {
         total += *p * *m;
-        scale += m * p.iter().map(|x| x.abs()).sum::<f64>();
+        scale += m * p.array().into_iter().map(|x| x.abs()).sum::<f64>();
     }
     (total, scale)
 }

@@ -191,8 +191,11 @@ fn gradients_are_right_for_every_law() {
         "physics = {contact = 'coulomb', substeps = 3, friction = 0.3}",
         "lattice.body_diagonals = true",
         "physics = {contact = 'coulomb', friction = 0.4, forces = ['damper', 'stops']}\nstops.at = 0.05",
-        "physics = {contact = 'coulomb', friction = 0.4, forces = ['actuator', 'rope']}\n\
-         actuator = {force = 0.1, speed = 4.0}\nrope = {actuator = 0.0, skeleton = 0.5}",
+        "physics = {contact = 'coulomb', friction = 0.4, forces = ['actuator']}\nactuator = {force = 0.1, speed = 4.0}",
+        "physics.forces = ['rope']\nrope = {actuator = 0.0, skeleton = 0.5}",
+        "physics.forces = ['bar_formula', 'node_formula']\n\
+         bar_formula.tension = '0.2 * stiffness * (length - rest_length)'\n\
+         node_formula = {force_x = '-0.02 * vx * abs(vx)', force_y = '0.01 * sin(9 * y) - 0.02 * vy'}",
         "physics = {contact = 'coulomb', friction = 0.4, forces = ['damper', 'bumpers']}\nbumpers.distance = 0.9",
         "physics.forces = ['wind']",
         "physics.forces = ['magnet', 'stiffening']",

@@ -103,7 +103,7 @@ fn apart(bench: &Bench, there: &Walk, ours: &[Vector<f64>], ground: &Ground) -> 
         .last
         .iter()
         .zip(ours)
-        .flat_map(|(&point, ours)| (ground.point_to_world(point) - ours).map(f64::abs));
+        .flat_map(|(&point, ours)| (ground.point_to_world(point) - ours).map(f64::abs).array());
     errors.fold(0.0, f64::max)
 }
 

@@ -32,21 +32,6 @@ impl<T, const D: usize> Vector<T, D> {
         self.0
     }
 
-    /// The components as a slice.
-    pub fn as_slice(&self) -> &[T] {
-        &self.0
-    }
-
-    /// The components in order.
-    pub fn iter(&self) -> std::slice::Iter<'_, T> {
-        self.0.iter()
-    }
-
-    /// The components in order, as mutable references.
-    pub fn iter_mut(&mut self) -> std::slice::IterMut<'_, T> {
-        self.0.iter_mut()
-    }
-
     /// Applies a function to every component. Kernels use loops or operators instead.
     pub fn map<S>(self, of: impl FnMut(T) -> S) -> Vector<S, D> {
         Vector(self.0.map(of))
@@ -390,21 +375,5 @@ impl<T, const D: usize> From<Vector<T, D>> for [T; D] {
 impl<T: PartialEq, const D: usize> PartialEq<[T; D]> for Vector<T, D> {
     fn eq(&self, other: &[T; D]) -> bool {
         self.0 == *other
-    }
-}
-
-impl<T, const D: usize> IntoIterator for Vector<T, D> {
-    type Item = T;
-    type IntoIter = std::array::IntoIter<T, D>;
-    fn into_iter(self) -> Self::IntoIter {
-        self.0.into_iter()
-    }
-}
-
-impl<'a, T, const D: usize> IntoIterator for &'a Vector<T, D> {
-    type Item = &'a T;
-    type IntoIter = std::slice::Iter<'a, T>;
-    fn into_iter(self) -> Self::IntoIter {
-        self.0.iter()
     }
 }

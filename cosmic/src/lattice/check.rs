@@ -90,7 +90,7 @@ impl Truss {
             ));
         }
         for (node, x) in self.nodes.iter().enumerate() {
-            if x.iter().any(|x| x.is_nan() || x.abs() > FARTHEST) {
+            if x.array().iter().any(|x| x.is_nan() || x.abs() > FARTHEST) {
                 return Err(format!(
                     "`nodes[{node}]`: expected numbers from -{FARTHEST} to {FARTHEST}, found {:?}",
                     self.dimension.list(*x)

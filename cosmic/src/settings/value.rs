@@ -160,7 +160,7 @@ impl SettingValue for Vector<f64> {
     }
 
     fn fits(&self, limits: &Limits) -> bool {
-        self.iter().all(|x| x.fits(limits))
+        self.array().iter().all(|x| x.fits(limits))
     }
 }
 

@@ -174,7 +174,7 @@ impl State<f64> {
     /// absolute value of at least 1e6.
     pub fn absurd_node(&self) -> Option<usize> {
         // Comparisons with NaN are false, so a NaN is absurd too.
-        let sane = |vector: &Vector<f64>| vector.iter().all(|c| c.abs() < ABSURD);
+        let sane = |vector: &Vector<f64>| vector.array().iter().all(|c| c.abs() < ABSURD);
         let mut nodes = self.x.iter().zip(&self.v);
         nodes.position(|(x, v)| !(sane(x) && sane(v)))
     }

@@ -151,7 +151,10 @@ pub(super) fn comes_to_rest(case: &StabilityCase) {
 }
 
 fn largest_difference(a: &[Vector<f64>], b: &[Vector<f64>]) -> f64 {
-    let pairs = a.iter().flatten().zip(b.iter().flatten());
+    let pairs = a
+        .iter()
+        .flat_map(|x| x.array())
+        .zip(b.iter().flat_map(|x| x.array()));
     pairs.fold(0.0, |largest, (a, b)| largest.max((a - b).abs()))
 }
 
@@ -172,7 +175,7 @@ fn stands_still(state: &State<f64>, ground: &Ground) {
 
 fn sinks_nowhere(seen: &Trajectory<f64>, ground: &Ground) {
     for (state, step) in seen.states.iter().zip(&seen.steps) {
-        let coordinates = state.x.iter().flatten();
+        let coordinates = state.x.iter().flat_map(|x| x.array());
         let size = coordinates.fold(1.0, |m: f64, x| m.max(x.abs()));
         let points = state.to_ground(ground).x;
         let lowest = points.iter().map(|x| x.up()).fold(f64::INFINITY, f64::min);

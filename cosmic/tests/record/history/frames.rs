@@ -11,7 +11,11 @@ fn a_walk_has_the_positions_of_its_states_to_half_a_unit() {
     let walk = Frames::of(states.iter(), 0.084, 5e-4).unwrap();
     assert_eq!((walk.every, walk.counts[3][0]), (0.084, 200));
     for (state, places) in states.iter().zip(walk.places()) {
-        let mut pairs = state.x.iter().flatten().zip(places.iter().flatten());
+        let mut pairs = state
+            .x
+            .iter()
+            .flat_map(|x| x.array())
+            .zip(places.iter().flat_map(|x| x.array()));
         assert!(pairs.all(|(a, b)| (a - b).abs() <= 0.5001 * walk.unit));
     }
     let mut lost = states;
