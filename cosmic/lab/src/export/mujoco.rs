@@ -268,7 +268,7 @@ impl<'c> Robot<'c> {
         let place = spatial(start);
         let axes = [("x", self.ground.tangent()), ("z", self.ground.normal())];
         let along = self.ground.point_to_ground(start);
-        let joints: String = (axes.into_iter().zip(along))
+        let joints: String = (axes.into_iter().zip(along.in_plane()))
             .map(|((name, axis), at)| {
                 let axis = spatial(axis);
                 format!(
