@@ -12,8 +12,9 @@ use std::path::PathBuf;
 pub(crate) fn load(py: Python, folder: PathBuf) -> PyResult<(String, Vec<Vec<f64>>)> {
     unlocked(py, || {
         let robot = RunFiles::read(&folder, &Registry::default())?.robot;
-        let rest = robot.lattice.dimension.rows(&robot.lattice.positions);
-        Ok((robot.design.to_json(), rest))
+        let (dimension, positions) = (robot.lattice.dimension, robot.lattice.positions.iter());
+        let rest = positions.map(|&position| dimension.list(position).to_vec());
+        Ok((robot.design.to_json(), rest.collect()))
     })
 }
 

@@ -3,7 +3,6 @@
 
 use cosmic::case::Case;
 use cosmic::design::{Design, Material};
-use cosmic::geometry::Vector;
 use cosmic::laws::ContactLaw;
 use cosmic::projection::Projection;
 use cosmic::scene::{GroundSettings, Integrator, ProfileKind, Scene, StartKind, VoidEdges};
@@ -84,8 +83,9 @@ fn robot(rng: &mut ChaCha8Rng, scene: &Scene) -> Case {
         *z += rng.random_range(0.0..0.05);
     }
     let moves = one_of(rng, &[0.0, 0.0, 0.3]);
-    for v in case.start.v.iter_mut().flat_map(Vector::iter_mut) {
-        *v = moves * rng.random_range(-1.0..1.0);
+    let dimension = case.start.dimension;
+    for v in &mut case.start.v {
+        *v = dimension.map(*v, |_| moves * rng.random_range(-1.0..1.0));
     }
     // A projection gives some shares of almost zero. Near such shares, the slope of bending changes completely if a share
     // changes by a millionth, so floats and double-doubles see different slopes. Layouts have no such shares.

@@ -94,6 +94,6 @@ fn is_a_call(line: &str) -> bool {
     let is_adjoint = name.starts_with("emitted_")
         || name == "vjp"
         || name.starts_with("vjp_by_duals")
-        || of_law && name.ends_with("_vjp");
+        || of_law && (name.ends_with("_vjp") || name.ends_with("_vjp_in_space"));
     forwards && is_adjoint
 }

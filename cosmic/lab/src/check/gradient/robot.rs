@@ -81,9 +81,8 @@ fn throw(case: &mut Case) {
     let mut random = stream(0, Purpose::Verification);
     for (x, v) in case.start.x.iter_mut().zip(&mut case.start.v) {
         *x += lift;
-        *v = velocity;
-        v.iter_mut()
-            .for_each(|v| *v += symmetric(&mut random, SPREAD * up));
+        let spread = |v| v + symmetric(&mut random, SPREAD * up);
+        *v = case.start.dimension.map(velocity, spread);
     }
 }
 

@@ -2,7 +2,6 @@
 
 use crate::check::probe::{most, step_limits};
 use cosmic::case::Case;
-use cosmic::geometry::Vector;
 use cosmic::lattice::{EdgeVector, State};
 use cosmic::laws::ContactLaw;
 use cosmic::random::{Purpose, stream, symmetric};
@@ -162,8 +161,11 @@ impl Trial {
         let shortest = case.lattice.rest_length.iter().copied();
         let limit = MOVED * shortest.fold(f64::INFINITY, f64::min);
         let mut stream = stream(0, Purpose::Verification);
-        for x in case.start.x.iter_mut().flat_map(Vector::iter_mut) {
-            *x += symmetric(&mut stream, limit);
+        for x in &mut case.start.x {
+            *x = case
+                .start
+                .dimension
+                .map(*x, |x| x + symmetric(&mut stream, limit));
         }
         case
     }
