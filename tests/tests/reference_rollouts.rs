@@ -1,9 +1,11 @@
 //! Reproduces every reference case in the same way as `cosmic evaluate --gradient`. States, losses, measures and
 //! gradients agree with the file within its tolerances.
 
+use cosmic::lattice::Lattice;
 use cosmic::scene::edges;
 use cosmic_tests::{
-    Reference, numbers, own_reference_folder, reference_folder, references, workspace,
+    Reference, numbers, own_reference_folder, reference_folder, reference_subfolder, references,
+    workspace,
 };
 use serde_json::Value;
 
@@ -42,6 +44,19 @@ fn compare(reference: &Reference, path: &[&str], got: &Value, expected: &Value) 
 #[test]
 fn every_case_is_reproduced() {
     assert_reproduced(&references(&reference_folder()));
+}
+
+/// The cases in space. The reader takes their edges from the file, so their order is compared too.
+#[test]
+fn every_case_in_space_is_reproduced() {
+    let cases = references(&reference_subfolder("space"));
+    assert!(cases.len() >= 4, "{} cases", cases.len());
+    assert_reproduced(&cases);
+    for reference in &cases {
+        let case = reference.case();
+        let laid_out = Lattice::new(&case.scene.lattice, &case.scene.physics);
+        assert_eq!(case.lattice.edges, laid_out.edges, "{}", reference.name());
+    }
 }
 
 /// The cases of the implicit step, which an independent program has computed.

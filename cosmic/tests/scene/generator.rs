@@ -73,3 +73,28 @@ fn triangles_are_numbered_row_by_row() {
         [0.0, 0.5, 0.0]
     );
 }
+
+/// The counts of a lattice of 6x6x4 cubes: 616 edges along the axes and 1032 diagonals of faces.
+#[test]
+fn cubes_have_edges_along_axes_and_diagonals() {
+    let settings = |body_diagonals| LatticeSettings {
+        kind: LatticeKind::Cubic,
+        columns: 7,
+        depth: 7,
+        rows: 5,
+        body_diagonals,
+        ..LatticeSettings::default()
+    };
+    let ground = Ground {
+        height: 0.1,
+        incline_deg: 0.0,
+    };
+    let [plain, braced] = [false, true].map(|diagonals| Lattice::new(&settings(diagonals), ground));
+    assert_eq!((plain.nodes(), plain.edges.len()), (245, 616 + 1032));
+    assert_eq!(braced.edges.len(), 616 + 1032 + 4 * 6 * 6 * 4);
+    let along_axes = |length: &&f64| (**length - 0.1).abs() < 1e-12;
+    assert_eq!(plain.rest_length.iter().filter(along_axes).count(), 616);
+    let mut sorted = braced.edges.clone();
+    sorted.sort_unstable();
+    assert_eq!(sorted, braced.edges);
+}
