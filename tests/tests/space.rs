@@ -17,7 +17,7 @@ fn in_space(settings: &str) -> Case {
     scene.lattice.depth = 2;
     let mut case = robot_of(scene);
     for (node, v) in case.start.v.iter_mut().enumerate() {
-        *v += Vector::new([0.0, 0.3 + 0.01 * node as f64, 0.0]);
+        *v += Vector::new([0.0, 0.3 + 0.013 * node as f64, 0.0]);
     }
     case
 }
