@@ -81,11 +81,11 @@ def write_dxf(folder: _Path, *, width: float = 12.0, hole: float = 4.0, gap: flo
     ``ROBOT`` has the robot as lines between its nodes, and ``LABELS`` has the numbers: ``from [edge] to``.
     """
     with extra("workshop"):
-        from ezdxf.filemanagement import new
+        import ezdxf
     bars = read_bars(folder)
     if not 0 < hole < width:
         raise ValueError(f"hole is {hole} mm; it must be above 0 and below the width, {width} mm")
-    drawing = new("R2010", units=4)
+    drawing = ezdxf.new("R2010", units=4)  # pyright: ignore[reportPrivateImportUsage]
     for name, colour in (("SKELETON", 7), ("ACTUATOR", 5), ("ROBOT", 8), ("LABELS", 3)):
         drawing.layers.add(name, color=colour)
     space = drawing.modelspace()
