@@ -47,7 +47,11 @@ fn states(
 /// the robot's extent at rest, velocities in units of the lattice's scale divided by its time scale, and a fixed goal in
 /// units of its distance from the origin. A given goal is observed by a number below 1 with any factor.
 fn scaled(mut settings: ControllerSettings, lattice: &Lattice) -> ControllerSettings {
-    let extent = lattice.extent().array().iter().fold(1.0_f64, |a, &b| a.max(b));
+    let extent = lattice
+        .extent()
+        .array()
+        .iter()
+        .fold(1.0_f64, |a, &b| a.max(b));
     settings.offset_scale = 2.0 / (extent * lattice.spacing);
     settings.velocity_scale = lattice.time_scale() / lattice.scale;
     let distance = settings.goal.norm();

@@ -186,7 +186,10 @@ impl<R: Real, const D: usize> Vector<R, D> {
 
     /// The vector whose components are the first numbers of a list.
     #[inline(always)]
-    #[expect(clippy::manual_memcpy, reason = "kernels need loops, which are inlined")]
+    #[expect(
+        clippy::manual_memcpy,
+        reason = "kernels need loops, which are inlined"
+    )]
     pub fn first_of(numbers: &[R]) -> Self {
         let mut vector = Self::zero();
         for k in 0..D {
