@@ -21,8 +21,8 @@ _Whole = npt.NDArray[np.int64]
 class Lattice:
     """Any nodes and edges, in the plane or in space, for the key ``"lattice"`` of a scene that is a dictionary.
 
-    ``nodes`` has positions along the ground and above it in m, shape ``(nodes, 2)``; ``edges`` has the
-    two nodes of every edge, shape ``(edges, 2)``. The other arguments are the keys of a truss file:
+    ``nodes`` has positions in m: along the ground and above it, shape ``(nodes, 2)``, or along, across and above,
+    shape ``(nodes, 3)``, for a robot in space. ``edges`` has the two nodes of every edge, shape ``(edges, 2)``. The other arguments are the keys of a truss file:
 
     - ``payload``: the nodes with extra mass: one node, several, or a dictionary from nodes to masses in kg.
       The displacement of the first one counts.
@@ -41,7 +41,7 @@ class Lattice:
     """
 
     nodes: npt.NDArray[np.float64]
-    """The positions of your nodes, shape ``(nodes, 2)``."""
+    """The positions of your nodes, shape ``(nodes, 2)``, or ``(nodes, 3)`` in space."""
     edges: _Whole
     """The two nodes of each edge in your numbers, shape ``(edges, 2)``."""
     node_of: _Whole

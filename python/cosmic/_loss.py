@@ -52,7 +52,7 @@ class LossError(InputError):
 class Loss:
     """An objective to minimise: a number computed from the states of a rollout, with its gradient.
 
-    ``function(x, v)`` gets positions and velocities of shape ``(states, nodes, 2)``. It returns the
+    ``function(x, v)`` gets positions and velocities of shape ``(states, nodes, D)``. It returns the
     loss and its gradients with respect to both, which have the same shapes. :func:`cosmic.jax.loss`
     and :func:`cosmic.torch.loss` need only a function that returns the loss. In a scene with given
     goals it is ``function(x, v, goal)``: ``goal`` has the goal at the time of each state, shape

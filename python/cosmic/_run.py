@@ -66,7 +66,7 @@ class Run:
     A number inside a list or an object has a name with dots, such as ``measures.0``. Missing numbers
     are NaN."""
     trajectory: _Floats
-    """Positions in the final rollout, shape ``(states, nodes, 2)``, m."""
+    """Positions in the final rollout, shape ``(states, nodes, D)``, m."""
     velocities: _Floats
     """Velocities in the final rollout, same shape, m/s."""
     steps: _Whole

@@ -41,7 +41,8 @@ DEVICES = ("cpu", "gpu")
 class Inputs(NamedTuple):
     """All arrays that a rollout depends on, and with respect to which it can be differentiated.
 
-    For several robots, an array has one more axis in front; all robots share an array without it.
+    For several robots, an array has one more axis in front; all robots share an array without it. Positions and velocities
+    have ``D`` components: 2 (along and above), or 3 in space (along, across and above).
     For JAX, a named tuple and a dictionary are trees of arrays.
     """
 
@@ -55,9 +56,9 @@ class Inputs(NamedTuple):
     they stay constant: a number from
     -1 to 1 for every step of the rollout and every edge. Edges without actuator ignore their numbers."""
     x0: Array
-    """Initial positions, ``(nodes, 2)``, m."""
+    """Initial positions, ``(nodes, D)``, m."""
     v0: Array
-    """Initial velocities, ``(nodes, 2)``, m/s."""
+    """Initial velocities, ``(nodes, D)``, m/s."""
     physics: Mapping[str, Array] = {}
     """Numbers that replace those of the scene, by the names in :attr:`Simulator.physics`. Numbers whose name is a key
     of the scene, such as ``"physics.gravity"``, are scalars. The factors ``"bars.stiffness"``, ``"bars.strain"``,
@@ -69,9 +70,9 @@ class Trajectory(NamedTuple):
     """States of a rollout, with one more axis in front for several robots."""
 
     x: Array
-    """Positions, shape ``(states, nodes, 2)``, m."""
+    """Positions, shape ``(states, nodes, D)``, m."""
     v: Array
-    """Velocities, ``(states, nodes, 2)``, m/s."""
+    """Velocities, ``(states, nodes, D)``, m/s."""
 
 
 def leaves(inputs: Inputs) -> dict[str, Any]:

@@ -295,7 +295,7 @@ def step(
 def loss(function: Callable[..., Any], observed: Optional[Steps], is_far: bool) -> Loss:
     """Turns a JAX function into an objective for :func:`cosmic.optimize`. Also a decorator.
 
-    ``function(x, v)`` returns the loss of positions and velocities of shape ``(states, nodes, 2)``;
+    ``function(x, v)`` returns the loss of positions and velocities of shape ``(states, nodes, D)``;
     ``observed`` and ``is_far`` are those of :class:`cosmic.Loss`. In a scene with given goals it is
     ``function(x, v, goal)``. Keyword arguments such as ``tension`` are further arrays that the loss
     sees, see :class:`cosmic.Loss`.

@@ -172,7 +172,7 @@ def main() -> None:
     if given.gpu:
         print(f"gradients on the GPU differ by {agreement():.1e} of their largest numbers")
     given.out.mkdir(parents=True, exist_ok=True)
-    print("| | seconds | undisturbed, m | of its own | motors lost | pushed | rough ground | all three |")
+    print("| | seconds | undisturbed, m | own network | motors lost | pushed | rough ground | all three |")
     print("| --- | --: | --: | --: | --: | --: | --: | --: |")
     for name, policy in (("closed loop", "mlp"), ("open loop", "clock")):
         sims, random = worlds(policy), np.random.default_rng(given.seed)

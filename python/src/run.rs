@@ -13,7 +13,7 @@ pub(crate) fn load(py: Python, folder: PathBuf) -> PyResult<(String, Vec<Vec<f64
     unlocked(py, || {
         let robot = RunFiles::read(&folder, &Registry::default())?.robot;
         let (dimension, positions) = (robot.lattice.dimension, robot.lattice.positions.iter());
-        let rest = positions.map(|&position| dimension.list(position).to_vec());
+        let rest = positions.map(|&position| dimension.list(position));
         Ok((robot.design.to_json(), rest.collect()))
     })
 }

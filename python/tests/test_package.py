@@ -98,7 +98,7 @@ def test_a_module_whose_package_is_missing_names_the_extra(extra: str, package: 
 def test_help_shows_the_docs_of_attributes() -> None:
     for owner, name, words in [
         (cosmic.Simulator, "rest_length", "Rest length of every edge, m."),
-        (cosmic.Inputs, "x0", "Initial positions, ``(nodes, 2)``, m."),
+        (cosmic.Inputs, "x0", "Initial positions, ``(nodes, D)``, m."),
         (cosmic.Run, "times", "The times of these states, s."),
     ]:
         assert f" |  {name}\n |      {words}\n" in pydoc.render_doc(owner, renderer=pydoc.plaintext)

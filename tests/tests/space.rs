@@ -22,7 +22,7 @@ fn in_space(settings: &str) -> Case {
     case
 }
 
-/// The same planar robot in space, in the plane without sideways components.
+/// Puts a planar robot into space. Its nodes have no component across, and its network ignores these components.
 fn put_into_space(planar: &Case) -> Case {
     let mut case = planar.clone();
     case.lattice.dimension = Dimension::Space;

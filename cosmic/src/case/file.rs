@@ -221,7 +221,7 @@ keys! {
     #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
     kind: LatticeKind = lattice.kind,
     #[serde(default, skip_serializing_if = "is_default")]
-    dimension: CaseDimension = lattice.kind,
+    dimension: Dimension = lattice.kind,
     columns: usize = lattice.columns,
     #[serde(default = "three", skip_serializing_if = "is_three")]
     depth: usize = lattice.depth,
@@ -372,32 +372,10 @@ impl StoredForm<ItemName> for String {
     }
 }
 
-/// The number of coordinates of a point: 2, or 3 for a lattice of cubes.
-#[derive(Deserialize, Serialize, PartialEq)]
-pub(super) struct CaseDimension(u8);
-
-impl Default for CaseDimension {
-    fn default() -> Self {
-        Self(2)
-    }
-}
-
-impl From<LatticeKind> for CaseDimension {
-    fn from(kind: LatticeKind) -> Self {
-        Self(if kind == LatticeKind::Cubic { 3 } else { 2 })
-    }
-}
-
-impl StoredForm<LatticeKind> for CaseDimension {
-    fn set(&self, setting: &mut LatticeKind, file: &str, key: &str) -> error::Result<()> {
-        match self.0 {
-            2 => {}
-            3 => *setting = LatticeKind::Cubic,
-            other => {
-                return Err(refused(file, key)(format!(
-                    "expected 2 or 3, found {other}"
-                )));
-            }
+impl StoredForm<LatticeKind> for Dimension {
+    fn set(&self, setting: &mut LatticeKind, _: &str, _: &str) -> error::Result<()> {
+        if *self == Self::Space {
+            *setting = LatticeKind::Cubic;
         }
         Ok(())
     }
@@ -409,10 +387,7 @@ pub(super) struct GoalPoint(Row);
 
 impl From<Vector<f64>> for GoalPoint {
     fn from(goal: Vector<f64>) -> Self {
-        Self(match goal.sideways() {
-            0.0 => Dimension::Plane.list(goal).into(),
-            _ => Dimension::Space.list(goal).into(),
-        })
+        Self(goal.dimension().components(goal).collect())
     }
 }
 

@@ -278,8 +278,8 @@ fn floppy_modes(lattice: &Lattice, bars: &[[usize; 2]], live: &[usize]) -> usize
     let rigid = axes * (axes + 1) / 2;
     let mut matrix = DMatrix::<f64>::zeros(bars.len(), axes * live.len());
     for (row, &[i, j]) in bars.iter().enumerate() {
-        let direction = dimension.list(lattice.direction([i, j]));
-        for (k, along) in direction.into_iter().enumerate() {
+        let direction = dimension.components(lattice.direction([i, j]));
+        for (k, along) in direction.enumerate() {
             matrix[(row, axes * place(i) + k)] = -along;
             matrix[(row, axes * place(j) + k)] = along;
         }

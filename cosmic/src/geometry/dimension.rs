@@ -1,6 +1,7 @@
 //! Whether a robot moves in a plane or in space, and how lists of its points become lists of numbers.
 
 use autodiff::Real;
+use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
 use super::vector::Vector;
@@ -8,8 +9,9 @@ use super::vector::Vector;
 /// The components of a point in a file: two, or three in space.
 pub type Row = SmallVec<[f64; 3]>;
 
-/// The directions in which a robot moves.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+/// The directions in which a robot moves. In files, it is the number of components of a vector.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(into = "usize", try_from = "usize")]
 pub enum Dimension {
     /// In the vertical plane: along the ground, and above it. In files and arrays, points have two numbers.
     #[default]
@@ -41,15 +43,29 @@ impl Dimension {
         vector
     }
 
+    /// The vector without the component across if this is the plane.
+    #[must_use]
+    pub fn onto<R: Real>(self, vector: Vector<R>) -> Vector<R> {
+        match self {
+            Self::Plane => vector.with_sideways(R::zero()),
+            Self::Space => vector,
+        }
+    }
+
     /// The unit vectors along the axes.
     pub fn unit_vectors(self) -> Vec<Vector<f64>> {
         let all = Vector::axes();
         self.axes().iter().map(|&k| all[k]).collect()
     }
 
+    /// The components of a vector.
+    pub fn components<T: Copy>(self, vector: Vector<T>) -> impl Iterator<Item = T> {
+        self.axes().iter().map(move |&k| vector.0[k])
+    }
+
     /// The components of a vector, as a list of numbers.
     pub fn list<T: Copy>(self, vector: Vector<T>) -> Vec<T> {
-        self.axes().iter().map(|&k| vector.0[k]).collect()
+        self.components(vector).collect()
     }
 
     /// The vector with these components.
@@ -87,9 +103,8 @@ impl Dimension {
 
     /// The components of points in one list, point by point.
     pub fn flat<T: Copy>(self, points: &[Vector<T>]) -> Vec<T> {
-        let of_point =
-            |point: &Vector<T>| self.axes().iter().map(|&k| point.0[k]).collect::<Vec<_>>();
-        points.iter().flat_map(of_point).collect()
+        let points = points.iter();
+        points.flat_map(|&point| self.components(point)).collect()
     }
 
     /// The inverse of [`flat`](Self::flat).
@@ -100,8 +115,10 @@ impl Dimension {
 
     /// The components of each point, as in files.
     pub fn rows(self, points: &[Vector<f64>]) -> Vec<Row> {
-        let row = |point: &Vector<f64>| self.axes().iter().map(|&k| point.0[k]).collect();
-        points.iter().map(row).collect()
+        let points = points.iter();
+        points
+            .map(|&point| self.components(point).collect())
+            .collect()
     }
 
     /// The dimension of points with these components.
@@ -115,9 +132,8 @@ impl Dimension {
             Some(count) => Err(format!(
                 "expected {first} numbers for every point, found {count}"
             )),
-            None if first == 2 => Ok(Self::Plane),
-            None if first == 3 => Ok(Self::Space),
-            None => Err(format!("expected points of 2 or 3 numbers, found {first}")),
+            None => Self::try_from(first)
+                .map_err(|_| format!("expected points of 2 or 3 numbers, found {first}")),
         }
     }
 
@@ -129,6 +145,24 @@ impl Dimension {
         let given = self.from_flat(numbers);
         assert_eq!(given.len(), points.len(), "the number of points");
         points.copy_from_slice(&given);
+    }
+}
+
+impl From<Dimension> for usize {
+    fn from(dimension: Dimension) -> Self {
+        dimension.count()
+    }
+}
+
+impl TryFrom<usize> for Dimension {
+    type Error = String;
+
+    fn try_from(count: usize) -> Result<Self, String> {
+        match count {
+            2 => Ok(Self::Plane),
+            3 => Ok(Self::Space),
+            _ => Err(format!("expected 2 or 3, found {count}")),
+        }
     }
 }
 

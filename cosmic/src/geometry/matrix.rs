@@ -21,15 +21,6 @@ impl<const D: usize> Matrix<D> {
         }
     }
 
-    /// The matrix that multiplies each component of a vector by `factor(k)`.
-    pub fn diagonal(factor: impl Fn(usize) -> f64) -> Self {
-        let mut matrix = Self::zero();
-        for k in 0..D {
-            matrix.rows[k].0[k] = factor(k);
-        }
-        matrix
-    }
-
     /// The symmetric part `(A + A^T) / 2` of a matrix `A`, which is given by its rows.
     pub fn symmetric(rows: [Vector<f64, D>; D]) -> Self {
         let part = |row: usize, k: usize| {
@@ -60,12 +51,9 @@ impl<const D: usize> Matrix<D> {
 impl Matrix {
     /// The matrix that projects onto the directions of a dimension: for space it is the identity.
     pub fn onto(dimension: Dimension) -> Self {
-        let across = if dimension == Dimension::Space {
-            1.0
-        } else {
-            0.0
-        };
-        Self::diagonal(|k| if k == 1 { across } else { 1.0 })
+        Self {
+            rows: Vector::axes().map(|axis| dimension.onto(axis)),
+        }
     }
 
     /// The largest eigenvalue. If the matrix acts in the plane only, it is that of its part there.

@@ -127,9 +127,8 @@ impl Bump {
         let last = push * touch.share;
         [push - last, last]
     }
-}
 
-impl Bump {
+    /// The results of the kernel.
     #[inline(always)]
     fn scaled<R: Real, const D: usize, const O: usize>(&self, x: &[R], law: &[R]) -> [R; O] {
         let ([node, from, to], rest) = Vector::<R, D>::split(x);

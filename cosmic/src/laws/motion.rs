@@ -112,7 +112,7 @@ impl Motion {
         inputs(&[self.x, self.v], &[])
     }
 
-    /// The same components as a list.
+    /// The components of the positions and velocities, as a list.
     pub fn list(self) -> Vec<Array> {
         [self.x.as_slice(), self.v.as_slice()].concat()
     }

@@ -212,13 +212,11 @@ impl<L: NodeForce> Force for OnNodes<L> {
         for node in 0..pose.lattice.nodes() {
             let at = self.node(pose, node);
             // A planar robot does not move across.
-            let axes = Vector::axes();
-            let moves = |axis: Vector<f64>| pose.lattice.dimension.unit_vectors().contains(&axis);
-            let onto = |axis| if moves(axis) { axis } else { zero };
-            let by_place = axes.map(|axis| -self.slope(at, onto(axis), zero));
+            let axes = Vector::axes().map(|axis| pose.lattice.dimension.onto(axis));
+            let by_place = axes.map(|axis| -self.slope(at, axis, zero));
             stiffness.node(node, Matrix::symmetric(by_place));
             // The largest row sum of absolute values is a bound on every eigenvalue of the matrix.
-            let by_velocity = axes.map(|axis| self.slope(at, zero, onto(axis)).map(f64::abs));
+            let by_velocity = axes.map(|axis| self.slope(at, zero, axis).map(f64::abs));
             let largest = by_velocity.into_iter().sum::<Vector<f64>>().largest();
             stiffness.dampen_node(node, largest);
         }

@@ -85,9 +85,9 @@ pub fn observation<R: Real>(
     let mut observation = Vec::with_capacity(settings.observation_length(state.dimension, x.len()));
     observation.extend(phases(settings).map(|ahead| R::lit((phase + ahead).sin())));
     let dimension = state.dimension;
-    observation.extend(dimension.list(goal(settings, mean, ground)));
-    observation.extend(offsets.flat_map(|d| dimension.list(d * offset)));
-    observation.extend(velocities.flat_map(|v| dimension.list(v * velocity)));
+    observation.extend(dimension.components(goal(settings, mean, ground)));
+    observation.extend(offsets.flat_map(|d| dimension.components(d * offset)));
+    observation.extend(velocities.flat_map(|v| dimension.components(v * velocity)));
     observation
 }
 

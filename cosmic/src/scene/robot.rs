@@ -74,6 +74,16 @@ settings! {
     }
 }
 
+/// The dimension of a generated lattice, which is that of its kind.
+impl From<LatticeKind> for Dimension {
+    fn from(kind: LatticeKind) -> Self {
+        match kind {
+            LatticeKind::Cubic => Self::Space,
+            LatticeKind::Rectangular | LatticeKind::Triangular => Self::Plane,
+        }
+    }
+}
+
 impl LatticeSettings {
     /// True if the nodes and edges come from a truss file or from a program, and not from columns and rows.
     pub fn is_truss(&self) -> bool {
@@ -89,8 +99,7 @@ impl LatticeSettings {
     pub fn dimension(&self) -> Dimension {
         match self.file.truss() {
             Some(truss) => truss.dimension,
-            None if self.is_cubic() => Dimension::Space,
-            None => Dimension::Plane,
+            None => self.kind.into(),
         }
     }
 

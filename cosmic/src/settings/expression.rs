@@ -140,7 +140,7 @@ impl Expression {
     /// Replaces the formula.
     ///
     /// # Errors
-    /// What is wrong with the text, and where, as the middle part of a message.
+    /// Names the error in the text and its column, as the middle part of a message.
     fn parse(&mut self, text: &str) -> Result<(), String> {
         if text.len() > MOST {
             return Err(format!("is longer than {MOST} characters:"));
@@ -166,7 +166,7 @@ impl Expression {
     }
 }
 
-/// What is wrong with a formula, and at which byte.
+/// An error in a formula, and the byte at which it is.
 struct Wrong {
     at: usize,
     says: String,

@@ -136,10 +136,7 @@ impl SettingValue for Vector<f64> {
     }
 
     fn json(&self) -> serde_json::Value {
-        match self.sideways() {
-            0.0 => json(&self.in_plane()),
-            _ => json(&self.array()),
-        }
+        json(&self.dimension().list(*self))
     }
 
     fn read(&mut self, value: &Spanned<DeValue>, limits: &Limits) -> Filled<()> {

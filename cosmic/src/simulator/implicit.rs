@@ -71,7 +71,7 @@ struct Bars {
 impl Implicit<'_> {
     /// Records the step, and returns the nodes after it. If a meter is given, it is advanced.
     pub(super) fn record(&self, p: &mut Program, meter: Option<&mut Meter>) -> Motion {
-        let nodes = in_plane(self.step.nodes);
+        let nodes = self.nodes();
         let free = Vector::new(p.map(FreeVelocity, nodes.v.array(), &self.given.mechanics.push));
         // The kernel of the grip does not read its input; a rest length has no derivative.
         let any = p.gather(self.step.rest_length, &[Some(0)]);
@@ -166,7 +166,7 @@ impl Implicit<'_> {
             softening: self.step.softening,
         };
         let [tension] = p.map_each_edge(graph, pulled, pass.base.array(), &impulse, &[]);
-        let moving = p.map(Mean, both(in_plane(self.step.nodes).v, pass.moving), &[]);
+        let moving = p.map(Mean, both(self.nodes().v, pass.moving), &[]);
         before.after(p, graph, moving.into(), impulse.into(), tension)
     }
 
@@ -179,6 +179,11 @@ impl Implicit<'_> {
     ) -> [Array; 7] {
         let ([wx, wy, fx, fy], [jx, jy]) = (both(moving, free), impulses.array());
         [wx, wy, fx, fy, jx, jy, self.step.inverse_mass]
+    }
+
+    /// The nodes at the start of the step.
+    fn nodes(&self) -> Particle<Array, 2> {
+        in_plane(self.step.nodes)
     }
 
     /// The step with the nodes at a base.
@@ -249,7 +254,7 @@ impl Implicit<'_> {
         moving: Vector<Array, 2>,
         before: Option<&Pass>,
     ) -> (NodeContacts<Array>, Vector<Array, 2>) {
-        let (v, dt) = (in_plane(self.step.nodes).v, self.step.dt);
+        let (v, dt) = (self.nodes().v, self.step.dt);
         let before = before.and_then(|pass| Some((pass, pass.contacts?)));
         let last = before.map_or([none; 2], |(_, contacts)| {
             [contacts.ground.segment, contacts.is_held]
@@ -315,8 +320,7 @@ impl Implicit<'_> {
         moving: Vector<Array, 2>,
         last: [Array; 2],
     ) -> GroundBelow<Array> {
-        let ([x, y, wx, wy], [segment, is_held]) =
-            (both(in_plane(self.step.nodes).x, moving), last);
+        let ([x, y, wx, wy], [segment, is_held]) = (both(self.nodes().x, moving), last);
         let (node, dt) = ([x, y, wx, wy, segment, is_held], self.step.dt);
         let [segment, is_new, tx, ty, height] = match self.terrain.cloned() {
             None => p.map(FindGround { ground: Flat, dt }, node, &[]),
@@ -370,7 +374,7 @@ impl Implicit<'_> {
 
     /// Records the end of the step: nodes move with the velocity of the last pass.
     fn land(&self, p: &mut Program, last: &Pass) -> Particle<Array, 2> {
-        let (x, moving, dt) = (in_plane(self.step.nodes).x, last.moving, self.step.dt);
+        let (x, moving, dt) = (self.nodes().x, last.moving, self.step.dt);
         let Some(contacts) = last.contacts else {
             return Particle {
                 x: Vector::new(p.map(NewPosition(dt), both(x, moving), &[])),

@@ -20,19 +20,15 @@ pub struct Frames {
     /// The unit of `counts`, in metres.
     pub unit: f64,
     /// The number of coordinates of a node.
-    #[serde(default = "two", skip_serializing_if = "is_two")]
-    pub axes: usize,
+    #[serde(rename = "axes", default, skip_serializing_if = "is_plane")]
+    pub dimension: Dimension,
     /// For every moment, the coordinates of every node, in multiples of `unit`. At the first moment they are the position of
     /// the node; later they are the change of its position since the moment before.
     pub counts: Vec<Vec<i64>>,
 }
 
-fn two() -> usize {
-    2
-}
-
-fn is_two(axes: &usize) -> bool {
-    *axes == 2
+fn is_plane(dimension: &Dimension) -> bool {
+    *dimension == Dimension::Plane
 }
 
 impl Frames {
@@ -71,7 +67,7 @@ impl Frames {
         Some(Self {
             every,
             unit,
-            axes: dimension.count(),
+            dimension,
             counts,
         })
     }
@@ -95,11 +91,7 @@ impl Frames {
                 .zip(moved)
                 .for_each(|(at, moved)| *at += moved);
             let places: Vec<f64> = at.iter().map(|&count| count as f64 * self.unit).collect();
-            let dimension = match self.axes {
-                3 => Dimension::Space,
-                _ => Dimension::Plane,
-            };
-            dimension.from_flat(&places)
+            self.dimension.from_flat(&places)
         };
         self.counts.iter().map(place).collect()
     }

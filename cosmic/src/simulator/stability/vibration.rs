@@ -136,8 +136,8 @@ impl<'a> Vibration<'a> {
         let at = |node: usize| self.of_node(v, node) * root[node];
         let dimension = self.lattice.dimension;
         let mut add = |node: usize, force: Vector<f64>| {
-            let parts = dimension.list(force * root[node]);
-            for (k, part) in parts.into_iter().enumerate() {
+            let parts = dimension.components(force * root[node]);
+            for (k, part) in parts.enumerate() {
                 product[dimension.count() * node + k] += part;
             }
         };
