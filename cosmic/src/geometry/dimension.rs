@@ -166,6 +166,21 @@ impl TryFrom<usize> for Dimension {
     }
 }
 
+impl Vector<f64> {
+    /// The components as text: two if the one across is 0, otherwise three.
+    pub fn shown(self) -> String {
+        format!("{:?}", self.dimension().list(self))
+    }
+
+    /// The plane if the component across is 0, otherwise space.
+    pub fn dimension(self) -> Dimension {
+        match self.sideways() {
+            0.0 => Dimension::Plane,
+            _ => Dimension::Space,
+        }
+    }
+}
+
 /// The components of vectors, one array or number for each: two for a planar robot, three in space.
 #[derive(Clone, Copy, Debug)]
 pub enum Axes<A> {

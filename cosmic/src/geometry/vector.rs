@@ -5,8 +5,6 @@ use std::fmt;
 
 use autodiff::Real;
 
-use super::dimension::Dimension;
-
 /// A vector or a point with `D` components. By default it is one of space: along the ground, across, and above. The points
 /// of a planar robot are 0 across. Kernels, which compute with as few numbers as possible, take vectors of two components
 /// for it: along and above.
@@ -316,19 +314,6 @@ impl<T: Copy> Vector<T> {
 }
 
 impl Vector<f64> {
-    /// The components as text: two if the one across is 0, otherwise three.
-    pub fn shown(self) -> String {
-        format!("{:?}", self.dimension().list(self))
-    }
-
-    /// The plane if the component across is 0, otherwise space.
-    pub fn dimension(self) -> Dimension {
-        match self.sideways() {
-            0.0 => Dimension::Plane,
-            _ => Dimension::Space,
-        }
-    }
-
     /// A vector of the plane turned to the left by a right angle.
     #[must_use]
     pub fn turned_left(self) -> Self {
