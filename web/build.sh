@@ -22,7 +22,7 @@ RUSTFLAGS="$flags" cargo build --release --quiet --locked --target "$target"
 
 rm -rf dist
 mkdir -p dist/new
-cp page/* ../cosmic/lab/src/report/page/{theme.css,drawing.js,robot.js,charts.js} dist/new
+cp page/* ../cosmic/lab/src/report/page/{theme.css,drawing.js,painter.js,robot.js,charts.js} dist/new
 folder=$(cargo metadata --no-deps --format-version 1 | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')
 cp "$folder/$target/release/cosmic_web.wasm" dist/new/cosmic.wasm
 mv dist/new/{index.html,sw.js,preview.png} dist

@@ -28,10 +28,10 @@ export class Walk extends Walker {
     const counts = walk.walk.counts.slice(0, walk.#landing() + 1);
     const ended = new Walk(place, { ...answer, walk: { ...walk.walk, counts } });
     const { positions } = ended.at(0);
-    const payload = 2 * place.robot.payloads[0];
+    const payload = 3 * place.robot.payloads[0];
     if (keepsAxis) {
-      const [dx, dy] = [0, 1].map(axis => positions[payload + axis] - place.robot.start[payload + axis]);
-      ended.#before = dx * place.world.cos + dy * place.world.sin;
+      const [dx, dz] = [0, 2].map(axis => positions[payload + axis] - place.robot.start[payload + axis]);
+      ended.#before = dx * place.world.cos + dz * place.world.sin;
     } else {
       ended.world = { ...place.world, origin: positions[payload] };
     }
@@ -57,7 +57,7 @@ export class Walk extends Walker {
     const near = NEAR * rest.reduce((sum, length) => sum + length, 0) / rest.length;
     const stands = frame => {
       const { positions } = super.at(frame * this.walk.every);
-      return [...this.body].some(i => positions[2 * i + 1] < levelAt(ground, positions[2 * i]) + near);
+      return [...this.body].some(i => positions[3 * i + 2] < levelAt(ground, positions[3 * i]) + near);
     };
     for (let frame = last; frame > last / 4; frame--) if (stands(frame)) return frame;
     return last;
@@ -300,7 +300,7 @@ export class Design {
     if (run === this.#run) this.#send(robot, { along, left }, ontold);
   }
 
-  /** Lets the latest robot walk on after a push, from a frame of its walk. `velocity` is [x, y] in m/s. */
+  /** Lets the latest robot walk on after a push, from a frame of its walk. `velocity` is [along, across, above] in m/s. */
   async push(velocity, frame, onpushed) {
     const run = this.#run;
     const { robot } = await this.#client.ask({ do: "push", velocity, frame });

@@ -37,20 +37,17 @@ export class Editor {
     this.#parts.fieldset.disabled = design === null;
     this.#canvas.classList.toggle("editable", design !== null);
     if (design === null) {
-      this.#canvas.removeAttribute("tabindex");
-      this.#canvas.setAttribute("role", "img");
       this.#parts.legend.textContent = "After a design, click a bar above: void, skeleton, actuator.";
       for (const radio of this.#parts.materials) radio.checked = false;
       this.#mark(null);
       return;
     }
-    this.#canvas.tabIndex = 0;
-    this.#canvas.setAttribute("role", "application");
     this.#parts.legend.textContent = "Click a bar above, or choose one here. Every click changes its material, and the robot walks with it.";
     const { start, edges } = design.world.robot;
-    const middle = ([i, j]) => [0, 1].map(axis => Math.round(1e6 * (start[2 * i + axis] + start[2 * j + axis])));
+    const middle = ([i, j]) => [2, 0, 1].map(axis => Math.round(1e6 * (start[3 * i + axis] + start[3 * j + axis])));
     const middles = edges.map(middle);
-    this.#order = [...edges.keys()].sort((a, b) => middles[a][1] - middles[b][1] || middles[a][0] - middles[b][0]);
+    const before = (a, b) => a.map((x, k) => x - b[k]).find(off => off !== 0) ?? 0;
+    this.#order = [...edges.keys()].sort((a, b) => before(middles[a], middles[b]));
   }
 
   #step(by) {
@@ -89,7 +86,8 @@ export class Editor {
   }
 
   #key(event) {
-    if (!this.#design) return;
+    // The arrow keys may have turned the view.
+    if (!this.#design || event.defaultPrevented) return;
     const moves = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1 };
     if (event.key in moves) {
       this.#step(moves[event.key]);

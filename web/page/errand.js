@@ -31,7 +31,7 @@ export class Errand {
     canvas.addEventListener("click", event => {
       // While the robot can be edited, a click on a bar changes the bar.
       const edits = canvas.classList.contains("editable") && stage.edgeAt(event.clientX, event.clientY) !== null;
-      if (this.#listens && !edits) this.#tell(this.#alongAt(event.clientX));
+      if (this.#listens && !edits) this.#tell(this.#alongAt(event));
     });
   }
 
@@ -54,8 +54,8 @@ export class Errand {
     slider.disabled = !this.#listens;
     if (row.hidden || this.#design.place === null) return null;
     const { world, robot: { start, payloads: [payload] } } = this.#design.place;
-    const [x, y] = start.slice(2 * payload);
-    const along = this.#design.told?.along ?? this.#own - (x * world.cos + y * world.sin);
+    const [x, , z] = start.slice(3 * payload);
+    const along = this.#design.told?.along ?? this.#own - (x * world.cos + z * world.sin);
     slider.value = along;
     this.#name(along);
     const foot = world.origin + along * world.cos;
@@ -68,9 +68,9 @@ export class Errand {
   }
 
   /** The place along the ground at a point of the window, m from the payload at the start. */
-  #alongAt(clientX) {
+  #alongAt({ clientX, clientY }) {
     const { world } = this.#design.place;
-    const along = (this.#stage.xAt(clientX) - world.origin) / world.cos;
+    const along = (this.#stage.xAt(clientX, clientY) - world.origin) / world.cos;
     const { min, max } = this.#parts.slider;
     return Math.min(Number(max), Math.max(Number(min), along));
   }

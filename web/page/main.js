@@ -351,7 +351,7 @@ function drawCurve() {
 
 function describe(walk) {
   const far = walk.along === null ? "its walk diverges" : `it walks ${shownAs(walk.along)}`;
-  $("stage").setAttribute("aria-label", `Robot of ${walk.count(1)} bones and ${walk.count(2)} muscles; ${far} in ${walk.duration.toFixed(1)} s`);
+  $("stage").setAttribute("aria-label", `Robot of ${walk.count(1)} bones and ${walk.count(2)} muscles; ${far} in ${walk.duration.toFixed(1)} s. Shift with arrow keys turns the view, Home resets it`);
   const solid = walk.materials.length - walk.count(0);
   $("ternary").setAttribute("aria-label", `Mixtures of ${walk.materials.length} bars: ${solid} are mostly solid, ${walk.count(2)} of them actuators`);
 }
@@ -544,11 +544,11 @@ if (designs) begin();
 /** How long the scripts of frames take, for tests. */
 globalThis.playerCost = player.cost;
 /** Pushes the robot, and says what the stage shows, for tests. */
-globalThis.push = velocity => push.push(velocity);
+globalThis.push = ([along, above]) => push.push([along, 0, above]);
 globalThis.onStage = () => {
   const { walk, goal, goalLabel, playing, time } = player;
   const { world, body, duration } = walk;
-  const foot = ({ positions }) => Math.min(...[...body].map(i => positions[2 * i + 1] - levelAt(world.ground, positions[2 * i])));
-  return { box: stage.box, goal, goalLabel, playing, time, along: walk.along, origin: world.origin, cos: world.cos, foot: foot(walk.at(player.still.matches ? time : duration)) };
+  const foot = ({ positions }) => Math.min(...[...body].map(i => positions[3 * i + 2] - levelAt(world.ground, positions[3 * i])));
+  return { view: stage.orbit.view, box: stage.box, goal, goalLabel, playing, time, along: walk.along, origin: world.origin, cos: world.cos, foot: foot(walk.at(player.still.matches ? time : duration)) };
 };
 if ("serviceWorker" in navigator && isSecureContext) navigator.serviceWorker.register("sw.js").catch(() => {});

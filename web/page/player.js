@@ -1,5 +1,5 @@
 // Plays walks on the stage. When another robot is shown, the drawing changes gradually.
-/* global everyFrame: of drawing.js */
+/* global everyFrame: of drawing.js; Eye, Orbit, SIDE, viewOf: of painter.js; distance: of robot.js */
 
 /** A void bar longer than this many rest lengths is not shown: one of its nodes was left behind. */
 const LEFT_BEHIND = 2;
@@ -15,7 +15,7 @@ export class Player {
   #stage;
   #walk = null;
   /** The positions and the camera that are shown. Below: their differences from the walk when it began to be shown. */
-  #shown = { positions: [], camera: [0, 0], top: 0 };
+  #shown = { positions: [], camera: [0, 0, 0], top: 0 };
   #offset = null;
   #blend = 0;
   time = 0;
@@ -46,6 +46,7 @@ export class Player {
    */
   constructor(stage, ontime, onstop) {
     this.#stage = stage;
+    stage.orbit = new Orbit(SIDE);
     this.ontime = ontime;
     this.onstop = onstop;
     this.still = matchMedia("(prefers-reduced-motion: reduce)");
@@ -96,8 +97,12 @@ export class Player {
     const { world, robot: { start, payloads } } = this.#walk;
     const { clientWidth, clientHeight } = this.#stage.canvas;
     const aspect = clientWidth / clientHeight;
+    const view = viewOf(this.#walk.robot);
+    this.#stage.orbit.home = view;
+    const eye = new Eye(view);
+    const seen = start.filter((_, k) => k % 3 === 0).map((x, node) => eye.see(x, start[3 * node + 1], start[3 * node + 2]));
     const [across, tall] = [0, 1].map(axis => {
-      const places = start.filter((_, k) => k % 2 === axis);
+      const places = seen.map(place => place[axis]);
       return Math.max(...places) - Math.min(...places);
     });
     const wide = across * Math.min(2.4 / aspect, 2) / (aspect > ASPECT ? WIDE : NARROW);
@@ -107,8 +112,7 @@ export class Player {
   /** Whether a void bar is near the robot, and not stretched to a node that was left behind. */
   #isNear([i, j, rest]) {
     const [at, { body }] = [this.#shown.positions, this.#walk];
-    const length = Math.hypot(at[2 * i] - at[2 * j], at[2 * i + 1] - at[2 * j + 1]);
-    return (body.has(i) || body.has(j)) && length < LEFT_BEHIND * rest;
+    return (body.has(i) || body.has(j)) && distance(at, i, j) < LEFT_BEHIND * rest;
   }
 
   /**
@@ -160,6 +164,7 @@ export class Player {
     if (!this.playing || this.#awaited > 0 || !this.#walk) return;
     const begun = performance.now();
     this.time += passed * this.speed;
+    this.#stage.orbit.sway(passed);
     if (this.time > this.#walk.duration) {
       this.time = this.#stops ? this.#walk.duration : 0;
       this.#blend = 0;

@@ -8,6 +8,7 @@ const MOST = 3;
 
 export class Push {
   #canvas;
+  #stage;
   #player;
   #design;
   #from = null;
@@ -19,12 +20,20 @@ export class Push {
    * @param onerror is called with the error of a push that failed.
    */
   constructor({ canvas, stage, player, design, isShown, onpush, onerror }) {
-    [this.#canvas, this.#player, this.#design] = [canvas, player, design];
+    [this.#canvas, this.#stage, this.#player, this.#design] = [canvas, stage, player, design];
     Object.assign(this, { onpush, onerror });
+    // A drag that begins elsewhere turns the view. Two fingers turn it everywhere.
+    const isTaken = ({ clientX, clientY }) => isShown() && stage.isNear(clientX, clientY);
     canvas.addEventListener("pointerdown", event => {
       this.#pushed = false;
-      const near = isShown() && stage.isNear(event.clientX, event.clientY);
-      this.#from = near ? [event.clientX, event.clientY] : null;
+      this.#from = event.isPrimary && isTaken(event) ? [event.clientX, event.clientY] : null;
+      this.#show(null);
+    });
+    stage.orbit.listen(canvas, {
+      isTaken,
+      // Arrow keys choose bars of a planar robot.
+      takesArrows: () => !canvas.classList.contains("editable") || stage.orbit.isOfSpace,
+      onturn: () => { if (!player.playing) player.paint(); },
     });
     canvas.addEventListener("pointermove", event => {
       if (this.#from) this.#show(this.#dragged(event));
@@ -57,11 +66,11 @@ export class Push {
     this.#pushed = true;
     const { width } = this.#canvas.getBoundingClientRect();
     const held = x => Math.min(MOST, Math.max(-MOST, x));
-    const velocity = [held(STRONG * by[0] / width), held(-STRONG * by[1] / width)];
-    await this.push(velocity);
+    const [across, down] = by.map(x => held(STRONG * x / width));
+    await this.push(this.#stage.pushOf(across, down));
   }
 
-  /** Pushes the robot at this moment of its walk. `velocity` is [x, y] in m/s. */
+  /** Pushes the robot at this moment of its walk. `velocity` is [along, across, above] in m/s. */
   async push(velocity) {
     this.onpush();
     try {

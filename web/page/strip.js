@@ -1,5 +1,5 @@
 // The attempts as a row of small robots on the curve of their distances. A pointer or the arrow keys choose one.
-/* global Drawing, decimals: of drawing.js */
+/* global Drawing, decimals: of drawing.js; Eye, viewOf: of painter.js */
 
 /** The width of a small robot's place, pixels. */
 const PLACE = 84;
@@ -66,11 +66,13 @@ export class Strip extends Drawing {
   /** Paints a robot as it is at the start of its walk, with its feet at a point. */
   #robot(walk, x, y, tall) {
     const { start } = walk.robot;
-    const [xs, ys] = [0, 1].map(axis => start.filter((_, k) => k % 2 === axis));
+    const eye = new Eye(viewOf(walk.robot));
+    const seen = start.filter((_, k) => k % 3 === 0).map((x, node) => eye.see(x, start[3 * node + 1], start[3 * node + 2]));
+    const [xs, ys] = [0, 1].map(axis => seen.map(place => place[axis]));
     const [left, low] = [Math.min(...xs), Math.min(...ys)];
     const scale = tall / Math.max(0.1, Math.max(...ys) - low);
     const half = scale * (Math.max(...xs) - left) / 2;
-    const node = i => [x - half + scale * (start[2 * i] - left), y - 4 - scale * (start[2 * i + 1] - low)];
+    const node = i => [x - half + scale * (seen[i][0] - left), y - 4 - scale * (seen[i][1] - low)];
     for (const [i, j, , material, , weight] of walk.bars.filter(([i]) => walk.body.has(i))) {
       this.pen.globalAlpha = 0.1 + 0.9 * weight;
       this.line([node(i), node(j)], this.colour(material === 2 ? "actuator" : "skeleton"), 1.2 + weight);

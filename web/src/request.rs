@@ -29,9 +29,9 @@ enum Request {
     /// Lets the robot that was shown last walk on to a goal, from a frame of its walk. `along` is the place of the goal
     /// along the ground (m), counted from the payload at the start.
     Tell { along: f64, frame: usize },
-    /// Lets the robot that was shown last walk on after a push, from a frame of its walk. `velocity` is added to the
-    /// velocity of every node, m/s.
-    Push { velocity: [f64; 2], frame: usize },
+    /// Lets the robot that was shown last walk on after a push, from a frame of its walk. `velocity` (along,
+    /// across, above) is added to the velocity of every node, m/s; a planar robot ignores the part across.
+    Push { velocity: [f64; 3], frame: usize },
     /// Lets the robot that was shown last walk on from a frame of its walk in a world with other settings of the physics.
     Visit { settings: Vec<String>, frame: usize },
     /// Measures and judges the delivered robot with its edits.

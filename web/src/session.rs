@@ -115,13 +115,13 @@ impl Session {
         Ok(work.go_on(robot, first, &start, along))
     }
 
-    /// Lets the robot that was shown last walk on from a frame of its walk, after a push. `velocity` is added to the
-    /// velocity of every node, m/s.
-    pub(crate) fn push(&mut self, velocity: [f64; 2], frame: usize) -> Answer {
+    /// Lets the robot that was shown last walk on from a frame of its walk, after a push. `velocity` (along,
+    /// across, above) is added to the velocity of every node, m/s; a planar robot ignores the part across.
+    pub(crate) fn push(&mut self, velocity: [f64; 3], frame: usize) -> Answer {
         let work = self.work()?;
         let (robot, first, mut start) = work.moment(frame)?;
         for v in &mut start.v {
-            *v += Vector::from(velocity);
+            *v += start.dimension.onto(Vector::new(velocity));
         }
         let task = work.later(first);
         Ok(json!({ "robot": work.walk_on(robot, first, &start, &task).0 }))

@@ -1,8 +1,8 @@
 //! The JSON data from which the page draws a scene and a rollout.
 
 use cosmic::codesign::CoDesign;
-use cosmic::geometry::{Dimension, Ground, Range, Vector};
-use cosmic::lattice::State;
+use cosmic::geometry::{Dimension, Ground, Range};
+use cosmic::lattice::{Lattice, State};
 use cosmic::simulator::Trajectory;
 use cosmic::task::Task;
 use serde_json::{Value, json};
@@ -12,11 +12,6 @@ use serde_json::{Value, json};
 const INTERVAL: f64 = 0.04;
 /// Positions are rounded to multiples of a unit, which is the lattice's spacing divided by this.
 const PARTS: f64 = 1000.0;
-
-/// Returns the coordinates of points as the page draws them: along and above, point by point.
-fn flat(points: &[Vector<f64>]) -> Vec<f64> {
-    Dimension::Plane.flat(points)
-}
 
 /// Returns the steps that are drawn: at equal intervals, beginning with the start.
 pub(crate) fn drawn_steps(codesign: &CoDesign) -> Vec<usize> {
@@ -30,7 +25,7 @@ pub(crate) fn every(codesign: &CoDesign) -> usize {
     ((INTERVAL / physics.dt) as usize).clamp(1, physics.steps)
 }
 
-/// Returns the lattice with lengths in metres, its world, and the number of iterations.
+/// Returns the lattice with lengths in metres (the points of `start` have three coordinates), its world, and the number of iterations.
 pub(crate) fn world(task: &Task, iterations: usize) -> Value {
     let (lattice, ground) = (&task.lattice, task.ground());
     let [cos, sin] = ground.tangent().in_plane();
@@ -39,7 +34,8 @@ pub(crate) fn world(task: &Task, iterations: usize) -> Value {
     let origin = lattice.positions[payloads.first().copied().unwrap_or(0)];
     json!({
         "robot": {
-            "start": flat(&lattice.positions),
+            "axes": lattice.dimension,
+            "start": Dimension::Space.flat(&lattice.positions),
             "edges": lattice.edges,
             "rest": lattice.rest_length,
             "payloads": payloads,
@@ -72,10 +68,14 @@ fn terrain(task: &Task, ground: &Ground) -> Vec<[f64; 2]> {
 /// multiples of `unit` (in metres): first the positions at the start, then for each further frame the changes since the
 /// frame before it.
 pub(crate) fn walk(codesign: &CoDesign, seen: &Trajectory<f64>) -> Value {
-    let unit = codesign.task().lattice.spacing / PARTS;
-    let mut before = vec![0; flat(&seen.states[0].x).len()];
+    let Lattice {
+        spacing, dimension, ..
+    } = codesign.task().lattice;
+    let unit = spacing / PARTS;
+    let mut before = vec![0; dimension.count() * seen.states[0].x.len()];
     let mut moved = |state: &State<f64>| -> Vec<i64> {
-        let counts = flat(&state.x)
+        let counts = dimension
+            .flat(&state.x)
             .into_iter()
             .map(|x| (x / unit).round() as i64);
         let pairs = counts.zip(&mut before);
@@ -86,6 +86,7 @@ pub(crate) fn walk(codesign: &CoDesign, seen: &Trajectory<f64>) -> Value {
     json!({
         "every": every(codesign) as f64 * codesign.scene().physics.dt,
         "unit": unit,
+        "axes": dimension,
         "counts": drawn.map(&mut moved).collect::<Vec<_>>(),
     })
 }

@@ -20,7 +20,7 @@ function round(seed) {
   while (!engine.ask({ do: "iterate", shown: true }).done);
   const { robot } = engine.ask({ do: "deliver", packed: true });
   engine.ask({ do: "visit", settings: ["physics.gravity=3.7", "physics.incline_deg=8"], frame: 20 });
-  engine.ask({ do: "push", velocity: [1, 1], frame: 5 });
+  engine.ask({ do: "push", velocity: [1, 0, 1], frame: 5 });
   engine.ask({ do: "edit", materials: robot.materials });
   engine.ask({ do: "judge" });
   engine.ask({ do: "open", scene, bytes: engine.ask({ do: "share" }).bytes });

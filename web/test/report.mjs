@@ -173,6 +173,67 @@ async function useRun() {
   await page.close();
 }
 
+// Turns the view by keys, by the mouse and by two fingers, and turns it back.
+async function useView() {
+  const page = await open(report, { motion: "reduce" });
+  await set(page, "time", 1);
+  const home = await picture(page, "stage");
+  await pause(300);
+  assert(await picture(page, "stage") === home, "with reduced motion the view does not sway");
+  const turned = async (says, turn) => {
+    await turn();
+    await pause(100);
+    assert(await picture(page, "stage") !== home, `${says} the view`);
+    await page.focus("#stage");
+    await page.keyboard.press("Home");
+    await pause(100);
+    assert(await picture(page, "stage") === home, "Home turns it back");
+  };
+  await turned("arrow keys turn", async () => {
+    await page.focus("#stage");
+    await page.keyboard.press("ArrowLeft");
+    await page.keyboard.press("ArrowUp");
+  });
+  const edge = await value(page, "edge");
+  await turned("a drag turns", async () => {
+    const [x, y] = await pointIn(page, "stage", [0.5, 0.7]);
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    await page.mouse.move(x + 90, y + 30, { steps: 5 });
+    await page.mouse.up();
+    await page.mouse.move(5, 5);
+  });
+  assert.equal(await value(page, "edge"), edge, "a drag is not a click");
+  await turned("two fingers turn", async () => {
+    const [x, y] = await pointIn(page, "stage", [0.4, 0.5]);
+    const fingers = [await page.touchscreen.touchStart(x, y), await page.touchscreen.touchStart(x + 60, y)];
+    for (const [k, finger] of fingers.entries()) await finger.move(x + 60 * k + 50, y + 20);
+    for (const finger of fingers) await finger.end();
+  });
+  await page.close();
+}
+
+// Prints the script time of a frame of a robot with this many bars, seen in three quarters. The time is not checked,
+// because it depends on the machine.
+async function cost(bars) {
+  const page = await open(report, { motion: "reduce" });
+  const took = await page.evaluate(bars => {
+    /* global stage, walker, THREE_QUARTERS */
+    const { edges, ...moment } = walker().at(1);
+    const all = walker().edges;
+    const many = Array.from({ length: bars }, (_, k) => all[k % all.length].with(3, 1 + k % 2).with(5, 1));
+    stage.orbit.home = THREE_QUARTERS;
+    const times = Array.from({ length: 200 }, () => {
+      const begun = performance.now();
+      stage.draw({ ...moment, edges: many });
+      return performance.now() - begun;
+    });
+    return times.sort((a, b) => a - b)[times.length / 2];
+  }, bars);
+  console.log(`a frame of ${bars} bars takes ${took.toFixed(2)} ms of script (median of 200)`);
+  await page.close();
+}
+
 // Checks that with reduced motion the robot does not start by itself.
 async function useQuietly() {
   const page = await open(report, { motion: "reduce" });
@@ -259,6 +320,8 @@ async function look(file, name) {
 if (folder) await mkdir(folder, { recursive: true });
 try {
   await useRun();
+  await useView();
+  await cost(176);
   await useQuietly();
   await useScreens();
   await usePrint();

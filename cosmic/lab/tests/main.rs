@@ -7,6 +7,7 @@ mod report {
     mod gait;
     mod motion;
     mod sheet;
+    mod space;
 }
 mod small;
 mod statistics;

@@ -1,6 +1,8 @@
 //! The pages of `cosmic report` and `cosmic check`, opened in a browser.
 
-use crate::cli_report::{design_alone, finished, report};
+use crate::cli_report::{design_alone, finished, in_space, report};
+use cosmic::geometry::Vector;
+use cosmic_lab::report::eye::Eye;
 use std::fs;
 use std::io::{self, Write};
 use std::process::{Command, Stdio};
@@ -57,7 +59,12 @@ fn a_browser_draws_the_page_without_errors() {
         let file = bench.path("run").join(name);
         document(browser, &file.display().to_string())
     };
-    bench.cosmic("report run run --out run/compare.html").ok();
+    let space = in_space();
+    fs::rename(space.path("run"), bench.path("run/space")).unwrap();
+    bench.cosmic("report run/space").ok();
+    bench
+        .cosmic("report run run/space --out run/compare.html")
+        .ok();
     design_alone(&bench, "run/alone");
     bench.cosmic("report run/alone").ok();
     bench.unfinished("run/early", 2);
@@ -68,6 +75,7 @@ fn a_browser_draws_the_page_without_errors() {
         "compare.html",
         "alone/report.html",
         "early/report.html",
+        "space/report.html",
         "check/check.html",
     ];
     for name in pages {
@@ -93,4 +101,44 @@ fn a_browser_draws_the_page_without_errors() {
     let picture = document("robot.svg");
     // If the XML is malformed, the browser shows a `parsererror` instead.
     assert!(picture.contains("</svg>") && !picture.contains("parsererror"));
+}
+
+/// The pages and the pictures see a point at the same place.
+#[test]
+fn scripts_and_pictures_have_the_same_projection() {
+    let Some(browser) = browser() else {
+        writeln!(io::stderr(), "SKIPPED: no Chromium: no page is opened").unwrap();
+        return;
+    };
+    let views = [
+        Eye::SIDE,
+        Eye::THREE_QUARTERS,
+        Eye::FRONT,
+        Eye::TOP,
+        [123.0, 45.0],
+    ];
+    let points = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.3, -0.7, 1.9]];
+    let folder = TempDir::new().unwrap();
+    let page = folder.path().join("page.html");
+    let script = include_str!("../../lab/src/report/page/painter.js");
+    let seen = format!(
+        "[SIDE, THREE_QUARTERS, ...{:?}].map(view => {points:?}.map(point => new Eye(view).see(...point)))",
+        &views[2..]
+    );
+    let html = format!(
+        "<body><script>{script}\ndocument.body.textContent = JSON.stringify({seen});</script>"
+    );
+    fs::write(&page, html).unwrap();
+    let document = document(browser, &page.display().to_string());
+    let json = &document[document.find("[[[").unwrap()..=document.rfind("]]]").unwrap() + 2];
+    let seen: Vec<Vec<[f64; 3]>> = serde_json::from_str(json).unwrap();
+    for (view, seen) in views.into_iter().zip(seen) {
+        for (point, [right, up, away]) in points.into_iter().zip(seen) {
+            let expected = Eye::new(view).see(Vector::new(point)).array();
+            for (found, expected) in [right, away, up].into_iter().zip(expected) {
+                // The browser and the program round sines differently.
+                assert!((found - expected).abs() < 1e-14, "{view:?}: {point:?}");
+            }
+        }
+    }
 }

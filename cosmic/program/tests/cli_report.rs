@@ -69,6 +69,30 @@ pub(crate) fn pictures(bench: &Bench, name: &str) -> usize {
     count
 }
 
+/// A test folder with a finished run of a robot in space, in the folder `run`.
+pub(crate) fn in_space() -> Bench {
+    let settings = "[lattice]\nkind = 'cubic'\ndepth = 2\n";
+    let bench = Bench::with(&SCENE.replace("[lattice]\n", settings));
+    bench.run("run", "--quiet");
+    bench
+}
+
+#[test]
+fn only_a_robot_in_space_is_drawn_from_three_sides() {
+    for (bench, sides) in [(in_space(), 1), (finished(), 0)] {
+        report(&bench).ok();
+        let picture = bench.read("run/robot.svg");
+        for text in ["from the front", "from the side", "from above", "Footfalls"] {
+            assert_eq!(
+                picture.matches(&format!(">{text}")).count(),
+                sides,
+                "{text}"
+            );
+        }
+        assert_eq!(pictures(&bench, "run/gait.gif"), 13);
+    }
+}
+
 /// Before the snap, every edge is a mixture of materials. Its bar is also drawn, but faintly. There are no counts of bars and
 /// no loads yet.
 #[test]

@@ -84,15 +84,6 @@ impl<R: Copy> State<R> {
         [&self.x, &self.v].map(|points| self.dimension.flat(points))
     }
 
-    /// The state as seen from the side: of a robot in space, the plane along and above.
-    #[must_use]
-    pub fn side_view(&self) -> Self {
-        Self {
-            dimension: Dimension::Plane,
-            ..self.clone()
-        }
-    }
-
     /// A copy of the state with `f` applied to every number.
     pub fn map<S>(&self, f: impl Fn(R) -> S) -> State<S> {
         State {

@@ -8,10 +8,11 @@ use cosmic::verdict::SKELETON_STRAINS;
 use gif::{Encoder, Frame, Repeat};
 use tiny_skia::{Pixmap, PremultipliedColorU8};
 
+use super::eye::Eye;
 use super::files::RobotFiles;
 use super::motion::{BEYOND, Motion, PAYLOAD, SKELETON, strained, strained_skeleton};
 use super::picture::{Colour, PAPER, Picture};
-use super::view::{EARTH, GOAL, MARK, View};
+use super::view::{EARTH, GOAL, MARK, SHADOW, View};
 
 /// The width and height of a [`frame`] in pixels. `GIF_SIZE` is the size of a GIF.
 const FRAME_SIZE: [u16; 2] = [480, 240];
@@ -26,6 +27,8 @@ const ROWS: f64 = 240.0;
 const SIDES: f64 = 1.6;
 /// Where the ground is, as a fraction of the frame's height from its upper edge.
 const GROUND: f64 = 0.78;
+/// How much higher the ground is in a view from above, as a fraction of the frame's height.
+const LIFTED: f64 = 0.3;
 /// The fraction of the frame's height that stays free above the robot.
 const ABOVE: f64 = 0.1;
 
@@ -41,21 +44,28 @@ fn draw(motion: &Motion, index: usize, size: [u16; 2]) -> Option<Pixmap> {
     let state = &motion.states()[index];
     let scale = f64::from(size[1]) / ROWS;
     let width = f64::from(size[0]) / scale;
-    let x = motion.camera(index).forward();
+    let camera = motion.camera(index);
+    let x = camera.forward();
     let height = SIDES * motion.robot.lattice.side();
+    let eye = Eye::of(motion.robot.lattice.dimension);
+    let ground = GROUND - LIFTED * eye.tilt();
     // The camera rises with a robot that jumps out of the frame.
-    let jump = motion.top(index) - (GROUND - ABOVE) * height;
+    let jump = motion.top(index) - (ground - ABOVE) * height / eye.flat();
     let view = View {
         motion,
+        eye,
         // The ground below the robot appears in the lower part of the frame, in the middle of its width.
-        corner: Vector::from([x, motion.floor(x).max(jump)]),
-        origin: Vector::from([0.5 * width, GROUND * ROWS]),
+        corner: camera.with_up(motion.floor(x).max(jump)),
+        origin: Vector::from([0.5 * width, ground * ROWS]),
         scale: ROWS / height,
     };
     let mut picture = Picture::default();
-    let across = Range::new(x, x).widened(0.5 * width / view.scale);
-    view.draw_ground(&mut picture, across);
-    view.draw_marks(&mut picture, across);
+    let half = 0.5 * width / view.scale;
+    let across = Range::new(x, x).widened(half);
+    view.draw_floor(&mut picture, across, (camera.sideways(), half));
+    if !motion.in_space() {
+        view.draw_marks(&mut picture, across);
+    }
     if let Some(flag) = motion.flag(index) {
         view.draw_flag(&mut picture, flag.foot, width);
     }
@@ -128,7 +138,7 @@ impl Palette {
         let colours = colours.chain([SKELETON, PAYLOAD, MARK, BEYOND, GOAL]);
         let shade = |colour: Colour, k: u16| PAPER.mixed(colour, f64::from(k) / f64::from(SHADES));
         let shades = colours.flat_map(|colour| (1..=SHADES).map(move |k| shade(colour, k)));
-        let shades = shades.chain([PAPER, EARTH]);
+        let shades = shades.chain([PAPER, EARTH, SHADOW]);
         let shades: Vec<[u8; 3]> = shades.map(|shade| shade.rgb).collect();
         let middle = |bits: usize| (8 * (bits % 32) + 4) as i32;
         let nearest = |bits: usize| {

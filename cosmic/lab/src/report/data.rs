@@ -76,9 +76,7 @@ pub(super) fn of_lane(name: &str, motion: &Motion) -> Value {
         state.x.iter_mut().for_each(|x| *x -= origin);
         state
     };
-    let states: Vec<State<f64>> = (indices.into_iter())
-        .map(|k| along(k).side_view())
-        .collect();
+    let states: Vec<State<f64>> = indices.into_iter().map(along).collect();
     let side = robot.lattice.side();
     let across =
         Range::of(states.iter().map(|state| motion.payload(state).forward())).widened(100.0 * side);
@@ -96,12 +94,13 @@ pub(super) fn of_lane(name: &str, motion: &Motion) -> Value {
     })
 }
 
-/// Returns the data of a robot: its lattice and its final design.
+/// Returns the data of a robot: its lattice and its final design. The points of `start` have three numbers.
 fn of_robot(robot: &RobotFiles, start: &[Vector<f64>]) -> Value {
     let lattice = &robot.lattice;
     let payloads = lattice.payload.iter().map(|payload| payload.node);
     json!({
-        "start": pairs(start).as_flattened().iter().map(|x| four_digits(*x)).collect::<Vec<_>>(),
+        "axes": lattice.dimension,
+        "start": start.iter().flat_map(|x| x.array()).map(four_digits).collect::<Vec<_>>(),
         "side": lattice.side(),
         "edges": robot.design.edges,
         "rest": lattice.rest_length.iter().map(|x| four_digits(*x)).collect::<Vec<_>>(),
@@ -120,7 +119,7 @@ fn mixtures(robot: &RobotFiles, z: &[[f64; 3]]) -> Vec<[i64; 3]> {
         .collect()
 }
 
-/// The points as seen from the side: along and above.
+/// Points of the ground: along and above.
 fn pairs(points: &[Vector<f64>]) -> Vec<[f64; 2]> {
     points.iter().map(|point| point.in_plane()).collect()
 }
@@ -147,10 +146,8 @@ fn world(motion: &Motion, walks: &[Option<Frames>]) -> Value {
 /// Returns the motion of the run's final robot, with 25 frames per second, or fewer if the rollout is long.
 fn walk(motion: &Motion) -> Option<Frames> {
     let (seconds, indices) = motion.every(FRAME);
-    let states: Vec<_> = (indices.into_iter())
-        .map(|k| motion.states()[k].side_view())
-        .collect();
-    Frames::of(states.iter(), seconds, motion.robot.lattice.spacing / PARTS)
+    let states = indices.into_iter().map(|k| &motion.states()[k]);
+    Frames::of(states, seconds, motion.robot.lattice.spacing / PARTS)
 }
 
 /// Returns the data of the charts over the iterations, and the phases.

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use serde_json::{Value, json};
 
 use super::files::RunFiles;
-use super::motion::Motion;
+use super::motion::{Motion, TOUCHES};
 use crate::table::Table;
 use cosmic::Result;
 use cosmic::case::Case;
@@ -22,9 +22,6 @@ use cosmic::simulator::{BarLoad, EdgeMoments, Trajectory};
 const PERIODS: f64 = 3.0;
 /// The largest number of states for which energies are computed.
 const MOST_STATES: usize = 600;
-/// A node counts as on the ground if its height above the ground, as a share of the lattice's scale, is below this.
-/// Contact puts nodes exactly onto the ground, except for rounding.
-const TOUCHES: f64 = 1e-6;
 
 /// The final robot of a run, with the strains and forces of its edges in the states of the trajectory file.
 pub struct Gait<'r> {

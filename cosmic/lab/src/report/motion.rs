@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use super::files::RobotFiles;
 use super::picture::{Colour, PAPER};
 use cosmic::design::{Material, joined_to_payload};
-use cosmic::geometry::{Bounds, Ground, Profile, Range, Segment, Vector, mean};
+use cosmic::geometry::{Bounds, Dimension, Ground, Profile, Range, Segment, Vector, mean};
 use cosmic::lattice::State;
 use cosmic::policy::Goals;
 use cosmic::record::TrajectoryFile;
@@ -28,6 +28,10 @@ pub const BEYOND: Colour = Colour::hex(0xb800b8);
 
 /// The largest number of frames of an animation.
 const MOST_FRAMES: usize = 2000;
+
+/// A node counts as on the ground if its height above the ground, as a share of the lattice's scale, is below this.
+/// Contact puts nodes exactly onto the ground, except for rounding.
+pub(super) const TOUCHES: f64 = 1e-6;
 
 /// [`Motion::floor`] divides the width of the lattice into this many intervals and averages the heights at their ends.
 const FLOORS: u32 = 16;
@@ -54,6 +58,15 @@ pub struct Flag {
     pub foot: Vector<f64>,
     /// The place of the goal along the ground, in metres from the payload at the start.
     pub along: f64,
+}
+
+/// The places at which a node touches the ground without a break: where it lands, and how it slides from there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Footfall {
+    /// The node.
+    pub node: usize,
+    /// Its positions, in metres, from landing to lift-off. There is at least one.
+    pub places: Vec<Vector<f64>>,
 }
 
 /// A robot's rollout, prepared for drawing.
@@ -221,6 +234,35 @@ impl<'r> Motion<'r> {
     /// to the payload.
     pub fn bounds(&self, state: &State<f64>) -> Bounds {
         Bounds::of(self.body.iter().map(|&node| state.x[node]))
+    }
+
+    /// True if the robot moves in space.
+    pub(super) fn in_space(&self) -> bool {
+        self.robot.lattice.dimension == Dimension::Space
+    }
+
+    /// Returns the positions of the body that carries the payload.
+    pub(super) fn body_at(&self, state: &'r State<f64>) -> impl Iterator<Item = Vector<f64>> {
+        self.body.iter().map(|&node| state.x[node])
+    }
+
+    /// Returns the footfalls of the body that carries the payload, node by node, as far as the states of the trajectory
+    /// show them.
+    pub fn footfalls(&self) -> Vec<Footfall> {
+        let most = TOUCHES * self.robot.lattice.scale;
+        let touches = |x: &Vector<f64>| x.up() - self.ground_height(x.forward()) < most;
+        let of_node = |&node: &usize| {
+            let places: Vec<Vector<f64>> =
+                self.states().iter().map(|state| state.x[node]).collect();
+            let runs = places.chunk_by(|a, b| touches(a) == touches(b));
+            let falls = runs.filter(|run| touches(&run[0]));
+            let falls = falls.map(|run| Footfall {
+                node,
+                places: run.to_vec(),
+            });
+            falls.collect::<Vec<_>>()
+        };
+        self.body.iter().flat_map(of_node).collect()
     }
 
     /// True if the middle of a bar is near the body that carries the payload: at most the lattice's width away,

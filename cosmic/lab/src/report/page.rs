@@ -133,6 +133,7 @@ pub(super) fn script(data: &Value, of_page: &str) -> String {
     let data = data.to_string().replace('<', "\\u003c");
     let drawing = concat!(
         include_str!("page/drawing.js"),
+        include_str!("page/painter.js"),
         include_str!("page/robot.js"),
         include_str!("page/charts.js")
     );

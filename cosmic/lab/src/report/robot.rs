@@ -4,24 +4,32 @@ use std::f64::consts::TAU;
 use std::iter::once;
 use std::ops::RangeInclusive;
 
+use super::eye::Eye;
 use super::motion::{BEYOND, Motion, SKELETON};
 use super::picture::{Font, Pen, Picture};
-use super::view::{View, draw_payload};
+use super::space;
+use super::view::{MARGIN_OF_GROUND, View, draw_payload};
 use cosmic::geometry::{Bounds, Range, Vector};
 
-const WIDTH: f64 = 960.0;
-const MARGIN: f64 = 24.0;
+pub(super) const WIDTH: f64 = 960.0;
+pub(super) const MARGIN: f64 = 24.0;
 /// The width of one of the six panels that show the gait, in pixels.
 const PANEL: f64 = (WIDTH - 2.0 * MARGIN) / 6.0;
 
-/// Draws the journey at the top and one period of the gait below it.
+/// Draws the journey at the top and one period of the gait below it. Of a robot in space, draws it also from three sides, and
+/// the map of its footfalls.
 pub(super) fn draw(motion: &Motion) -> String {
     let mut picture = Picture::default();
     let title = format!("{:.1} s of walking", motion.duration());
     picture.text([MARGIN, 26.0], title, Font::Bold);
     draw_legend(&mut picture, motion);
     let bottom = draw_journey(&mut picture, motion);
-    let bottom = draw_gait(&mut picture, motion, bottom + 46.0);
+    let mut bottom = draw_gait(&mut picture, motion, bottom + 46.0);
+    if motion.in_space() {
+        let (index, _) = period(motion);
+        bottom = space::draw_views(&mut picture, motion, index, bottom + 76.0);
+        bottom = space::draw_footfalls(&mut picture, motion, bottom + 46.0);
+    }
     let title = "The robot at several moments, coloured by strain, and the path of its payload";
     picture.to_svg([WIDTH, bottom + 44.0], title)
 }
@@ -31,21 +39,35 @@ fn draw_journey(picture: &mut Picture, motion: &Motion) -> f64 {
     let moments = moments(motion);
     let states = moments.iter().map(|&i| &motion.states()[i]);
     let shown = states.flat_map(|state| motion.places(state));
-    let shown = Bounds::of(shown.chain(motion.path()));
-    let across = Range::new(shown.low.forward(), shown.high.forward()).widened(0.1);
-    let ground = Bounds::of(motion.ground_line(across));
-    let up = Range::new(shown.low.up(), shown.high.up());
-    let up = up.with(ground.low.up()).with(ground.high.up());
+    let shown: Vec<Vector<f64>> = shown.chain(motion.path()).collect();
+    let eye = Eye::of(motion.robot.lattice.dimension);
+    let all = Bounds::of(shown.iter().copied());
+    let across = Range::new(all.low.forward(), all.high.forward()).widened(MARGIN_OF_GROUND);
+    let middle = all.centre().sideways();
+    let deep = match motion.in_space() {
+        true => 0.5 * all.size().sideways() + MARGIN_OF_GROUND,
+        false => 0.0,
+    };
+    let ground = motion.ground_line(across).into_iter();
+    let ground =
+        ground.flat_map(|point| [-deep, deep].map(|off| point.with_sideways(middle + off)));
+    let seen = eye.bounds(shown.into_iter().chain(ground));
+    let size = seen.size();
     // The view is as wide as the page, unless it would then be higher than a screen.
-    let scale = ((WIDTH - 2.0 * MARGIN) / across.size()).min(420.0 / up.size());
-    let bottom = 64.0 + scale * up.size();
+    let scale = ((WIDTH - 2.0 * MARGIN) / size.forward()).min(420.0 / size.up());
+    let bottom = 64.0 + scale * size.up();
+    let left = 0.5 * (WIDTH - scale * size.forward());
     let view = View {
         motion,
-        corner: Vector::from([across.low, up.low]),
-        origin: Vector::from([0.5 * (WIDTH - scale * across.size()), bottom]),
+        eye,
+        corner: Vector::zero(),
+        origin: Vector::from([
+            left - scale * seen.low.forward(),
+            bottom + scale * seen.low.up(),
+        ]),
         scale,
     };
-    view.draw_ground(picture, across);
+    view.draw_floor(picture, across, (middle, deep));
     view.draw_path(picture, &motion.path());
     for index in moments {
         let state = &motion.states()[index];
@@ -55,8 +77,9 @@ fn draw_journey(picture: &mut Picture, motion: &Motion) -> f64 {
             bars.retain(|bar| motion.is_near(bar, state));
         }
         view.draw_robot(picture, &bars, motion.payload(state));
-        let top = motion.bounds(state).high.up();
-        let above = view.place(motion.centre(state).with_up(top)) - Vector::from([0.0, 8.0]);
+        let body = motion.body_at(state).map(|point| view.place(point));
+        let body = Bounds::of(body);
+        let above = Vector::from([body.centre().forward(), body.low.up() - 8.0]);
         picture.text(above, format!("{:.1} s", motion.time(index)), Font::Caption);
     }
     bottom + 12.0
@@ -67,7 +90,9 @@ fn moments(motion: &Motion) -> Vec<usize> {
     let reached = |index: usize| motion.centre(&motion.states()[index]).forward();
     let last = motion.states().len() - 1;
     let [start, end] = [0, last].map(reached);
-    let wide = motion.bounds(&motion.states()[last]).size().forward();
+    let size = motion.bounds(&motion.states()[last]).size();
+    let eye = Eye::of(motion.robot.lattice.dimension);
+    let wide = size.forward() + eye.slant() * size.sideways();
     let width = 1.15 * wide.max(motion.robot.lattice.spacing);
     let gaps = ((end - start).abs() / width) as usize;
     if gaps == 0 {
@@ -83,20 +108,45 @@ fn moments(motion: &Motion) -> Vec<usize> {
     once(0).chain(between.map(nearest)).chain([last]).collect()
 }
 
+/// Returns the index of the state at which the last whole period of the clock begins, and the duration of the period, s.
+fn period(motion: &Motion) -> (usize, f64) {
+    let period = (TAU / motion.robot.omega).min(motion.duration());
+    (motion.index_at(motion.duration() - period), period)
+}
+
 /// Draws six moments of the gait, each in its own panel. They divide the last whole period of the clock. Returns the
 /// position of the panels' lower edge.
 fn draw_gait(picture: &mut Picture, motion: &Motion, top: f64) -> f64 {
-    let period = (TAU / motion.robot.omega).min(motion.duration());
+    let (_, period) = period(motion);
     let start = motion.duration() - period;
     let moments = [0, 1, 2, 3, 4, 5].map(|k| motion.index_at(start + period * f64::from(k) / 6.0));
-    let sizes = moments.map(|index| motion.bounds(&motion.states()[index]).size());
-    let largest = sizes
-        .into_iter()
+    let eye = Eye::of(motion.robot.lattice.dimension);
+    let corners = moments.map(|index| {
+        let centre = motion.centre(&motion.states()[index]);
+        centre.with_up(motion.floor(centre.forward()))
+    });
+    // How each body is seen from the point of the ground below its middle.
+    let boxes: Vec<Bounds> = moments
+        .iter()
+        .zip(corners)
+        .map(|(&index, corner)| {
+            let body = motion.body_at(&motion.states()[index]);
+            eye.bounds(body.map(|point| point - corner))
+        })
+        .collect();
+    let largest = boxes
+        .iter()
+        .map(Bounds::size)
         .fold(Vector::from([0.05; 2]), |a, b| a.zip_with(b, f64::max));
     let [width, height] = largest.in_plane();
     let scale = ((PANEL - 18.0) / width).min(220.0 / height);
-    let middles = moments.map(|index| motion.centre(&motion.states()[index]).forward());
+    let middles = corners.map(Vector::forward);
     let rise = scale * most_rise(motion, &middles, 0.5 * PANEL / scale);
+    // In a view from above, parts of the robot are lower than the point below its middle.
+    let sink = match motion.in_space() {
+        true => scale * boxes.iter().map(|seen| -seen.low.up()).fold(0.0, f64::max),
+        false => 0.0,
+    };
     let bottom = top + (scale * height + 2.0 * rise + 16.0);
     let title = if period < motion.duration() {
         format!("One period of the clock, {period:.2} s, at the end")
@@ -105,16 +155,16 @@ fn draw_gait(picture: &mut Picture, motion: &Motion, top: f64) -> f64 {
     };
     picture.text([MARGIN, top], title, Font::Bold);
     for (panel, index) in moments.into_iter().enumerate() {
-        let left = MARGIN + PANEL * panel as f64;
-        let middle = middles[panel];
+        let middle = MARGIN + PANEL * (panel as f64 + 0.5);
         let view = View {
             motion,
-            corner: Vector::from([middle - 0.5 * PANEL / scale, motion.floor(middle)]),
-            origin: Vector::from([left, bottom - rise]),
+            eye,
+            corner: corners[panel],
+            origin: Vector::from([middle, bottom - rise - sink]),
             scale,
         };
         draw_panel(picture, &view, moments[0]..=index);
-        let place = [left + 0.5 * PANEL, bottom + 28.0];
+        let place = [middle, bottom + 28.0];
         picture.text(place, format!("{:.2} s", motion.time(index)), Font::Caption);
     }
     bottom
@@ -137,10 +187,13 @@ fn most_rise(motion: &Motion, middles: &[f64], half: f64) -> f64 {
 fn draw_panel(picture: &mut Picture, view: &View, states: RangeInclusive<usize>) {
     let motion = view.motion;
     let state = &motion.states()[*states.end()];
-    let middle = motion.centre(state).forward();
+    let middle = view.corner;
     let half = 0.5 * (PANEL - 6.0) / view.scale;
-    view.draw_ground(picture, Range::new(middle, middle).widened(half));
-    let inside = |point: &Vector<f64>| (point.forward() - middle).abs() < half;
+    // The corners of a square of ground are farther to the right than its edges.
+    let ground = if motion.in_space() { 0.7 * half } else { half };
+    let along = Range::new(middle.forward(), middle.forward()).widened(ground);
+    view.draw_floor(picture, along, (middle.sideways(), ground));
+    let inside = |point: &Vector<f64>| view.eye.see(*point - middle).forward().abs() < half;
     let mut path = motion.path()[states].to_vec();
     path.retain(inside);
     view.draw_path(picture, &path);

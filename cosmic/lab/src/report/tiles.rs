@@ -87,7 +87,7 @@ fn objective(run: &RunFiles) -> [String; 2] {
 
 /// The size of the robot at the start, and its bars.
 fn size(run: &RunFiles, motion: &Motion) -> [String; 2] {
-    let [width, height] = motion.bounds(&motion.states()[0]).size().in_plane();
+    let size = motion.bounds(&motion.states()[0]).size();
     let count = |material| {
         let materials = run.robot.design.materials.iter();
         materials.filter(|m| **m == material).count()
@@ -103,8 +103,9 @@ fn size(run: &RunFiles, motion: &Motion) -> [String; 2] {
             count(Material::Actuator)
         ),
     };
-    let size = format!("{} \u{d7} {} m", decimals(width, 2), decimals(height, 2));
-    [size, bars]
+    let sides = run.robot.lattice.dimension.components(size);
+    let sides: Vec<String> = sides.map(|side| decimals(side, 2)).collect();
+    [sides.join(" \u{d7} ") + " m", bars]
 }
 
 fn weight(run: &RunFiles) -> [String; 2] {

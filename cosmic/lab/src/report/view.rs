@@ -1,8 +1,10 @@
 //! Draws a robot on its ground, for still pictures and animations.
 
+use super::eye::Eye;
 use super::motion::{DrawnEdge, Motion, PAYLOAD, SKELETON};
-use super::picture::{Colour, PAPER, Pen, Picture, Place};
+use super::picture::{Colour, Font, PAPER, Pen, Picture, Place};
 use cosmic::geometry::{Range, Vector};
+use cosmic::numbers::decimals;
 
 /// The colour of the band below the ground's line.
 pub(super) const EARTH: Colour = Colour::hex(0xe4e6e9);
@@ -10,6 +12,16 @@ pub(super) const EARTH: Colour = Colour::hex(0xe4e6e9);
 pub(super) const MARK: Colour = Colour::hex(0x999999);
 /// The colour of the flag at a goal.
 pub(super) const GOAL: Colour = Colour::hex(0x1a7f4b);
+/// The colour of shadows and of the grid on the ground.
+pub(super) const SHADOW: Colour = Colour::hex(0xd5dbe1);
+/// How far the ground of a robot in space is drawn around what it carries, in metres.
+pub(super) const MARGIN_OF_GROUND: f64 = 0.1;
+/// The fraction of its colour that the farthest bar loses to the colour of the paper.
+const FOG: f64 = 0.62;
+/// How far the paper shows on either side of a bar in front of other bars, in pixels.
+const HALO: f64 = 1.2;
+/// The width of an undecided bar, in pixels.
+const HAIRLINE: f64 = 0.6;
 /// The height of a flag, in pixels.
 const POLE: f64 = 80.0;
 /// The largest number of marks across a picture.
@@ -18,6 +30,8 @@ const MOST_MARKS: f64 = 100.0;
 /// A view of the world in which a robot moves. It maps points of the world to places in a picture.
 pub(super) struct View<'m> {
     pub(super) motion: &'m Motion<'m>,
+    /// The direction in which the world is seen.
+    pub(super) eye: Eye,
     /// A point of the world, in metres. It is drawn at the place `origin` of the picture.
     pub(super) corner: Vector<f64>,
     pub(super) origin: Place,
@@ -28,9 +42,54 @@ pub(super) struct View<'m> {
 impl View<'_> {
     /// Returns the place in the picture at which a point of the world is drawn.
     pub(super) fn place(&self, point: Vector<f64>) -> Place {
-        let away = (point - self.corner) * self.scale;
-        // The world's y points up, but pixels are counted downwards.
-        self.origin + away.with_up(-away.up())
+        let seen = self.eye.see(point - self.corner) * self.scale;
+        // The world's z points up, but pixels are counted downwards.
+        self.origin + Vector::upright(seen.forward(), -seen.up())
+    }
+
+    /// Draws the ground as a grid, whose lines are a round number of metres apart. `ranges` are those of the ground along
+    /// and across. If `named`, numbers in front of the grid are metres along the ground from the payload's start.
+    pub(super) fn draw_grid(&self, picture: &mut Picture, ranges: [Range; 2], named: bool) {
+        let motion = self.motion;
+        let level = |[x, y]: [f64; 2]| Vector::new([x, y, motion.ground_height(x)]);
+        let step = round_step(48.0 / self.scale);
+        let cos = motion.ground().tangent().forward();
+        let start = motion.payload(&motion.states()[0]);
+        let [along, across] = ranges;
+        let marks = |range: Range, from: f64, apart: f64| {
+            let Range { low, high } = range.map(|x| (x - from) / apart);
+            (low.ceil() as i64..=high.floor() as i64).map(move |k| (k, from + apart * k as f64))
+        };
+        let pen = Pen::new(SHADOW, 0.8);
+        for (k, x) in marks(along, start.forward(), step * cos) {
+            self.line(
+                picture,
+                &[across.low, across.high].map(|y| level([x, y])),
+                pen,
+            );
+            if named {
+                let place = self.place(level([x, across.low])) + Vector::from([0.0, 14.0]);
+                picture.text(
+                    place,
+                    format!("{} m", metres(step * k as f64, step)),
+                    Font::Caption,
+                );
+            }
+        }
+        for (_, y) in marks(across, start.sideways(), step) {
+            let line = motion.ground_line(along).into_iter();
+            let line: Vec<_> = line.map(|point| point.with_sideways(y)).collect();
+            self.line(picture, &line, pen);
+        }
+    }
+
+    /// Draws the shadows that bars cast straight down.
+    fn draw_shadows(&self, picture: &mut Picture, bars: &[DrawnEdge], thickness: f64) {
+        let below = |point: Vector<f64>| point.with_up(self.motion.ground_height(point.forward()));
+        for bar in bars.iter().filter(|bar| !bar.faint) {
+            let ends = [bar.line.from, bar.line.to].map(below);
+            self.line(picture, &ends, Pen::new(SHADOW, 1.7 * thickness));
+        }
     }
 
     fn line(&self, picture: &mut Picture, points: &[Vector<f64>], pen: Pen) {
@@ -38,7 +97,24 @@ impl View<'_> {
     }
 
     /// Draws the part of the ground whose horizontal positions in the world are in the range `across`.
-    pub(super) fn draw_ground(&self, picture: &mut Picture, across: Range) {
+    ///
+    /// Of a robot in space, draws a grid around the point `middle` instead, as far across as along, but at most `deep`
+    /// metres to either side.
+    pub(super) fn draw_floor(
+        &self,
+        picture: &mut Picture,
+        across: Range,
+        (middle, deep): (f64, f64),
+    ) {
+        if self.motion.in_space() {
+            let sideways = Range::new(middle, middle).widened(deep);
+            return self.draw_grid(picture, [across, sideways], false);
+        }
+        self.draw_ground(picture, across);
+    }
+
+    /// Draws the line of the ground whose horizontal positions in the world are in the range `across`.
+    fn draw_ground(&self, picture: &mut Picture, across: Range) {
         let line = self.motion.ground_line(across).into_iter();
         let line: Vec<Place> = line.map(|point| self.place(point)).collect();
         let below = line.iter().map(|place| *place + Vector::from([0.0, 4.2]));
@@ -94,6 +170,8 @@ impl View<'_> {
         picture.line(arrow, Pen::new(GOAL, 3.5));
     }
 
+    /// Draws the bars and the payload of a robot. Of a robot in space, nearer parts hide farther ones, which are paler, and
+    /// bars have a halo and a shadow.
     pub(super) fn draw_robot(
         &self,
         picture: &mut Picture,
@@ -102,16 +180,73 @@ impl View<'_> {
     ) {
         // Bars become thinner as the scale falls, but stay visible.
         let thickness = (self.scale / 100.0).clamp(1.2, 3.2);
-        for bar in bars {
-            let width = thickness * if bar.actuator { 1.35 } else { 1.0 };
-            self.line(
-                picture,
-                &[bar.line.from, bar.line.to],
-                Pen::new(bar.colour, width),
-            );
+        let radius = 1.8 * thickness + 1.0;
+        if !self.motion.in_space() {
+            for bar in bars {
+                self.line(
+                    picture,
+                    &[bar.line.from, bar.line.to],
+                    pen_of(bar, thickness),
+                );
+            }
+            return draw_payload(picture, self.place(payload), radius);
         }
-        draw_payload(picture, self.place(payload), 1.8 * thickness + 1.0);
+        if !self.eye.is_level() {
+            self.draw_shadows(picture, bars, thickness);
+        }
+        let away = |point: Vector<f64>| self.eye.see(point).sideways();
+        let mut bars: Vec<_> = bars
+            .iter()
+            .map(|bar| (away(bar.line.middle()), bar))
+            .collect();
+        bars.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let depth = Range::of(bars.iter().map(|(away, _)| *away));
+        let mut payload = Some(payload);
+        for (far, bar) in bars {
+            if let Some(nearer) = payload.filter(|&payload| away(payload) > far) {
+                draw_payload(picture, self.place(nearer), radius);
+                payload = None;
+            }
+            let pen = pen_of(bar, thickness);
+            let ends = [bar.line.from, bar.line.to].map(|end| self.place(end));
+            let length = ends[0].distance(ends[1]);
+            // Where bars meet, a halo would cut them.
+            let cut = (2.0 * pen.width + HALO) / length;
+            if !bar.faint && cut < 0.4 {
+                let halo = [cut, 1.0 - cut].map(|share| ends[0].towards(ends[1], share));
+                picture.line(halo, Pen::new(PAPER, pen.width + 2.0 * HALO));
+            }
+            let fog = FOG * (far - depth.low) / depth.size().max(1e-9);
+            picture.line(ends, Pen::new(bar.colour.mixed(PAPER, fog), pen.width));
+        }
+        if let Some(payload) = payload {
+            draw_payload(picture, self.place(payload), radius);
+        }
     }
+}
+
+/// The pen for a bar: undecided bars are hairlines, and actuators are thicker than skeleton.
+fn pen_of(bar: &DrawnEdge, thickness: f64) -> Pen {
+    let width = match bar {
+        DrawnEdge { faint: true, .. } => HAIRLINE,
+        DrawnEdge { actuator: true, .. } => 1.35 * thickness,
+        _ => thickness,
+    };
+    Pen::new(bar.colour, width)
+}
+
+/// The smallest of 1, 2 and 5 times a power of ten that is at least `least`.
+pub(super) fn round_step(least: f64) -> f64 {
+    let decade = 10f64.powf(least.log10().floor());
+    let steps = [1.0, 2.0, 5.0].map(|k| k * decade);
+    let step = steps.into_iter().find(|step| *step >= least * (1.0 - 1e-9));
+    step.unwrap_or(10.0 * decade)
+}
+
+/// A multiple of `step` with as many decimals as it needs.
+fn metres(x: f64, step: f64) -> String {
+    let digits = (-(step.log10() + 1e-9).floor()).max(0.0) as usize;
+    decimals(x, digits).replace('-', "\u{2212}")
 }
 
 pub(super) fn draw_payload(picture: &mut Picture, place: impl Into<Place>, radius: f64) {

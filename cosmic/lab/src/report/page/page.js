@@ -59,6 +59,8 @@ function show(index) {
 
 function player() {
   const stage = new Stage(part("stage"), { ...world, payloads: robot.payloads });
+  stage.orbit = new Orbit(viewOf(robot));
+  stage.orbit.listen(stage.canvas);
   link(stage.canvas, (x, y) => stage.edgeAt(x, y));
   const [play, time] = ["play", "time"].map(part);
   const toggle = () => {
@@ -131,14 +133,19 @@ function evolution() {
   });
 }
 
+// The camera that looks at the robot at rest.
+function atRest() {
+  const axes = [0, 1, 2].map(axis => robot.start.filter((_, k) => k % 3 === axis));
+  const middle = of => (Math.min(...of) + Math.max(...of)) / 2;
+  return [middle(axes[0]), middle(axes[1]), Math.min(...axes[2])];
+}
+
 function design() {
-  const layout = new Stage(part("layout"), { ...world, width: 3.1 * robot.side, payloads: robot.payloads });
+  const layout = new Stage(part("layout"), { ...world, width: 3.1 * robot.side, payloads: robot.payloads, view: viewOf(robot) });
   const ternary = new Ternary(part("ternary"));
   link(layout.canvas, (x, y) => layout.edgeAt(x, y));
   link(ternary.canvas, (x, y) => ternary.edgeAt(x, y));
-  const along = [0, 1].map(axis => robot.start.filter((_, k) => k % 2 === axis));
-  const middle = (Math.min(...along[0]) + Math.max(...along[0])) / 2;
-  const camera = [middle, Math.min(...along[1])];
+  const camera = atRest();
   const paths = robot.materials.map((material, e) => (material === 0 ? null : walkers.map(walker => walker.mixtures[e])));
   const count = material => robot.materials.filter(other => other === material).length;
   part("counts").textContent = robot.undecided
@@ -166,7 +173,7 @@ function told(edge, { shape, frame }) {
   const bar = gait ? gait.bars.indexOf(edge) : -1;
   if (bar >= 0 && view.shown === last) {
     const [low, high, push, pull] = gait.peaks[bar];
-    const strain = Math.hypot(shape[2 * i] - shape[2 * j], shape[2 * i + 1] - shape[2 * j + 1]) / robot.rest[edge] - 1;
+    const strain = distance(shape, i, j) / robot.rest[edge] - 1;
     words.push(`strain ${percent(strain)} (${percent(low)} to ${percent(high)})`);
     words.push(`force ${newton(forceAt(frame, bar))} (${newton(-push)} to ${newton(pull)})`);
   }
@@ -207,8 +214,7 @@ function groups() {
 
 // A small robot for each group of actuators, in which their bars are coloured.
 function drawGroups(groups) {
-  const along = [0, 1].map(axis => robot.start.filter((_, k) => k % 2 === axis));
-  const camera = [(Math.min(...along[0]) + Math.max(...along[0])) / 2, Math.min(...along[1])];
+  const camera = atRest();
   groups.forEach(({ actuators, phases }, k) => {
     const figure = document.createElement("figure");
     const canvas = document.createElement("canvas");
@@ -219,7 +225,7 @@ function drawGroups(groups) {
     canvas.setAttribute("aria-label", `The actuators of group ${"ABCD"[k]}: edges ${actuators.join(", ")}`);
     figure.append(canvas, caption);
     part("groups").append(figure);
-    const small = new Stage(canvas, { ...world, width: 3.1 * robot.side, payloads: robot.payloads });
+    const small = new Stage(canvas, { ...world, width: 3.1 * robot.side, payloads: robot.payloads, view: viewOf(robot) });
     const chosen = new Set(actuators);
     const bars = walkers[last].bars;
     const draw = () => small.draw({ positions: robot.start, edges: bars, camera, highlight: highlight(), colours: robot.edges.map((_, edge) => small.colour(chosen.has(edge) ? "actuator" : "void")) });
@@ -347,6 +353,7 @@ everyFrame(seconds => {
     if (view.shown === last) view.evolving = false;
     show(view.evolving ? view.shown + 1 : view.shown);
   }
+  if (view.playing && view.seen) stage?.orbit.sway(seconds);
   const moment = walker().at(view.now);
   moving.forEach(draw => draw(moment));
 });

@@ -8,13 +8,19 @@ const lanes = JSON.parse(part("data").textContent).map(({ name, robot, world, wa
   const metres = document.createElement("span");
   const canvas = document.createElement("canvas");
   metres.className = "number";
-  canvas.setAttribute("role", "img");
-  canvas.setAttribute("aria-label", `The robot of ${name} on its ground`);
+  canvas.setAttribute("role", "application");
+  canvas.setAttribute("aria-label", `The robot of ${name} on its ground; arrow keys turn the view, Home turns it back`);
   lane.append(Object.assign(document.createElement("b"), { textContent: name }), metres, canvas);
   part("lanes").append(lane);
   const walker = new Walker(robot, world, robot.mixtures, walk);
   return { walker, metres, canvas, stage: new Stage(canvas, { ...world, payloads: robot.payloads }) };
 });
+// All lanes have one view, so that distances compare. Robots in space are seen from the side and a little from above.
+const orbit = new Orbit(lanes.some(({ walker }) => walker.robot.axes === 3) ? [-20, 12] : SIDE);
+for (const { stage } of lanes) {
+  stage.orbit = orbit;
+  orbit.listen(stage.canvas);
+}
 const duration = Math.max(...lanes.map(({ walker }) => walker.duration));
 const tallest = Math.max(...lanes.map(({ walker }) => walker.robot.side));
 // The finish line is a round number of metres before the place where the best robot ends.
@@ -43,7 +49,10 @@ time.oninput = () => { race.now = Number(time.value); };
 
 whenSeen(lanes[0].canvas, () => { race.seen = true; });
 everyFrame(seconds => {
-  if (race.playing && race.seen) race.now += seconds * Number(part("speed").value);
+  if (race.playing && race.seen) {
+    race.now += seconds * Number(part("speed").value);
+    orbit.sway(seconds);
+  }
   if (race.now > duration) race.now = 0;
   const moments = lanes.map(({ walker }) => walker.at(Math.min(race.now, walker.duration)));
   // Choose the scale such that all robots are in view and none is higher than its lane.
@@ -53,8 +62,8 @@ everyFrame(seconds => {
   const scale = Math.min(0.62 * height / tallest, width / (first - last + 2.5 * tallest));
   lanes.forEach(({ walker, metres, stage }, k) => {
     stage.world = { ...walker.world, payloads: walker.robot.payloads, width: Math.min(2.4 * height, 2 * width) / scale, finish: finish ?? undefined };
-    const camera = [(first + last) / 2, moments[k].camera[1]];
-    stage.draw({ ...moments[k], camera });
+    const level = moments[k].camera;
+    stage.draw({ ...moments[k], camera: [(first + last) / 2, 0, level[2]], level });
     const { finished } = lanes[k];
     const at = finished !== null && race.now >= finished ? `finish ${decimals(finish, digitsOf(roundStep(best / 20)))} m after ${decimals(finished, 1)} s \u00b7 ` : "";
     metres.textContent = `${at}${decimals(moments[k].metres, 2)} m`;

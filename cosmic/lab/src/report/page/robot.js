@@ -8,62 +8,81 @@ const SEEN = 0.02;
 // The fraction of the drawing's height that stays free above the robot: the camera rises with a robot that jumps higher.
 const ABOVE = 0.1;
 
-// A robot on its ground. Lengths are metres in the frame of the world.
+// A robot on its ground. Lengths are metres in the frame of the world, and points are (along, across, above).
 class Stage extends Drawing {
   #world;
   #drawn = [];
-  // The x in the middle of the drawing, and pixels per metre.
-  #view = { middle: 0, scale: 1 };
+  // What maps points to the drawing: the eye, the point in the middle of the drawing, its height in pixels, and pixels per
+  // metre.
+  #sight = { eye: new Eye(SIDE), middle: [0, 0, 0], base: 0, scale: 1 };
+  // The `Orbit` that turns the view; null if it does not turn.
+  orbit = null;
 
   // `world` has: `width`, how much of the world a canvas shows that is 2.4 times as wide as high; `ground`, its corners
-  // [[x, y], …] from left to right; `cos`, the cosine of its incline; `limit`, the strain at which actuators have their
-  // full colour. Optional: `payloads`, the nodes that carry one (default [0]); `origin`, the x at which marks along the
-  // ground begin (default 0); `skeleton`, the strains at which skeleton bars begin to change their colour and have their
-  // full colour (default: they do not change it); `finish`, the x of a finish line.
+  // [[x, z], …] from left to right; `cos`, the cosine of its incline; `limit`, the strain at which actuators have their
+  // full colour. Optional: `view`, if the view does not turn (default: from the side); `payloads`, the nodes that carry one
+  // (default [0]); `origin`, the x at which marks along the ground begin (default 0); `skeleton`, the strains at which
+  // skeleton bars begin to change their colour and have their full colour (default: they do not change it); `finish`, the x
+  // of a finish line.
   constructor(canvas, world) {
     super(canvas);
     this.world = world;
   }
 
   set world(world) {
-    this.#world = { payloads: [0], origin: 0, ...world };
+    this.#world = { payloads: [0], origin: 0, view: SIDE, ...world };
   }
 
-  // Paints one moment. `positions`: [x0, y0, x1, y1, …]. `edges`: a list of [i, j, rest length, material, edge,
-  // weight], where the material is 0 (void, drawn faint), 1 (skeleton) or 2 (actuator), and a weight below 1 makes a
-  // bar thinner and fainter. `camera`: the point [x, y] that is in the middle of the drawing, above its lower edge.
-  // Optional: `top`, the height that must be in view; `trail`, the path of the payload [x, y, …]; `highlight`, an edge; `label`, a text for the upper left
-  // corner; `shape`, positions from which strains are computed instead; `colours`, one for each edge, instead of
-  // materials and strains; `goal`, the foot [x, y] of a flag, and `goalLabel`, the text at the flag; `ghost`, the positions
+  // Paints one moment. `positions`: [x0, y0, z0, x1, …]. `edges`: a list of [i, j, rest length, material, edge,
+  // weight], where the material is 0 (void, drawn faint), 1 (skeleton) or 2 (actuator), and a bar with a weight below 1 is
+  // thinner and fainter; undecided bars are hairlines. `camera`: the point that is in the middle of the drawing, above its
+  // lower edge.
+  // Optional: `top`, the height that must be in view; `level`, the point whose height on the drawing is that of the camera
+  // (default: the camera); `trail`, the path of the payload [x, y, z, …]; `highlight`, an edge; `label`, a text for the
+  // upper left corner; `shape`, positions from which strains are computed instead; `colours`, one for each edge, instead of
+  // materials and strains; `goal`, the foot [x, z] of a flag, and `goalLabel`, the text at the flag; `ghost`, the positions
   // and edges of another robot, which is drawn faintly; `arrow`, how far [x, y] (pixels) an arrow from the robot points.
-  paint({ positions, edges, camera, top = -Infinity, trail = [], highlight = null, label = "", shape = positions, colours = null, goal = null, goalLabel = "", ghost = null, arrow = null }, width, height) {
+  paint({ positions, edges, camera, top = -Infinity, level = camera, trail = [], highlight = null, label = "", shape = positions, colours = null, goal = null, goalLabel = "", ghost = null, arrow = null }, width, height) {
+    const eye = new Eye(this.orbit?.view ?? this.#world.view);
     const scale = Math.min(2.4 * height, 2 * width) / this.#world.width;
-    this.#view = { middle: camera[0], scale };
-    const floor = Math.max(camera[1], top - (0.8 - ABOVE) * height / scale);
-    const place = (x, y) => [width / 2 + (x - camera[0]) * scale, 0.8 * height - (y - floor) * scale];
-    const { payloads } = this.#world;
-    this.#paintGround(place, camera[0], width / scale / 2, scale, height);
-    if (goal) this.#paintFlag(place(...goal), goalLabel, width, height);
-    if (this.#world.finish !== undefined) this.#paintFinish(place(this.#world.finish, levelAt(this.#world.ground, this.#world.finish)), width, height);
+    const base = (0.8 - 0.3 * eye.tilt) * height;
+    const [right, , away] = eye.see(...camera);
+    const up = eye.see(...level)[1];
+    // The camera rises with a robot that would leave the drawing.
+    const rise = Math.max(0, eye.flat * (top - level[2]) + 0.1 * eye.tilt * this.#world.width - (base / height - ABOVE) * height / scale);
+    const place = (x, y, z) => {
+      const seen = eye.see(x, y, z);
+      return [width / 2 + (seen[0] - right) * scale, base - (seen[1] - up - rise) * scale, seen[2] - away];
+    };
+    // The point of the ground in the middle of the drawing, at the height `base`.
+    const deep = eye.sin * level[0] + eye.cos * level[1];
+    const middle = [eye.cos * right + eye.sin * deep, eye.cos * deep - eye.sin * right, level[2]];
+    const sight = { eye, place, middle, base: base + rise * scale, scale, world: this.#world };
+    this.#sight = sight;
+    const { payloads, ground, finish } = this.#world;
+    const thick = Math.min(6, Math.max(1.4, height / 130));
+    if (eye.isSide) this.#paintGround(place, camera[0], width / scale / 2, scale, height);
+    else {
+      paintGrid(this, sight, width, height);
+      paintShadows(this, sight, positions, edges, thick);
+    }
+    if (goal) this.#paintFlag(place(goal[0], 0, goal[1]), goalLabel, width, height);
+    if (finish !== undefined && eye.isSide) this.#paintFinish(place(finish, 0, levelAt(ground, finish)), width, height);
+    if (finish !== undefined && !eye.isSide) this.#paintFinishLine(finish, place);
+    const node = i => place(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]);
     if (ghost) this.#paintGhost(ghost, place, height);
     this.pen.globalAlpha = 0.7;
     const path = [];
-    for (let k = 0; k < trail.length; k += 2) path.push(place(trail[k], trail[k + 1]));
-    if (trail.length > 0) path.push(place(...positions.slice(2 * payloads[0])));
+    for (let k = 0; k < trail.length; k += 3) path.push(place(trail[k], trail[k + 1], trail[k + 2]));
+    if (trail.length > 0) path.push(node(payloads[0]));
     this.line(path, this.colour("payload"), 1.5);
-    const node = i => place(positions[2 * i], positions[2 * i + 1]);
     this.#drawn = edges.map(([i, j, , , e]) => [node(i), node(j), e]);
-    const thick = Math.min(6, Math.max(1.4, height / 130));
     const chosen = this.#drawn.find(([, , e]) => e === highlight);
     this.pen.globalAlpha = 0.35;
     if (chosen) this.line(chosen.slice(0, 2), this.colour("accent"), 3 * thick + 6);
-    for (const material of [0, 1, 2]) {
-      edges.forEach((edge, k) => {
-        if (edge[3] === material) this.#paintBar(edge, this.#drawn[k], { shape, colours }, thick);
-      });
-    }
-    this.pen.globalAlpha = 1;
-    for (const i of payloads) this.disc(...node(i), 1.2 + 1.7 * thick, this.colour("payload"), this.colour("paper"));
+    const bars = edges.map((edge, k) => this.#bar(edge, this.#drawn[k], { shape, colours }, thick));
+    const discs = payloads.map(i => ({ at: node(i), radius: 1.2 + 1.7 * thick, colour: this.colour("payload") }));
+    paintBars(this, bars, discs, 0.1 * this.#world.width);
     if (arrow) this.#paintArrow(node(payloads[0] ?? 0), arrow);
     if (label) this.text(label, 14, 26, "ink", "left", "600 15px");
   }
@@ -93,9 +112,22 @@ class Stage extends Drawing {
 
   #paintGhost({ positions, edges }, place, height) {
     this.pen.globalAlpha = 0.16;
-    const node = i => place(positions[2 * i], positions[2 * i + 1]);
+    const node = i => place(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]);
     for (const [i, j, , , , weight] of edges) this.line([node(i), node(j)], this.colour("ink"), Math.max(1.4, height / 130) * weight);
     this.pen.globalAlpha = 1;
+  }
+
+  // Paints a finish line across the ground: a chequered strip.
+  #paintFinishLine(x, place) {
+    const { width, ground } = this.#world;
+    const side = width / 50;
+    for (let k = -12; k < 12; k++) {
+      for (const column of [0, 1]) {
+        const corners = [[column - 1, k], [column, k], [column, k + 1], [column - 1, k + 1]];
+        const at = ([along, across]) => place(x + along * side, across * side, levelAt(ground, x + along * side));
+        this.fill(corners.map(at), this.colour((k + column) % 2 ? "rule" : "muted"));
+      }
+    }
   }
 
   // Paints a finish line: a chequered strip from the ground to the upper edge.
@@ -110,15 +142,18 @@ class Stage extends Drawing {
     }
   }
 
-  #paintBar([i, j, rest, material, e, weight], [from, to], { shape, colours }, thick) {
-    this.pen.globalAlpha = material === 0 ? 0.8 : 0.1 + 0.9 * weight;
+  // A bar in the form that `paintBars` takes.
+  #bar([i, j, rest, material, e, weight], [from, to], { shape, colours }, thick) {
     let colour = colours?.[e] ?? this.colour(MATERIALS[material]);
     const { skeleton } = this.#world;
     if (!colours && (material === 2 || (material === 1 && skeleton))) {
-      const strain = Math.hypot(shape[2 * i] - shape[2 * j], shape[2 * i + 1] - shape[2 * j + 1]) / rest - 1;
+      const strain = distance(shape, i, j) / rest - 1;
       colour = material === 2 ? this.strainColour(strain) : this.strained((Math.abs(strain) - skeleton[0]) / (skeleton[1] - skeleton[0]));
     }
-    this.line([from, to], colour, thick * [0.5, 1, 1.45][material] * (0.4 + 0.6 * weight));
+    // Bars between two materials are hairlines, which become thick as they are decided.
+    const width = material === 0 ? 0.5 * thick * weight : Math.max(0.7, thick * [1, 1, 1.45][material] * weight ** 3);
+    const share = material === 0 ? 0.8 : 0.1 + 0.9 * weight;
+    return { from, to, colour, width, share, rank: material, hides: material > 0 && weight > CASTS };
   }
 
   // The colour for an actuator's strain. Strains beyond the limit have a special colour.
@@ -127,20 +162,20 @@ class Stage extends Drawing {
     return Math.abs(share) > 1 ? this.colour("beyond") : this.shade(share);
   }
 
-  // Paints the ground, and marks at equal distances along it. Displacements are measured along the ground too.
+  // Paints the ground from the side, and marks at equal distances along it. Displacements are measured along the ground too.
   #paintGround(place, middle, half, scale, height) {
     const { ground, cos, origin } = this.#world;
     const [left, right] = [middle - half, middle + half];
     const ends = [left, right].map(x => [x, levelAt(ground, x)]);
     const corners = ground.filter(([x]) => left < x && x < right);
-    const line = [ends[0], ...corners, ends[1]].map(([x, y]) => place(x, y));
+    const line = [ends[0], ...corners, ends[1]].map(([x, z]) => place(x, 0, z));
     this.fill([...line, [2 * half * scale, height + 1], [0, height + 1]], this.colour("earth"));
     const named = roundStep(64 / scale);
     const parts = String(named).replace(/[0.]/g, "")[0] === "2" ? 4 : 5;
     const between = named / parts;
     for (let k = Math.ceil((left - origin) / cos / between); origin + k * between * cos <= right; k++) {
       const at = origin + k * between * cos;
-      const [x, y] = place(at, levelAt(ground, at));
+      const [x, y] = place(at, 0, levelAt(ground, at));
       this.line([[x, y], [x, y + (k % parts ? 4 : 8)]], this.colour("muted"), 1);
       if (k % parts === 0) this.text(`${decimals(k * between, digitsOf(named))} m`, x, y + 23, "muted", "center");
     }
@@ -161,10 +196,18 @@ class Stage extends Drawing {
     return x > box[0] - margin && y > box[1] - margin && x < box[2] + margin && y < box[3] + margin;
   }
 
-  // The x in the world at a point of the window, m.
-  xAt(clientX) {
-    const { left, width } = this.canvas.getBoundingClientRect();
-    return this.#view.middle + (clientX - left - width / 2) / this.#view.scale;
+  // The x of the ground at a point of the window, m.
+  xAt(clientX, clientY) {
+    const { left, top, width } = this.canvas.getBoundingClientRect();
+    const { eye, middle, base, scale } = this.#sight;
+    const right = (clientX - left - width / 2) / scale;
+    const away = eye.tilt > 0.02 ? (base - (clientY - top)) / scale / eye.tilt : 0;
+    return middle[0] + (eye.tilt > 0.02 ? eye.cos * right + eye.sin * away : right / (eye.cos || 1));
+  }
+
+  // The velocity in the world of a push that moves points by (x, y) pixels to the right and down on the drawing.
+  pushOf(x, y) {
+    return this.#sight.eye.back(x, -y);
   }
 
   // The edge at a point of the window, or null.
@@ -177,14 +220,18 @@ class Stage extends Drawing {
   }
 }
 
+// The distance between two nodes, m.
+const distance = (at, i, j) => Math.hypot(at[3 * i] - at[3 * j], at[3 * i + 1] - at[3 * j + 1], at[3 * i + 2] - at[3 * j + 2]);
+
 // A robot and its walk.
 class Walker {
   #unpacked = null;
 
-  // `robot` has: `edges` [[i, j], …]; `rest`, their rest lengths (m); `start`, the positions at the start [x0, y0, …]
-  // (m); and `payloads`. `world` is that of a `Stage`, and also has `sin`, the sine of its incline. `mixtures`: void,
+  // `robot` has: `edges` [[i, j], …]; `rest`, their rest lengths (m); `axes`, 3 if it is in
+  // space; `start`, the positions at the start [x0, y0, z0, …] (m); and `payloads`. `world` is that of a `Stage`, and also has `sin`, the sine of its incline. `mixtures`: void,
   // skeleton and actuator of every edge, in thousandths. `walk`, which may be null, has: `every`, the seconds between
-  // two frames; and `counts`, how far the nodes move between two frames, in multiples of `unit` (m).
+  // two frames; `axes`, 3 if it is in space; and `counts`, how far the nodes move between two frames, in multiples of `unit`
+  // (m): along and above, or along, across and above.
   constructor(robot, world, mixtures, walk) {
     Object.assign(this, { robot, world, walk });
     this.mixtures = mixtures.map(shares => shares.map(share => share / 1000));
@@ -219,14 +266,16 @@ class Walker {
   }
 
   #unpack() {
-    const { counts, unit } = this.walk ?? { counts: [this.robot.start], unit: 1 };
+    const { counts, unit, axes = 2 } = this.walk ?? { counts: [this.robot.start], unit: 1, axes: 3 };
     let at = new Float64Array(counts[0].length);
     const places = counts.map(moved => {
       at = at.map((count, k) => count + moved[k]);
-      return at.map(count => count * unit);
+      const place = new Float64Array(3 * at.length / axes);
+      at.forEach((count, k) => { place[axes === 3 ? k : 3 * (k >> 1) + 2 * (k & 1)] = count * unit; });
+      return place;
     });
     const payload = this.robot.payloads[0];
-    const trail = places.flatMap(frame => [...frame.subarray(2 * payload, 2 * payload + 2)]);
+    const trail = places.flatMap(frame => [...frame.subarray(3 * payload, 3 * payload + 3)]);
     return { places, trail, cameras: this.#follow(places), tops: this.#topsOf(places) };
   }
 
@@ -239,7 +288,7 @@ class Walker {
   // camera rises before the robot jumps, and does not shake.
   #topsOf(places) {
     const near = (list, k) => list.slice(Math.max(0, k - this.#around), k + this.#around + 1);
-    const heights = places.map(frame => Math.max(...[...this.body].map(node => frame[2 * node + 1])));
+    const heights = places.map(frame => Math.max(...[...this.body].map(node => frame[3 * node + 2])));
     const highest = heights.map((_, k) => Math.max(...near(heights, k)));
     return highest.map((_, k) => near(highest, k).reduce((sum, height) => sum + height, 0) / near(highest, k).length);
   }
@@ -247,16 +296,16 @@ class Walker {
   // The path of the camera: the middle of the body and the ground around it, averaged over a second so that the picture
   // does not shake.
   #follow(places) {
-    const middles = places.map(frame => {
-      const along = [...this.body].map(node => frame[2 * node]);
+    const middles = places.map(frame => [0, 1].map(axis => {
+      const along = [...this.body].map(node => frame[3 * node + axis]);
       return (Math.min(...along) + Math.max(...along)) / 2;
-    });
+    }));
     const around = this.#around;
     const { width, ground } = this.world;
     return middles.map((_, k) => {
       const near = middles.slice(Math.max(0, k - around), k + around + 1);
-      const x = near.reduce((sum, middle) => sum + middle, 0) / near.length;
-      return [x, levelAround(ground, x, width / 4)];
+      const [x, y] = [0, 1].map(axis => near.reduce((sum, middle) => sum + middle[axis], 0) / near.length);
+      return [x, y, levelAround(ground, x, width / 4)];
     });
   }
 
@@ -267,11 +316,11 @@ class Walker {
     const [k, next] = [Math.floor(place), Math.ceil(place)];
     const between = (from, to) => from.map((x, i) => x + (place - k) * (to[i] - x));
     const positions = between(places[k], places[next]);
-    const payload = 2 * this.robot.payloads[0];
-    const [along, up] = [0, 1].map(axis => positions[payload + axis] - places[0][payload + axis]);
+    const payload = 3 * this.robot.payloads[0];
+    const [along, up] = [0, 2].map(axis => positions[payload + axis] - places[0][payload + axis]);
     return {
       positions, frame: Math.round(place), shape: places[Math.round(place)], edges: this.bars,
-      camera: between(cameras[k], cameras[next]), top: between([tops[k]], [tops[next]])[0], trail: trail.slice(0, 2 * k + 2),
+      camera: between(cameras[k], cameras[next]), top: between([tops[k]], [tops[next]])[0], trail: trail.slice(0, 3 * k + 3),
       metres: along * this.world.cos + up * this.world.sin,
     };
   }

@@ -1,0 +1,268 @@
+"use strict";
+// How robots are seen, for reports, comparisons and the page in the folder `web`: the projection, what lies on the ground,
+// the bars from the farthest to the nearest, and the controls that turn the view. Points are (along, across, above), in
+// metres.
+
+// Views, as [yaw, pitch] in degrees. From the side, along points to the right, and across points away from the viewer.
+const SIDE = [0, 0];
+const THREE_QUARTERS = [-40, 18];
+// The fraction of its colour that the farthest bar loses to the colour of the paper.
+const FOG = 0.62;
+// How far the paper shows on either side of a bar in front of other bars, in pixels.
+const HALO = 1.6;
+// A bar with a smaller fraction of solid material casts no shadow and hides nothing.
+const CASTS = 0.5;
+// How far the view sways to either side, in degrees, and the duration of a sway in seconds.
+const SWAY = 7;
+const SWAYS = 16;
+
+// The view in which a robot is shown at first.
+const viewOf = robot => (robot.axes === 3 ? THREE_QUARTERS : SIDE);
+
+// A parallel projection. The file `eye.rs` has the same one for pictures.
+class Eye {
+  constructor([yaw, pitch]) {
+    const turn = degrees => [Math.cos(degrees * Math.PI / 180), Math.sin(degrees * Math.PI / 180)];
+    [this.cos, this.sin] = turn(yaw);
+    [this.flat, this.tilt] = turn(pitch);
+  }
+
+  // Whether the ground is seen as a line.
+  get isSide() {
+    return this.sin === 0 && this.tilt === 0;
+  }
+
+  // How far a point is to the right, up, and away from the viewer.
+  see(x, y, z) {
+    const away = this.sin * x + this.cos * y;
+    return [this.cos * x - this.sin * y, this.flat * z + this.tilt * away, this.flat * away - this.tilt * z];
+  }
+
+  // The vector in the world that points to the right and up on the drawing.
+  back(right, up) {
+    return [this.cos * right + this.tilt * this.sin * up, this.tilt * this.cos * up - this.sin * right, this.flat * up];
+  }
+}
+
+// Paints the ground as a grid whose lines are a round number of metres apart, and fades towards the back. `place` maps a
+// point to the drawing; `middle` is the point that is on the drawing at the height `base`.
+function paintGrid(drawing, { eye, place, middle, base, scale, world }, width, height) {
+  const { pen } = drawing;
+  const { ground, cos, origin, width: seen } = world;
+  const level = x => levelAt(ground, x);
+  const step = roundStep(64 / scale);
+  // The ground in view, to the right of the middle and away from it, m.
+  const half = width / scale / 2;
+  const depth = pixels => Math.min(3 * half, pixels / scale / Math.max(eye.tilt, 1e-3));
+  const [near, far] = [depth(height - base + 40), depth(base)];
+  const box = [[-half, half], [-near, far]];
+  // The part of the line from (x, y) in the direction (dx, dy) that is in view: its ends, as multiples of (dx, dy).
+  const within = (x, y, dx, dy) => {
+    const turned = (a, b) => [eye.cos * a - eye.sin * b, eye.sin * a + eye.cos * b];
+    const [at, by] = [turned(x - middle[0], y - middle[1]), turned(dx, dy)];
+    return box.reduce(([from, to], [low, high], k) => {
+      if (Math.abs(by[k]) < 1e-9) return at[k] < low || at[k] > high ? [1, 0] : [from, to];
+      const ends = [(low - at[k]) / by[k], (high - at[k]) / by[k]].sort((a, b) => a - b);
+      return [Math.max(from, ends[0]), Math.min(to, ends[1])];
+    }, [-Infinity, Infinity]);
+  };
+  const corners = [-half, half].flatMap(right => [-near, far].map(away => [eye.cos * right + eye.sin * away, eye.cos * away - eye.sin * right]));
+  const reach = axis => corners.map(corner => middle[axis] + corner[axis]);
+  const marks = (axis, from, apart) => {
+    const [low, high] = [Math.min(...reach(axis)), Math.max(...reach(axis))].map(end => (end - from) / apart);
+    return Array.from({ length: Math.max(0, Math.floor(high) - Math.ceil(low) + 1) }, (_, k) => Math.ceil(low) + k);
+  };
+  pen.beginPath();
+  const through = points => points.forEach((point, k) => pen[k ? "lineTo" : "moveTo"](...place(...point)));
+  for (const k of marks(0, origin, step * cos)) {
+    const x = origin + k * step * cos;
+    const [from, to] = within(x, 0, 0, 1);
+    if (from < to) through([from, to].map(y => [x, y, level(x)]));
+  }
+  for (const k of marks(1, 0, step)) {
+    const [from, to] = within(0, k * step, 1, 0);
+    const between = ground.map(([x]) => x).filter(x => from < x && x < to);
+    if (from < to) through([from, ...between, to].map(x => [x, k * step, level(x)]));
+  }
+  const fade = pen.createLinearGradient(0, base + near * eye.tilt * scale, 0, base - far * eye.tilt * scale - 1);
+  fade.addColorStop(0.3, drawing.colour("rule"));
+  fade.addColorStop(0.95, drawing.colour("back"));
+  pen.strokeStyle = fade;
+  pen.lineWidth = 1;
+  pen.stroke();
+  if (width < 400 && height < 240) return;
+  // Numbers in front of the robot, along the ground, or across it if the viewer looks along it.
+  const [axis, turn] = Math.abs(eye.cos) > 0.3 ? [0, eye.cos] : [1, eye.sin];
+  const apart = Math.max(1, Math.round(0.2 * seen / step)) * step;
+  const front = Math.round((middle[1 - axis] - Math.sign(turn) * apart) / step) * step;
+  for (const k of marks(axis, axis ? 0 : origin, axis ? step : step * cos)) {
+    const at = axis ? k * step : origin + k * step * cos;
+    const [x, y] = axis ? place(front, at, level(front)) : place(at, front, level(at));
+    if (x > 24 && x < width - 24 && y < height - 16 && y > 48) drawing.text(`${decimals(k * step, digitsOf(step))} m`, x, y + 15, "muted", "center");
+  }
+}
+
+// Paints the shadows that bars cast straight down, and a blob under each node that is near the ground.
+function paintShadows(drawing, { place, eye, scale, world }, positions, bars, thick) {
+  const { pen } = drawing;
+  const level = i => levelAt(world.ground, positions[3 * i]);
+  const below = i => place(positions[3 * i], positions[3 * i + 1], level(i));
+  const nodes = new Set();
+  pen.beginPath();
+  for (const [i, j, , material, , weight] of bars) {
+    if (material === 0 || weight < CASTS) continue;
+    pen.moveTo(...below(i));
+    pen.lineTo(...below(j));
+    nodes.add(i).add(j);
+  }
+  pen.strokeStyle = drawing.colour("shadow");
+  pen.lineWidth = 1.7 * thick;
+  pen.stroke();
+  pen.fillStyle = drawing.colour("shadow");
+  for (const i of nodes) {
+    const height = positions[3 * i + 2] - level(i);
+    const near = 1 - height / (0.02 * world.width);
+    if (near <= 0) continue;
+    const radius = Math.max(2.4 * thick, 0.012 * world.width * scale);
+    pen.globalAlpha = near;
+    pen.beginPath();
+    const [x, y] = below(i);
+    pen.ellipse(x, y, radius, radius * Math.max(eye.tilt, 0.05), 0, 0, 2 * Math.PI);
+    pen.fill();
+  }
+  pen.globalAlpha = 1;
+}
+
+// Paints bars and discs from the farthest to the nearest. `bars`: a list of { from, to, colour, width, share, rank, hides },
+// where `from` and `to` are [x, y, away], `share` is how opaque the bar is, `rank` the order of bars at one depth, and a bar
+// that `hides` has a halo in the colour of the paper. `discs`: a list of { at, radius, colour }. `least`: the depth over
+// which the fog becomes as thick as it gets, at least, in the unit of `away`.
+function paintBars(drawing, bars, discs, least) {
+  const { pen } = drawing;
+  const back = drawing.colour("back");
+  const parts = bars.map(bar => ({ ...bar, away: (bar.from[2] + bar.to[2]) / 2 }));
+  let [near, far] = [Infinity, -Infinity];
+  for (const { away } of parts) [near, far] = [Math.min(near, away), Math.max(far, away)];
+  const isDeep = far - near > 1e-6 * least;
+  const clear = away => 1 - FOG * Math.min(1, Math.max(0, away - near) / Math.max(far - near, least));
+  const all = [...parts, ...discs.map(disc => ({ ...disc, away: disc.at[2], rank: 3 }))];
+  all.sort((a, b) => b.away - a.away || a.rank - b.rank);
+  const stroke = ([x0, y0], [x1, y1], colour, width) => {
+    pen.strokeStyle = colour;
+    pen.lineWidth = width;
+    pen.beginPath();
+    pen.moveTo(x0, y0);
+    pen.lineTo(x1, y1);
+    pen.stroke();
+  };
+  for (const { from, to, at, radius, colour, width, share, hides, away } of all) {
+    if (at) {
+      pen.globalAlpha = 1;
+      drawing.disc(at[0], at[1], radius, colour, back);
+      continue;
+    }
+    const length = Math.hypot(to[0] - from[0], to[1] - from[1]);
+    // Where bars meet, a halo would cut them.
+    const cut = Math.max(2 * width, 4) / (length || 1);
+    if (isDeep && hides && cut < 0.4) {
+      const between = end => [0, 1].map(k => from[k] + end * (to[k] - from[k]));
+      pen.globalAlpha = 1;
+      pen.lineCap = "butt";
+      stroke(between(cut), between(1 - cut), back, width + 2 * HALO);
+      pen.lineCap = "round";
+    }
+    pen.globalAlpha = share * clear(away);
+    stroke(from, to, colour, width);
+  }
+  pen.globalAlpha = 1;
+}
+
+// Turns the view: by a drag with the mouse or a finger, by two fingers, and by the arrow keys. The key Home turns it back.
+// The view of a robot in space sways slowly until it is turned, unless the reader prefers less motion.
+class Orbit {
+  #home;
+  #view;
+  #isTurned = false;
+  #swayed = 0;
+  #still = matchMedia("(prefers-reduced-motion: reduce)");
+
+  constructor(home) {
+    this.home = home;
+  }
+
+  // The view at first, and after the key Home.
+  set home(home) {
+    if (this.#home === home) return;
+    this.#home = home;
+    this.reset();
+  }
+
+  // Whether the robot that is shown is in space.
+  get isOfSpace() {
+    return this.#home !== SIDE;
+  }
+
+  get view() {
+    const [yaw, pitch] = this.#view;
+    const sways = this.isOfSpace && !this.#isTurned && !this.#still.matches;
+    return sways ? [yaw + SWAY * Math.sin(2 * Math.PI * this.#swayed / SWAYS), pitch] : [yaw, pitch];
+  }
+
+  reset() {
+    this.#view = [...this.#home];
+    this.#isTurned = false;
+    this.#swayed = 0;
+  }
+
+  turn(yaw, pitch) {
+    this.#view = this.view.map((angle, k) => angle + [yaw, pitch][k]);
+    this.#view[0] -= 360 * Math.round(this.#view[0] / 360);
+    this.#view[1] = Math.min(90, Math.max(0, this.#view[1]));
+    this.#isTurned = true;
+  }
+
+  // Lets the view sway for some seconds.
+  sway(seconds) {
+    this.#swayed += seconds;
+  }
+
+  // Turns the view by drags and keys on a canvas. `isTaken(event)` returns whether a drag with one pointer has another
+  // effect there; `takesArrows()` whether arrow keys turn the view without Shift. `onturn` is called after every turn.
+  listen(canvas, { isTaken = () => false, takesArrows = () => true, onturn = () => {} } = {}) {
+    const fingers = new Map();
+    let [way, isFree] = [0, false];
+    canvas.tabIndex = 0;
+    canvas.addEventListener("pointerdown", event => {
+      if (event.button > 0) return;
+      if (event.isPrimary) fingers.clear();
+      fingers.set(event.pointerId, [event.clientX, event.clientY]);
+      if (fingers.size === 1) [way, isFree] = [0, !isTaken(event)];
+    });
+    canvas.addEventListener("pointermove", event => {
+      const before = fingers.get(event.pointerId);
+      if (!before || !(isFree || fingers.size > 1)) return;
+      const [dx, dy] = [event.clientX - before[0], event.clientY - before[1]];
+      way += Math.hypot(dx, dy);
+      // A click may move the pointer a little.
+      if (way < 5 && fingers.size === 1) return;
+      if (!canvas.hasPointerCapture(event.pointerId)) canvas.setPointerCapture(event.pointerId);
+      fingers.set(event.pointerId, [event.clientX, event.clientY]);
+      this.turn(0.4 * dx / fingers.size, 0.4 * dy / fingers.size);
+      onturn();
+    });
+    for (const kind of ["pointerup", "pointercancel"]) canvas.addEventListener(kind, event => fingers.delete(event.pointerId));
+    // Two fingers turn the view and do not move the page.
+    canvas.addEventListener("touchmove", event => { if (event.touches.length > 1) event.preventDefault(); }, { passive: false });
+    // A drag is not a click.
+    canvas.addEventListener("click", event => { if (way >= 5) event.stopImmediatePropagation(); }, true);
+    canvas.addEventListener("keydown", event => {
+      const turns = { ArrowLeft: [-5, 0], ArrowRight: [5, 0], ArrowUp: [0, 5], ArrowDown: [0, -5] };
+      const turn = turns[event.key];
+      if (event.ctrlKey || event.metaKey || event.altKey || !(event.key === "Home" || (turn && (event.shiftKey || takesArrows())))) return;
+      event.preventDefault();
+      if (turn) this.turn(...turn);
+      else this.reset();
+      onturn();
+    });
+  }
+}
