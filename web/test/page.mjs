@@ -11,7 +11,7 @@ import { SMALL, check, close, failed, here, open } from "./helpers.mjs";
 import { asks, headlines, links, refusedLinks } from "./links.mjs";
 import { serve } from "./serve.mjs";
 import { shots, stranger, without } from "./strangers.mjs";
-import { errand, goingOn, judging, moon, visiting, worlds } from "./worlds.mjs";
+import { errand, goingOn, judging, moon, space, visiting, worlds } from "./worlds.mjs";
 
 const { values: given } = parseArgs({ options: { shots: { type: "string" }, browser: { type: "string" }, program: { type: "string", default: here("../../target/release/cosmic") } } });
 
@@ -46,6 +46,7 @@ async function inChromium(address) {
     await everywhere(browser, address, folder);
     await motionless(browser, address);
     await framed(browser, address);
+    await space(browser, address);
     await stranger(browser, address);
     await without(browser, address);
     if (given.shots) await shots(browser, address, given.shots, ["light", "dark"]);

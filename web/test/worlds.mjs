@@ -231,3 +231,37 @@ export async function errand(browser, address) {
   await until(page, "other scenes have no such controls", () => document.getElementById("errand").getBoundingClientRect().height === 0);
   await close(page, faults);
 }
+
+/** A robot in space is seen in three quarters. Keys and a drag on the ground turn the view, and a drag on the robot pushes it. */
+export async function space(browser, address) {
+  const cubes = ["lattice.kind=\"cubic\"", "lattice.depth=2"].map(setting => `&set=${encodeURIComponent(setting)}`).join("");
+  const features = [{ name: "prefers-reduced-motion", value: "reduce" }];
+  const { page, faults } = await open(browser, address + SMALL + cubes, { features });
+  await ready(page);
+  const view = () => page.evaluate(() => globalThis.onStage().view.map(Math.round));
+  const isAt = async (...angles) => String(await view()) === String(angles);
+  check(await isAt(-40, 18), `a robot in space is seen in three quarters: ${await view()}`);
+  await press(page, "design");
+  await says(page, "Design another");
+  await page.focus("#stage");
+  await page.keyboard.press("ArrowRight");
+  await page.keyboard.press("ArrowUp");
+  check(await isAt(-35, 23), `arrow keys turn the view: ${await view()}`);
+  await page.keyboard.press("Home");
+  check(await isAt(-40, 18), "Home turns it back");
+  const drag = async ([x, y], [dx, dy]) => {
+    await page.mouse.move(x, y);
+    await page.mouse.down();
+    await page.mouse.move(x + dx, y + dy, { steps: 4 });
+    await page.mouse.up();
+  };
+  const { x, y, width, height } = await boxOf(page, "#stage");
+  const before = await text(page, "status");
+  await drag([x + 0.06 * width, y + 0.9 * height], [50, -20]);
+  check(await isAt(-20, 10) && before === await text(page, "status"), `a drag on the ground turns the view: ${await view()}`);
+  const robot = await page.evaluate(() => globalThis.onStage().box);
+  await drag([x + (robot[0] + robot[2]) / 2, y + (robot[1] + robot[3]) / 2], [60, -60]);
+  await until(page, "a drag on the robot pushes it", () => /^(You pushed|After your push)/.test(document.getElementById("status").textContent));
+  check(await isAt(-20, 10), "and does not turn the view");
+  await close(page, faults);
+}

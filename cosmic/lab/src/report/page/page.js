@@ -143,6 +143,10 @@ function atRest() {
 function design() {
   const layout = new Stage(part("layout"), { ...world, width: 3.1 * robot.side, payloads: robot.payloads, view: viewOf(robot) });
   const ternary = new Ternary(part("ternary"));
+  if (robot.axes === 3) {
+    layout.orbit = new Orbit(viewOf(robot));
+    layout.orbit.listen(layout.canvas, { onturn: drawStill });
+  }
   link(layout.canvas, (x, y) => layout.edgeAt(x, y));
   link(ternary.canvas, (x, y) => ternary.edgeAt(x, y));
   const camera = atRest();

@@ -232,6 +232,8 @@ class Orbit {
     const fingers = new Map();
     let [way, isFree] = [0, false];
     canvas.tabIndex = 0;
+    canvas.setAttribute("role", "application");
+    canvas.style.touchAction = "pan-y";
     canvas.addEventListener("pointerdown", event => {
       if (event.button > 0) return;
       if (event.isPrimary) fingers.clear();

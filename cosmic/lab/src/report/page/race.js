@@ -8,7 +8,6 @@ const lanes = JSON.parse(part("data").textContent).map(({ name, robot, world, wa
   const metres = document.createElement("span");
   const canvas = document.createElement("canvas");
   metres.className = "number";
-  canvas.setAttribute("role", "application");
   canvas.setAttribute("aria-label", `The robot of ${name} on its ground; arrow keys turn the view, Home turns it back`);
   lane.append(Object.assign(document.createElement("b"), { textContent: name }), metres, canvas);
   part("lanes").append(lane);
