@@ -73,9 +73,11 @@ export class Strip extends Drawing {
     const scale = tall / Math.max(0.1, Math.max(...ys) - low);
     const half = scale * (Math.max(...xs) - left) / 2;
     const node = i => [x - half + scale * (seen[i][0] - left), y - 4 - scale * (seen[i][1] - low)];
+    // The many undecided bars of a robot in space would hide one another.
+    const [power, least] = walk.robot.axes === 3 ? [4, 0.4] : [1, 1.2];
     for (const [i, j, , material, , weight] of walk.bars.filter(([i]) => walk.body.has(i))) {
-      this.pen.globalAlpha = 0.1 + 0.9 * weight;
-      this.line([node(i), node(j)], this.colour(material === 2 ? "actuator" : "skeleton"), 1.2 + weight);
+      this.pen.globalAlpha = 0.1 + 0.9 * weight ** power;
+      this.line([node(i), node(j)], this.colour(material === 2 ? "actuator" : "skeleton"), least + weight);
     }
     this.pen.globalAlpha = 1;
     for (const i of walk.robot.payloads) this.disc(...node(i), 3, this.colour("payload"));

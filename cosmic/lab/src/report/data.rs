@@ -126,7 +126,9 @@ fn pairs(points: &[Vector<f64>]) -> Vec<[f64; 2]> {
 
 /// Returns the data of the world: the part of the ground that the motions `walks` reach.
 fn world(motion: &Motion, walks: &[Option<Frames>]) -> Value {
-    let width = 4.0 * motion.robot.lattice.side();
+    // A robot in space is seen from its narrow corner.
+    let sides = if motion.in_space() { 3.0 } else { 4.0 };
+    let width = sides * motion.robot.lattice.side();
     let places = walks.iter().flatten().flat_map(Frames::places);
     let firsts = places.filter_map(|places| places.first().copied());
     let start = motion.payload(&motion.states()[0]).forward();

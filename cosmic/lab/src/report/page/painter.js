@@ -11,7 +11,7 @@ const FOG = 0.62;
 // How far the paper shows on either side of a bar in front of other bars, in pixels.
 const HALO = 1.6;
 // A bar with a smaller fraction of solid material casts no shadow and hides nothing.
-const CASTS = 0.5;
+const CASTS = 0.8;
 // How far the view sways to either side, in degrees, and the duration of a sway in seconds.
 const SWAY = 7;
 const SWAYS = 16;
@@ -50,7 +50,7 @@ function paintGrid(drawing, { eye, place, middle, base, scale, world }, width, h
   const { pen } = drawing;
   const { ground, cos, origin, width: seen } = world;
   const level = x => levelAt(ground, x);
-  const step = roundStep(64 / scale);
+  const step = roundStep(80 / scale);
   // The ground in view, to the right of the middle and away from it, m.
   const half = width / scale / 2;
   const depth = pixels => Math.min(3 * half, pixels / scale / Math.max(eye.tilt, 1e-3));
@@ -90,7 +90,7 @@ function paintGrid(drawing, { eye, place, middle, base, scale, world }, width, h
   pen.strokeStyle = fade;
   pen.lineWidth = 1;
   pen.stroke();
-  if (width < 400 && height < 240) return;
+  if (width < 320 && height < 240) return;
   // Numbers in front of the robot, along the ground, or across it if the viewer looks along it.
   const [axis, turn] = Math.abs(eye.cos) > 0.3 ? [0, eye.cos] : [1, eye.sin];
   const apart = Math.max(1, Math.round(0.2 * seen / step)) * step;

@@ -151,7 +151,7 @@ class Stage extends Drawing {
       colour = material === 2 ? this.strainColour(strain) : this.strained((Math.abs(strain) - skeleton[0]) / (skeleton[1] - skeleton[0]));
     }
     // Bars between two materials are hairlines, which become thick as they are decided.
-    const width = material === 0 ? 0.5 * thick * weight : Math.max(0.7, thick * [1, 1, 1.45][material] * weight ** 3);
+    const width = material === 0 ? 0.5 * thick * weight : Math.max(0.7, thick * [1, 1, 1.45][material] * weight ** 5);
     const share = material === 0 ? 0.8 : 0.1 + 0.9 * weight;
     return { from, to, colour, width, share, rank: material, hides: material > 0 && weight > CASTS };
   }
