@@ -14,9 +14,9 @@ use cosmic::simulator::{Span, Trajectory};
 use cosmic_lab::check::{check_gradients_of, terms};
 use cosmic_tests::few_directions;
 
-/// The policies to test: three from the model, one that is defined in this file, and the policy `gaits` of a robot that
-/// is its own mirror image.
-const POLICIES: [&str; 5] = ["mlp", "clock", "reflex", "gaits", "mirrored"];
+/// The policies to test: three from the model, one that is defined in this file, the policy `gaits` of a robot that is its
+/// own mirror image, and `mlp` of a robot in space that is.
+const POLICIES: [&str; 6] = ["mlp", "clock", "reflex", "gaits", "mirrored", "sides"];
 
 /// A policy with three parts: a hidden layer that reads the observation, a rhythm, and what the bars feel. The rhythm is
 /// the same for all edges, multiplied by a factor for each edge.
@@ -124,6 +124,7 @@ fn robot_with(name: &str, settings: &str, of_cases: OfCases) -> Case {
     };
     let (name, lattice) = match name {
         "mirrored" => ("gaits", "mirror = true\npayload = 1\n"),
+        "sides" => ("mlp", "mirror = true\npayload = 3\nkind = \"cubic\"\ndepth = 3\n"),
         _ => (name, ""),
     };
     let text = format!(
@@ -209,6 +210,8 @@ fn a_step_uses_the_observation() {
         ("mirrored", "", plain),
         ("mirrored", "[design]\none_piece = false", plain),
         ("gaits", on_a_slope, RAISED),
+        ("sides", "", RELATIVE),
+        ("sides", on_a_slope, RAISED),
     ] {
         let case = robot_with(policy, settings, of_cases);
         let (body, ground) = (case.body(), case.task().ground());
@@ -219,7 +222,7 @@ fn a_step_uses_the_observation() {
             &body.presence,
             &ground,
         );
-        let network = Network::of(&case.controller, &case.lattice).unwrap();
+        let network = Network::of(&case.controller, &case.scene.controller, &case.lattice).unwrap();
         let expected = network.activation(&seen, seen[case.scene.controller.clocks]);
         let start = Trajectory::new(vec![0], vec![case.start.clone()]);
         let moments = (case.task().simulator).moments(&body, &case.controller, &start);

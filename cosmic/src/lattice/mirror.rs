@@ -1,19 +1,41 @@
-//! Lattices that are their own mirror image, front and back.
+//! Lattices that are their own mirror image: front and back in the plane, left and right in space.
 
-use super::own::{Mirror, Payload};
+use super::own::{Mirror, Payload, Sides};
 use super::truss::Lattice;
-use crate::geometry::{Range, Vector};
+use crate::geometry::{Dimension, Range, Vector};
 
 /// Two places (in spacings) that are nearer than this are the same: places are written with at least nine digits.
 const SAME: f64 = 1e-6;
 
+impl Sides {
+    /// The sides of a robot in this dimension.
+    pub const fn of(dimension: Dimension) -> Self {
+        match dimension {
+            Dimension::Plane => Self::FrontAndBack,
+            Dimension::Space => Self::LeftAndRight,
+        }
+    }
+
+    /// The number of the component whose sign changes in the image of a vector: along the ground, or across.
+    pub(crate) const fn component(self) -> usize {
+        match self {
+            Self::FrontAndBack => 0,
+            Self::LeftAndRight => 1,
+        }
+    }
+}
+
 impl Lattice {
-    /// The mirror image of this lattice, front and back; `None` if that is another lattice, or has its payload elsewhere.
+    /// The mirror image of this lattice; `None` if that is another lattice, or has its payload elsewhere.
     pub fn image(&self) -> Option<Mirror> {
-        let along = Range::of(self.places.iter().map(|place| place.forward()));
+        let sides = Sides::of(self.dimension);
+        let turned_at = sides.component();
+        let list = |place: &Vector<f64>| self.dimension.list(*place);
+        let width = Range::of(self.places.iter().map(|place| list(place)[turned_at]));
         let turned = |place: &Vector<f64>| {
-            let forward = along.low + along.high - place.forward();
-            place.with_forward(forward)
+            let mut place = list(place);
+            place[turned_at] = width.low + width.high - place[turned_at];
+            self.dimension.vector(&place)
         };
         let node_at = |place: Vector<f64>| {
             let mut nodes = self.places.iter();
@@ -39,7 +61,11 @@ impl Lattice {
             let mut pairs = numbers.iter().zip(&edges);
             pairs.all(|(own, &image): (&f64, &usize)| (own - numbers[image]).abs() <= SAME * own)
         });
-        (stays && alike).then_some(Mirror { nodes, edges })
+        (stays && alike).then_some(Mirror {
+            sides,
+            nodes,
+            edges,
+        })
     }
 
     /// This lattice as a robot that stays its own mirror image: edges that mirror one another are tied. Without an image

@@ -9,6 +9,6 @@ mod body;
 mod mirror;
 
 pub use body::{Body, FACTORS, Marker};
-pub use own::{EdgeRules, Mirror, Payload, Truss};
+pub use own::{EdgeRules, Mirror, Payload, Sides, Truss};
 pub use state::State;
 pub use truss::{EdgeVector, Lattice};

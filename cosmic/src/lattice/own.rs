@@ -126,9 +126,20 @@ impl EdgeRules {
     }
 }
 
+/// The sides of a robot that are mirror images of each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sides {
+    /// Of a robot in the plane. Its image walks the other way.
+    FrontAndBack,
+    /// Of a robot in space. Its image walks the same way.
+    LeftAndRight,
+}
+
 /// For each node and each edge of a lattice, its mirror image: the node or the edge on the other side of the middle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mirror {
+    /// The sides that change places.
+    pub sides: Sides,
     /// The image of each node.
     pub nodes: Vec<usize>,
     /// The image of each edge.

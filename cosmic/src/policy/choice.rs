@@ -45,7 +45,7 @@ pub fn blocks_of(settings: &ControllerSettings, lattice: &Lattice) -> Vec<Block>
         dimension: lattice.dimension,
         nodes: lattice.nodes(),
         edges: lattice.edges.len(),
-        is_mirrored: lattice.mirror.is_some(),
+        mirrored: lattice.mirror.as_ref().map(|mirror| mirror.sides),
         settings,
     });
     if settings.clock == ClockKind::Learned {

@@ -121,8 +121,8 @@ impl<'a, R: Real> Fold<'a, R> {
 
     /// The weights of a layer that sees the [mirror image](Mirror) of the robot and of its goal, not folded.
     pub(super) fn image(&self, weights: &[R], mirror: &Mirror) -> Vec<R> {
-        let (inputs, axes) = (self.inputs(weights), self.dimension.count());
-        image::observed(weights, inputs, axes, mirror)
+        let sizes = (self.inputs(weights), self.settings.clocks);
+        image::observed(weights, sizes, self.dimension, mirror)
     }
 
     /// The length of an observation. Checks that it divides the number of weights.

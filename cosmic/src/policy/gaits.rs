@@ -6,13 +6,14 @@ use super::block::Block;
 use super::sensing::Sight;
 use super::step::{Policy, PolicyStep, Sizes};
 use crate::kernel;
+use crate::lattice::Sides;
 
 /// A network whose hidden units are in three groups: one for a goal ahead, one for a goal behind, and one for a goal
 /// that is reached. The observed goal `g` along the ground, from -1 to 1, multiplies them by `(g^2 + g) / 2`,
 /// `(g^2 - g) / 2` and `1 - g^2`.
 ///
-/// A robot that is its own mirror image (`lattice.mirror`) has no weights for a goal behind: what it does then is the
-/// mirror image of what it does if the goal is ahead. So it walks back exactly as well as ahead.
+/// A robot in the plane that is its own mirror image (`lattice.mirror`) has no weights for a goal behind: what it does then
+/// is the mirror image of what it does if the goal is ahead. So it walks back exactly as well as ahead.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Gaits;
 
@@ -26,16 +27,19 @@ const GAITS: [Group; 3] = [
     ("w1_there", "b1_there", Gate([1.0, 0.0, -1.0])),
 ];
 
-/// The groups of a robot that is its own mirror image. Each is followed by its image, with the [turned](Gate::turned)
-/// gate.
+/// The groups of a robot whose front and back are images of each other. Each is followed by its image, with the
+/// [turned](Gate::of_image) gate.
 const MIRRORED: [Group; 2] = [
     ("w1_ahead", "b1_ahead", Gate([0.0, 0.5, 0.5])),
     ("w1_there", "b1_there", Gate([0.5, 0.0, -0.5])),
 ];
 
-/// The groups of hidden units of a robot that is its own mirror image, or is not.
-pub(super) fn groups(is_mirrored: bool) -> &'static [Group] {
-    if is_mirrored { &MIRRORED } else { &GAITS }
+/// The groups of hidden units of a robot whose sides are mirror images of each other, or are not.
+pub(super) fn groups(mirrored: Option<Sides>) -> &'static [Group] {
+    match mirrored {
+        Some(Sides::FrontAndBack) => &MIRRORED,
+        Some(Sides::LeftAndRight) | None => &GAITS,
+    }
 }
 
 /// Multiplies a hidden unit by a polynomial of the observed goal, which has these coefficients, the constant first.
@@ -43,10 +47,13 @@ pub(super) fn groups(is_mirrored: bool) -> &'static [Group] {
 pub(super) struct Gate(pub(super) [f64; 3]);
 
 impl Gate {
-    /// The gate for the goal of the mirror image.
-    pub(super) const fn turned(self) -> Self {
+    /// The gate for the goal of the mirror image, which is behind if the goal is ahead and the sides are front and back.
+    pub(super) const fn of_image(self, sides: Sides) -> Self {
         let Self([a, b, c]) = self;
-        Self([a, -b, c])
+        match sides {
+            Sides::FrontAndBack => Self([a, -b, c]),
+            Sides::LeftAndRight => self,
+        }
     }
 }
 
@@ -64,7 +71,7 @@ impl Policy for Gaits {
     fn parameters(&self, robot: &Sizes) -> Vec<Block> {
         let (hidden, [first, second]) = (robot.settings.hidden, robot.settings.gain);
         let inputs = robot.observation(Sight::Robot);
-        let groups = groups(robot.is_mirrored);
+        let groups = groups(robot.mirrored);
         let of_group = |&(weights, biases, _): &Group| {
             [
                 Block::weights(weights, hidden, inputs, first),
@@ -79,17 +86,17 @@ impl Policy for Gaits {
     }
 
     fn record(&self, step: &mut PolicyStep) -> Array {
-        let is_mirrored = step.is_mirrored();
+        let mirrored = step.mirrored();
         let mut units = Vec::new();
-        for &(weights, biases, gate) in groups(is_mirrored) {
+        for &(weights, biases, gate) in groups(mirrored) {
             let own = step.observed_layer(weights, biases);
             units.push(gated(step, own, gate));
-            if is_mirrored {
+            if let Some(sides) = mirrored {
                 let image = step.image_layer(weights, biases);
-                units.push(gated(step, image, gate.turned()));
+                units.push(gated(step, image, gate.of_image(sides)));
             }
         }
-        if is_mirrored {
+        if mirrored.is_some() {
             step.output_layer_with_images("w2", "b2", &units)
         } else {
             step.output_layer_of("w2", "b2", &units)

@@ -2,24 +2,27 @@
 
 use autodiff::Real;
 
+use crate::geometry::Dimension;
 use crate::lattice::Mirror;
 
 /// The weights of a layer that sees the image of a robot and of its goal. For every observation, they give what `weights`
-/// give for the observation of the image, which has this number of `inputs`. Vectors have `axes` components. The ground is level.
+/// give for the observation of the image, which has this number of `inputs`, those of the clocks first. The ground does not
+/// tell the sides of the robot apart.
 pub(super) fn observed<R: Real>(
     weights: &[R],
-    inputs: usize,
-    axes: usize,
+    (inputs, clocks): (usize, usize),
+    dimension: Dimension,
     mirror: &Mirror,
 ) -> Vec<R> {
-    let nodes = mirror.nodes.len();
+    let axes = dimension.count();
     let turned = |vector: &[R]| {
         let mut turned = vector[..axes].to_vec();
-        turned[0] = -turned[0];
+        let component = mirror.sides.component();
+        turned[component] = -turned[component];
         turned
     };
     let row = |row: &[R]| {
-        let (of_clocks, row) = row.split_at(inputs - axes * (1 + 2 * nodes));
+        let (of_clocks, row) = row.split_at(clocks);
         let (goal, of_nodes) = row.split_at(axes);
         let of_list = |list: &[R]| -> Vec<R> {
             let images = mirror.nodes.iter();
@@ -27,7 +30,8 @@ pub(super) fn observed<R: Real>(
                 .flat_map(|&node| turned(&list[axes * node..]))
                 .collect()
         };
-        let of_image = of_nodes.chunks_exact(axes * nodes).flat_map(of_list);
+        let of_image = of_nodes.chunks_exact(axes * mirror.nodes.len());
+        let of_image = of_image.flat_map(of_list);
         let seen = of_clocks.iter().copied().chain(turned(goal));
         seen.chain(of_image).collect::<Vec<R>>()
     };

@@ -11,7 +11,7 @@ use super::sensing::Sight;
 use super::step::{Policy, PolicyStep, Sizes};
 use super::tempo::TEMPO;
 use crate::geometry::{Dimension, Ground};
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, Sides};
 use crate::scene::ControllerSettings;
 
 /// The names of the network's blocks in order: weights and biases of the hidden layer, weights and biases of the output
@@ -47,9 +47,14 @@ pub(super) fn blocks(robot: &Sizes, inputs: usize) -> Vec<Block> {
     ]
 }
 
-/// Records both layers of a network. Returns the activations.
+/// Records both layers of a network. Returns the activations. If left and right are images of each other, the activations of
+/// the image of a robot are the images of the activations, so that a robot that begins straight ahead stays on course.
 pub(super) fn record(step: &mut PolicyStep) -> Array {
     let hidden = step.observed_layer(W1, B1);
+    if step.mirrored() == Some(Sides::LeftAndRight) {
+        let image = step.image_layer(W1, B1);
+        return step.output_layer_with_images(W2, B2, &[hidden, image]);
+    }
     step.output_layer(W2, B2, hidden)
 }
 
@@ -79,12 +84,17 @@ pub struct Network<R> {
 impl<R: Real> Network<R> {
     /// The network whose parameters a controller of a robot on this lattice holds; `None` if the controller belongs to
     /// another policy. The tempo of a learned clock is not a part of the network.
-    pub fn of(controller: &Controller<R>, lattice: &Lattice) -> Option<Self> {
+    pub fn of(
+        controller: &Controller<R>,
+        settings: &ControllerSettings,
+        lattice: &Lattice,
+    ) -> Option<Self> {
         let names = controller.blocks().map(|(name, ..)| name);
         let names: Vec<&str> = names.filter(|name| *name != TEMPO).collect();
         let (of_units, second) = names.split_at(names.len().checked_sub(2)?);
         let mirror = lattice.mirror.as_ref();
-        let groups = groups(mirror.is_some());
+        let sides = mirror.map(|mirror| mirror.sides);
+        let groups = groups(sides);
         let of_gaits = groups
             .iter()
             .flat_map(|&(weights, biases, _)| [weights, biases]);
@@ -104,17 +114,23 @@ impl<R: Real> Network<R> {
                 biases: biases.to_vec(),
             },
         };
-        if !is_gaits {
-            network.add(controller.block(W1).to_vec(), controller.block(B1), None);
-            return Some(network);
-        }
-        for &(weights, biases, gate) in groups {
+        let groups: Vec<_> = match is_gaits {
+            true => groups
+                .iter()
+                .map(|&(weights, biases, gate)| (weights, biases, Some(gate)))
+                .collect(),
+            false => vec![(W1, B1, None)],
+        };
+        // The image of a network without gates acts if it walks the same way.
+        let mirror = mirror.filter(|_| is_gaits || sides == Some(Sides::LeftAndRight));
+        for &(weights, biases, gate) in &groups {
             let (weights, biases) = (controller.block(weights), controller.block(biases));
-            network.add(weights.to_vec(), biases, Some(gate));
+            network.add(weights.to_vec(), biases, gate);
             if let Some(mirror) = mirror {
-                let inputs = weights.len() / biases.len();
-                let of_image = image::observed(weights, inputs, lattice.dimension.count(), mirror);
-                network.add(of_image, biases, Some(gate.turned()));
+                let sizes = (weights.len() / biases.len(), settings.clocks);
+                let of_image = image::observed(weights, sizes, lattice.dimension, mirror);
+                let gate = gate.map(|gate| gate.of_image(mirror.sides));
+                network.add(of_image, biases, gate);
             }
         }
         if let Some(mirror) = mirror {

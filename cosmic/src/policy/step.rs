@@ -10,7 +10,7 @@ use super::goals::{Offset, Towards};
 use super::image;
 use super::sensing::Sight;
 use crate::geometry::{Axes, Dimension};
-use crate::lattice::Mirror;
+use crate::lattice::{Mirror, Sides};
 use crate::laws::Motion;
 use crate::scene::{ControllerSettings, Senses};
 
@@ -23,8 +23,8 @@ pub struct Sizes<'a> {
     pub nodes: usize,
     /// The number of edges. A policy computes one activation per edge.
     pub edges: usize,
-    /// True if the robot is its own mirror image, front and back (`lattice.mirror`).
-    pub is_mirrored: bool,
+    /// The sides that are mirror images of each other, if the robot is its own image (`lattice.mirror`).
+    pub mirrored: Option<Sides>,
     /// The section `controller` of the scene.
     pub settings: &'a ControllerSettings,
 }
@@ -223,8 +223,8 @@ impl<'a> PolicyStep<'a> {
         self.layer_of_observation(weights, given)
     }
 
-    /// Like [`observed_layer`](Self::observed_layer), for the observation of the robot's mirror image, front and back:
-    /// nodes change places with their images, and the components along the ground, also of the goal, change their signs.
+    /// Like [`observed_layer`](Self::observed_layer), for the observation of the robot's mirror image: nodes change places
+    /// with their images, and the components along the ground (in space: across), also of the goal, change their signs.
     ///
     /// # Panics
     /// If a block is unknown, or the robot is not its own mirror image (`lattice.mirror`).
@@ -246,9 +246,9 @@ impl<'a> PolicyStep<'a> {
         self.program.dense_tanh(matrix, &observation, bias)
     }
 
-    /// True if the robot is its own mirror image (`lattice.mirror`).
-    pub fn is_mirrored(&self) -> bool {
-        self.outputs.mirror.is_some()
+    /// The sides that are mirror images of each other, if the robot is its own image (`lattice.mirror`).
+    pub fn mirrored(&self) -> Option<Sides> {
+        self.outputs.mirror.map(|mirror| mirror.sides)
     }
 
     /// Records a layer that reads the array `x`: `tanh(W x + b)`. `weights` and `biases` are the names of the blocks

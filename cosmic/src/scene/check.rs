@@ -270,7 +270,8 @@ fn mirrors(scene: &Scene, found: &mut Conflicts) {
         Lattice::new(&scene.lattice, &scene.physics).mirror.is_some(),
         ["lattice.mirror", if scene.lattice.is_truss() { "lattice.file" } else { "lattice.payload" }],
         "the lattice is not its own mirror image: it needs nodes, edges and the payload at the same places seen from the \
-         front and from behind (an odd number of columns, and the payload in the middle column)"
+         front and from behind (an odd number of columns, and the payload in the middle column); in space from the left and \
+         from the right (an odd `depth`, and the payload in the middle)"
             .to_owned(),
     );
     found.require(

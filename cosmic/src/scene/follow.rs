@@ -286,8 +286,9 @@ impl Scene {
         // The scales read the payload.
         if self.auto.contains("lattice.payload") {
             self.lattice.payload = match self.lattice.mirror {
-                true => self.lattice.columns / 2,
                 false => 0,
+                true if self.lattice.is_cubic() => self.lattice.depth / 2 * self.lattice.columns,
+                true => self.lattice.columns / 2,
             };
         }
         let length = Lattice::new(&self.lattice, Ground::from(&self.physics)).spacing;

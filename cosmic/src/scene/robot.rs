@@ -44,11 +44,11 @@ settings! {
             read "without a `file`" if Scene::is_generated,
             source "D1";
         /// Number of the node that carries `physics.payload_mass`: row * columns + column, from 0 at the lower left.
-        payload: usize = 0, allowed within(0.0, 4095.0), auto "node 0; with `mirror` the node in the middle of row 0",
+        payload: usize = 0, allowed within(0.0, 4095.0), auto "node 0; with `mirror` the node in the middle of row 0 (in space of its back)",
             read "without a `file`" if Scene::is_generated,
             source "paper: 0";
-        /// Whether the robot is its own mirror image, front and back, with the payload in the middle. With the policy "gaits"
-        /// so are the gaits ahead and back.
+        /// Whether the robot is its own mirror image, with the payload in the middle: in the plane front and back, and with the
+        /// policy "gaits" so are the gaits ahead and back; in space left and right, also what the network does.
         mirror: bool = false, source "beyond the paper";
         /// Nodes and edges instead of columns and rows: the path of a truss file, relative to the scene's file.
         file: TrussFile = TrussFile::default(), source "the paper has none";

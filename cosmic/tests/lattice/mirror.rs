@@ -52,6 +52,21 @@ fn other_lattices_have_no_image() {
     assert!((0..6).all(|payload| of(LatticeKind::Triangular, 3, payload).is_none()));
 }
 
+/// In space, left and right are images of each other.
+#[test]
+fn cubes_have_images_across() {
+    let settings = LatticeSettings {
+        kind: LatticeKind::Cubic,
+        columns: 2,
+        depth: 3,
+        rows: 1,
+        payload: 2,
+        ..LatticeSettings::default()
+    };
+    let image = Lattice::new(&settings, &Scene::paper().physics).image();
+    assert_eq!(image.unwrap().nodes, [4, 5, 2, 3, 0, 1]);
+}
+
 /// A robot stays its own mirror image in all phases of an optimisation.
 #[test]
 fn an_optimised_robot_is_its_own_image() {

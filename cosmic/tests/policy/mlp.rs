@@ -25,7 +25,7 @@ fn check(settings: &ControllerSettings, presence: &[f64], ground: &Ground) {
     let lattice = lattice(3, 2, 0.0);
     let state = random_state(lattice.nodes());
     let controller = Controller::xavier(settings, &lattice, 0);
-    let mut network = Network::of(&controller, &lattice).unwrap();
+    let mut network = Network::of(&controller, settings, &lattice).unwrap();
     network.first.biases.fill(0.2);
     network.second.biases.fill(-0.1);
     let phase = settings.omega * (4096.0 * 0.002);
@@ -79,7 +79,7 @@ fn the_network_has_the_paper_s_shapes_and_glorot_weights() {
     scene.controller.gain = [2.0, 1.0];
     let lattice = Lattice::new(&scene.lattice, &scene.physics);
     let controller = Controller::xavier(&scene.controller, &lattice, 0);
-    let Network { first, second, .. } = Network::of(&controller, &lattice).unwrap();
+    let Network { first, second, .. } = Network::of(&controller, &scene.controller, &lattice).unwrap();
     let lengths = [
         &first.weights,
         &first.biases,

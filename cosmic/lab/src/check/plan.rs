@@ -154,7 +154,7 @@ fn controller_terms(case: &Case, body: &Body<f64>) -> Vec<Term> {
 
 /// The name and a description of the part of a policy that comes before its output layer.
 fn before_outputs(case: &Case) -> (&'static str, String) {
-    match Network::of(&case.controller, &case.lattice) {
+    match Network::of(&case.controller, &case.scene.controller, &case.lattice) {
         Some(network) => {
             let units = network.first.biases.len();
             (

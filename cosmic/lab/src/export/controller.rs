@@ -35,7 +35,7 @@ impl<'c> Folded<'c> {
     pub(super) fn new(case: &'c Case, body: &Body<f64>, ground: &Ground) -> Option<Self> {
         let (settings, nodes) = (&case.scene.controller, case.lattice.nodes());
         let sight = of_settings(settings).observe();
-        let network = Network::of(&case.controller, &case.lattice)?;
+        let network = Network::of(&case.controller, &case.scene.controller, &case.lattice)?;
         let mut network = network.folded(
             settings,
             (Dimension::Plane, nodes),
