@@ -124,7 +124,10 @@ fn robot_with(name: &str, settings: &str, of_cases: OfCases) -> Case {
     };
     let (name, lattice) = match name {
         "mirrored" => ("gaits", "mirror = true\npayload = 1\n"),
-        "sides" => ("mlp", "mirror = true\npayload = 3\nkind = \"cubic\"\ndepth = 3\n"),
+        "sides" => (
+            "mlp",
+            "mirror = true\npayload = 3\nkind = \"cubic\"\ndepth = 3\n",
+        ),
         _ => (name, ""),
     };
     let text = format!(

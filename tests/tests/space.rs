@@ -220,7 +220,7 @@ fn bars_of_a_cube_hold_it_rigid() {
 /// payload is in the middle of its back.
 fn skewness(settings: &str) -> f64 {
     let text = format!(
-        "base = 'cube'\nlattice.columns = 3\nlattice.rows = 2\nphysics.incline_deg = 5\ncontroller.hidden = 6\n{settings}"
+        "base = 'cube'\nlattice.columns = 3\nlattice.rows = 2\nlattice.payload = 3\nphysics.incline_deg = 5\ncontroller.hidden = 6\n{settings}"
     );
     let mut scene = Scene::parse("sides", &text).unwrap();
     scene.physics.steps = 256;

@@ -79,7 +79,8 @@ fn the_network_has_the_paper_s_shapes_and_glorot_weights() {
     scene.controller.gain = [2.0, 1.0];
     let lattice = Lattice::new(&scene.lattice, &scene.physics);
     let controller = Controller::xavier(&scene.controller, &lattice, 0);
-    let Network { first, second, .. } = Network::of(&controller, &scene.controller, &lattice).unwrap();
+    let Network { first, second, .. } =
+        Network::of(&controller, &scene.controller, &lattice).unwrap();
     let lengths = [
         &first.weights,
         &first.biases,
