@@ -216,11 +216,12 @@ fn bars_of_a_cube_hold_it_rigid() {
     assert_eq!(Structure::new(&case.lattice, &layout).floppy_modes, Some(0));
 }
 
-/// The largest difference of a node and the image of its image after 256 steps, m. The robot walks on a slope, and its
+/// How far a node is from the image of its image after 256 steps, at most, m. The robot walks on a slope, and its
 /// payload is in the middle of its back.
 fn skewness(settings: &str) -> f64 {
     let text = format!(
-        "base = 'cube'\nlattice.columns = 3\nlattice.rows = 2\nlattice.payload = 3\nphysics.incline_deg = 5\ncontroller.hidden = 6\n{settings}"
+        "base = 'cube'\nlattice.columns = 3\nlattice.rows = 2\nlattice.payload = 3\nphysics.incline_deg = 5\n\
+         controller.hidden = 6\n{settings}"
     );
     let mut scene = Scene::parse("sides", &text).unwrap();
     scene.physics.steps = 256;

@@ -99,8 +99,7 @@ export class Player {
     const aspect = clientWidth / clientHeight;
     const view = viewOf(this.#walk.robot);
     this.#stage.orbit.home = view;
-    const eye = new Eye(view);
-    const seen = start.filter((_, k) => k % 3 === 0).map((x, node) => eye.see(x, start[3 * node + 1], start[3 * node + 2]));
+    const seen = new Eye(view).seeAll(start);
     const [across, tall] = [0, 1].map(axis => {
       const places = seen.map(place => place[axis]);
       return Math.max(...places) - Math.min(...places);

@@ -66,8 +66,7 @@ export class Strip extends Drawing {
   /** Paints a robot as it is at the start of its walk, with its feet at a point. */
   #robot(walk, x, y, tall) {
     const { start } = walk.robot;
-    const eye = new Eye(viewOf(walk.robot));
-    const seen = start.filter((_, k) => k % 3 === 0).map((x, node) => eye.see(x, start[3 * node + 1], start[3 * node + 2]));
+    const seen = new Eye(viewOf(walk.robot)).seeAll(start);
     const [xs, ys] = [0, 1].map(axis => seen.map(place => place[axis]));
     const [left, low] = [Math.min(...xs), Math.min(...ys)];
     const scale = tall / Math.max(0.1, Math.max(...ys) - low);

@@ -48,7 +48,8 @@ pub(crate) fn pack(
     if settings.goals == GoalKind::Given {
         return refused("a robot that can be told where to go does not fit into a link");
     }
-    let network = Network::of(controller, settings, lattice).filter(|network| network.gates.is_empty());
+    let network =
+        Network::of(controller, settings, lattice).filter(|network| network.gates.is_empty());
     let Some(Network { first, second, .. }) = network else {
         return refused("the policy of this robot does not fit into a link");
     };

@@ -44,7 +44,7 @@ settings! {
             read "without a `file`" if Scene::is_generated,
             source "D1";
         /// Number of the node that carries `physics.payload_mass`: row * columns + column, from 0 at the lower left.
-        payload: usize = 0, allowed within(0.0, 4095.0), auto "node 0; with `mirror` the node in the middle of row 0 (in space of its back)",
+        payload: usize = 0, allowed within(0.0, 4095.0), auto "node 0; with `mirror` the node in the middle of row 0, in space of its rear",
             read "without a `file`" if Scene::is_generated,
             source "paper: 0";
         /// Whether the robot is its own mirror image, with the payload in the middle: in the plane front and back, and with the

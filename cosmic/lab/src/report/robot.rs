@@ -8,11 +8,9 @@ use super::eye::Eye;
 use super::motion::{BEYOND, Motion, SKELETON};
 use super::picture::{Font, Pen, Picture};
 use super::space;
-use super::view::{MARGIN_OF_GROUND, View, draw_payload};
+use super::view::{MARGIN, MARGIN_OF_GROUND, View, WIDTH, draw_payload};
 use cosmic::geometry::{Bounds, Range, Vector};
 
-pub(super) const WIDTH: f64 = 960.0;
-pub(super) const MARGIN: f64 = 24.0;
 /// The width of one of the six panels that show the gait, in pixels.
 const PANEL: f64 = (WIDTH - 2.0 * MARGIN) / 6.0;
 
@@ -52,21 +50,8 @@ fn draw_journey(picture: &mut Picture, motion: &Motion) -> f64 {
     let ground =
         ground.flat_map(|point| [-deep, deep].map(|off| point.with_sideways(middle + off)));
     let seen = eye.bounds(shown.into_iter().chain(ground));
-    let size = seen.size();
-    // The view is as wide as the page, unless it would then be higher than a screen.
-    let scale = ((WIDTH - 2.0 * MARGIN) / size.forward()).min(420.0 / size.up());
-    let bottom = 64.0 + scale * size.up();
-    let left = 0.5 * (WIDTH - scale * size.forward());
-    let view = View {
-        motion,
-        eye,
-        corner: Vector::zero(),
-        origin: Vector::from([
-            left - scale * seen.low.forward(),
-            bottom + scale * seen.low.up(),
-        ]),
-        scale,
-    };
+    // No higher than a screen.
+    let (view, bottom) = View::below(motion, (eye, seen), 64.0, 420.0);
     view.draw_floor(picture, across, (middle, deep));
     view.draw_path(picture, &motion.path());
     for index in moments {

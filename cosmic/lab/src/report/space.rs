@@ -4,8 +4,7 @@
 use super::eye::Eye;
 use super::motion::{CONTRACTED, EXTENDED, Footfall, Motion, SKELETON};
 use super::picture::{Colour, Font, PAPER, Pen, Picture};
-use super::robot::{MARGIN, WIDTH};
-use super::view::{MARGIN_OF_GROUND, MARK, View, round_step};
+use super::view::{MARGIN, MARGIN_OF_GROUND, MARK, View, WIDTH, round_step};
 use cosmic::geometry::{Bounds, Range, Vector};
 
 /// The colour of feet that are in the middle between left and right.
@@ -44,16 +43,7 @@ pub(super) fn draw_views(picture: &mut Picture, motion: &Motion, index: usize, t
     let bottom = top + 24.0 + scale * largest(Vector::up);
     for (k, ((name, eye), seen)) in views.into_iter().zip(boxes).enumerate() {
         let middle = MARGIN + panel * (k as f64 + 0.5);
-        let view = View {
-            motion,
-            eye,
-            corner: Vector::zero(),
-            origin: Vector::from([
-                middle - scale * seen.centre().forward(),
-                bottom + scale * seen.low.up(),
-            ]),
-            scale,
-        };
+        let view = View::standing(motion, (eye, seen), [middle, bottom], scale);
         if eye.is_level() {
             let half = 0.5 * (panel - 24.0);
             let at = bottom + scale * (seen.low.up() - floor);
@@ -98,20 +88,7 @@ pub(super) fn draw_footfalls(picture: &mut Picture, motion: &Motion, top: f64) -
     let seen = eye
         .bounds(shown.chain(motion.path()))
         .widened(MARGIN_OF_GROUND);
-    let size = seen.size();
-    let scale = ((WIDTH - 2.0 * MARGIN) / size.forward()).min(TALLEST / size.up());
-    let bottom = top + 40.0 + scale * size.up();
-    let left = 0.5 * (WIDTH - scale * size.forward());
-    let view = View {
-        motion,
-        eye,
-        corner: Vector::zero(),
-        origin: Vector::from([
-            left - scale * seen.low.forward(),
-            bottom + scale * seen.low.up(),
-        ]),
-        scale,
-    };
+    let (view, bottom) = View::below(motion, (eye, seen), top + 40.0, TALLEST);
     let across = Range::new(seen.low.up(), seen.high.up());
     view.draw_grid(
         picture,
@@ -134,7 +111,12 @@ pub(super) fn draw_footfalls(picture: &mut Picture, motion: &Motion, top: f64) -
     key(MARGIN + 4.0, "left", CONTRACTED);
     key(MARGIN + 56.0, "middle", BETWEEN);
     key(MARGIN + 126.0, "right", EXTENDED);
-    draw_scale(picture, [WIDTH - MARGIN - 100.0, top + 18.0], scale, 120.0);
+    draw_scale(
+        picture,
+        [WIDTH - MARGIN - 100.0, top + 18.0],
+        view.scale,
+        120.0,
+    );
     bottom + 24.0
 }
 

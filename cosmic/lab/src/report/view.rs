@@ -3,9 +3,13 @@
 use super::eye::Eye;
 use super::motion::{DrawnEdge, Motion, PAYLOAD, SKELETON};
 use super::picture::{Colour, Font, PAPER, Pen, Picture, Place};
-use cosmic::geometry::{Range, Vector};
+use cosmic::geometry::{Bounds, Range, Vector};
 use cosmic::numbers::decimals;
 
+/// The width of a still picture, in pixels.
+pub(super) const WIDTH: f64 = 960.0;
+/// What stays free at either side of a still picture, in pixels.
+pub(super) const MARGIN: f64 = 24.0;
 /// The colour of the band below the ground's line.
 pub(super) const EARTH: Colour = Colour::hex(0xe4e6e9);
 /// The colour of the marks along the ground's line.
@@ -39,7 +43,40 @@ pub(super) struct View<'m> {
     pub(super) scale: f64,
 }
 
-impl View<'_> {
+impl<'m> View<'m> {
+    /// Returns the view in which the box `seen`, of points as the eye [sees](Eye::see) them, stands with the middle of its
+    /// lower edge at a place of the picture.
+    pub(super) fn standing(
+        motion: &'m Motion<'m>,
+        (eye, seen): (Eye, Bounds),
+        place: [f64; 2],
+        scale: f64,
+    ) -> Self {
+        let foot = Vector::from([-seen.centre().forward(), seen.low.up()]);
+        Self {
+            motion,
+            eye,
+            corner: Vector::zero(),
+            origin: Vector::from(place) + foot * scale,
+            scale,
+        }
+    }
+
+    /// Returns such a view below the height `top` of the picture, as wide as the page unless it would then be higher than
+    /// `tallest` pixels, and the position of its lower edge.
+    pub(super) fn below(
+        motion: &'m Motion<'m>,
+        (eye, seen): (Eye, Bounds),
+        top: f64,
+        tallest: f64,
+    ) -> (Self, f64) {
+        let size = seen.size();
+        let scale = ((WIDTH - 2.0 * MARGIN) / size.forward()).min(tallest / size.up());
+        let bottom = top + scale * size.up();
+        let place = [0.5 * WIDTH, bottom];
+        (Self::standing(motion, (eye, seen), place, scale), bottom)
+    }
+
     /// Returns the place in the picture at which a point of the world is drawn.
     pub(super) fn place(&self, point: Vector<f64>) -> Place {
         let seen = self.eye.see(point - self.corner) * self.scale;

@@ -38,6 +38,11 @@ class Eye {
     return [this.cos * x - this.sin * y, this.flat * z + this.tilt * away, this.flat * away - this.tilt * z];
   }
 
+  // How `see` sees each of the points [x0, y0, z0, x1, …].
+  seeAll(points) {
+    return points.filter((_, k) => k % 3 === 0).map((x, i) => this.see(x, points[3 * i + 1], points[3 * i + 2]));
+  }
+
   // The vector in the world that points to the right and up on the drawing.
   back(right, up) {
     return [this.cos * right + this.tilt * this.sin * up, this.tilt * this.cos * up - this.sin * right, this.flat * up];

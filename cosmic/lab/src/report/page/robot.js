@@ -12,8 +12,8 @@ const ABOVE = 0.1;
 class Stage extends Drawing {
   #world;
   #drawn = [];
-  // What maps points to the drawing: the eye, the point in the middle of the drawing, its height in pixels, and pixels per
-  // metre.
+  // How points become places on the drawing: the eye, the point that is in the middle, its height in pixels, and pixels
+  // per metre.
   #sight = { eye: new Eye(SIDE), middle: [0, 0, 0], base: 0, scale: 1 };
   // The `Orbit` that turns the view; null if it does not turn.
   orbit = null;
