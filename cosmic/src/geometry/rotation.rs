@@ -74,6 +74,15 @@ impl<R: Real> Rotation<R> {
         vector
     }
 
+    /// Like [`out_of_rotated`](Self::out_of_rotated), for components along the rotated axes of which the last one is 0.
+    #[inline(always)]
+    pub fn out_of_plane<const D: usize>(&self, along: Vector<R, D>) -> Vector<R, D> {
+        let mut vector = along;
+        vector.0[0] = self.cos * along.forward();
+        vector.0[D - 1] = self.sin * along.forward();
+        vector
+    }
+
     /// The component of a vector along the last axis after the rotation.
     #[inline(always)]
     pub fn out<const D: usize>(&self, vector: Vector<R, D>) -> R {

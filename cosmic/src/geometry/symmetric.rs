@@ -1,4 +1,4 @@
-//! Symmetric matrices of the plane, for use in kernels.
+//! Symmetric matrices for use in kernels.
 
 use std::ops::Mul;
 
@@ -6,48 +6,83 @@ use autodiff::Real;
 
 use super::vector::Vector;
 
-/// A symmetric matrix with two rows: the entries `[0, 0]`, `[1, 0]` and `[1, 1]`.
+/// A symmetric matrix with `D` rows: the rows up to the diagonal. The entries after it are not read.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Symmetric<R>([R; 3]);
+pub struct Symmetric<R, const D: usize>([[R; D]; D]);
 
-impl<R: Real> Symmetric<R> {
-    /// The matrix with these entries: those of the lower triangle, row by row.
+impl<R: Real, const D: usize> Symmetric<R, D> {
+    /// The matrix whose lower triangle, row by row, is at the beginning of a list.
     #[inline(always)]
-    pub fn new(triangle: [R; 3]) -> Self {
-        Self(triangle)
+    pub fn first_of(triangle: &[R]) -> Self {
+        let (mut rows, mut next) = ([[R::zero(); D]; D], 0);
+        for row in 0..D {
+            for column in 0..=row {
+                rows[row][column] = triangle[next];
+                next += 1;
+            }
+        }
+        Self(rows)
     }
 
     /// The matrix that multiplies vectors along the unit vector `u` by `along`, and vectors across it by `across`.
     #[inline(always)]
-    pub fn scaling(u: Vector<R, 2>, along: R, across: R) -> Self {
-        let [x, y] = u.0;
-        let rest = along - across;
-        Self([
-            (rest * x).fma(x, across),
-            rest * x * y,
-            (rest * y).fma(y, across),
-        ])
+    pub fn scaling(u: Vector<R, D>, along: R, across: R) -> Self {
+        let (mut rows, rest) = ([[R::zero(); D]; D], along - across);
+        for row in 0..D {
+            for column in 0..row {
+                rows[row][column] = rest * u.0[column] * u.0[row];
+            }
+            rows[row][row] = (rest * u.0[row]).fma(u.0[row], across);
+        }
+        Self(rows)
     }
 
-    /// The entries of the lower triangle, row by row.
+    /// The matrix that multiplies vectors along a plane by `along`, and vectors out of it by `out`. The plane is inclined
+    /// along the first axis, where it has this tangent.
     #[inline(always)]
-    pub fn array(self) -> [R; 3] {
-        self.0
+    pub fn of_plane(tangent: Vector<R, 2>, along: R, out: R) -> Self {
+        let [cos, sin] = tangent.0;
+        if D == 2 {
+            return Self::scaling(Vector::upright(cos, sin), along, out);
+        }
+        Self::scaling(Vector::upright(-sin, cos), out, along)
+    }
+
+    /// Writes the lower triangle, row by row, to the beginning of a list.
+    #[inline(always)]
+    pub fn write(self, numbers: &mut [R]) {
+        let mut next = 0;
+        for row in 0..D {
+            for column in 0..=row {
+                numbers[next] = self.0[row][column];
+                next += 1;
+            }
+        }
     }
 
     /// The sum of the diagonal.
     #[inline(always)]
     pub fn trace(self) -> R {
-        self.0[0] + self.0[2]
+        let mut sum = self.0[0][0];
+        for k in 1..D {
+            sum += self.0[k][k];
+        }
+        sum
     }
 }
 
-impl<R: Real> Mul<Vector<R, 2>> for Symmetric<R> {
-    type Output = Vector<R, 2>;
+impl<R: Real, const D: usize> Mul<Vector<R, D>> for Symmetric<R, D> {
+    type Output = Vector<R, D>;
     #[inline(always)]
-    fn mul(self, v: Vector<R, 2>) -> Vector<R, 2> {
-        let [xx, xy, yy] = self.0;
-        let [x, y] = v.0;
-        Vector([xx.fma(x, xy * y), xy.fma(x, yy * y)])
+    fn mul(self, v: Vector<R, D>) -> Vector<R, D> {
+        let mut product = Vector::zero();
+        for row in 0..D {
+            let mut full = Vector::zero();
+            for column in 0..D {
+                full.0[column] = self.0[row.max(column)][row.min(column)];
+            }
+            product.0[row] = full.dot(v);
+        }
+        product
     }
 }

@@ -145,6 +145,26 @@ impl<R: Real, const D: usize> Vector<R, D> {
         norm
     }
 
+    /// The length of the part along the ground. Where that part is zero, the derivative is 0.
+    #[inline(always)]
+    pub fn norm_along(self) -> R {
+        let mut norm = self.0[0].abs();
+        for k in 1..D - 1 {
+            norm = norm.hypot(self.0[k]);
+        }
+        norm
+    }
+
+    /// The sum of the absolute values of the components.
+    #[inline(always)]
+    pub fn sum_of_sizes(self) -> R {
+        let mut sum = self.0[0].abs();
+        for k in 1..D {
+            sum += self.0[k].abs();
+        }
+        sum
+    }
+
     /// `sqrt(|self|^2 + softening)`: a length that is smooth at the zero vector.
     #[inline(always)]
     pub fn softened_norm(self, softening: f64) -> R {
@@ -196,6 +216,44 @@ impl<R: Real, const D: usize> Vector<R, D> {
             vector.0[k] = numbers[k];
         }
         vector
+    }
+
+    /// The vector along the ground whose components, without the last one, are the first numbers of a list.
+    #[inline(always)]
+    #[expect(
+        clippy::manual_memcpy,
+        reason = "kernels need loops, which are inlined"
+    )]
+    pub fn along_of(numbers: &[R]) -> Self {
+        let mut vector = Self::zero();
+        for k in 0..D - 1 {
+            vector.0[k] = numbers[k];
+        }
+        vector
+    }
+
+    /// Writes the components to the beginning of a list.
+    #[inline(always)]
+    #[expect(
+        clippy::manual_memcpy,
+        reason = "kernels need loops, which are inlined"
+    )]
+    pub fn write(self, numbers: &mut [R]) {
+        for k in 0..D {
+            numbers[k] = self.0[k];
+        }
+    }
+
+    /// Writes the components without the last one to the beginning of a list.
+    #[inline(always)]
+    #[expect(
+        clippy::manual_memcpy,
+        reason = "kernels need loops, which are inlined"
+    )]
+    pub fn write_along(self, numbers: &mut [R]) {
+        for k in 0..D - 1 {
+            numbers[k] = self.0[k];
+        }
     }
 
     /// The vectors whose components follow one another at the beginning of a list, and the numbers after them.

@@ -30,13 +30,15 @@ pub(crate) trait AnyContact: Debug + Send + Sync {
     ) -> Motion;
     /// Records the largest friction of the law, as an array of one number. `any` is an array of one number.
     fn grip(&self, p: &mut Program, any: Array, settings: &[Array]) -> Array;
-    /// Records the end of an implicit step with the kernel [`Landing`], and returns the nodes after it.
+    /// Records the end of an implicit step with the kernel [`Landing`], and returns the nodes after it. `moving` are the
+    /// nodes with the velocity in the step, and `contacts` are the inputs of the kernel after them.
     fn land(
         &self,
         p: &mut Program,
         dt: f64,
         terrain: Option<&Terrain>,
-        node: [Array; 9],
+        moving: Motion,
+        contacts: &[Array],
         settings: &[Array],
     ) -> Motion;
 }
@@ -51,6 +53,9 @@ pub(crate) struct FlightInputs<'a> {
     /// The numbers of a [`Push`](super::Push), then the settings of the contact law, in arrays of one number.
     pub(crate) uniforms: &'a [Array],
 }
+
+/// Why a robot in space has no terrain.
+const NO_TERRAIN: &str = "the ground of a robot in space is a plane";
 
 /// Records a kernel for the ground of this law: flat, or with the profile of a terrain. `$ground` is the name of the ground
 /// in the expression of the kernel.
@@ -96,10 +101,7 @@ impl<C: Contact> AnyContact for C {
         let vectors = [pushed.nodes.x, pushed.nodes.v, pushed.impulses];
         let contact = self.clone();
         if pushed.nodes.dimension() == Dimension::Space {
-            assert!(
-                terrain.is_none(),
-                "the ground of a robot in space is a plane"
-            );
+            assert!(terrain.is_none(), "{}", NO_TERRAIN);
             let (node, ground) = (inputs::<_, 10>(&vectors, &[pushed.inverse_mass]), Flat);
             let flying = Flying {
                 drift,
@@ -129,10 +131,22 @@ impl<C: Contact> AnyContact for C {
         p: &mut Program,
         dt: f64,
         terrain: Option<&Terrain>,
-        node: [Array; 9],
+        moving: Motion,
+        contacts: &[Array],
         settings: &[Array],
     ) -> Motion {
-        let contact = self.clone();
+        let (vectors, contact) = ([moving.x, moving.v], self.clone());
+        if moving.dimension() == Dimension::Space {
+            assert!(terrain.is_none(), "{}", NO_TERRAIN);
+            let (node, ground) = (inputs::<_, 12>(&vectors, contacts), Flat);
+            let landing = Landing {
+                contact,
+                ground,
+                dt,
+            };
+            return Motion::of(Dimension::Space, &p.map(landing, node, settings));
+        }
+        let node = inputs::<_, 9>(&vectors, contacts);
         map_over!(
             p,
             terrain,

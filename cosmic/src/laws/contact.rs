@@ -177,10 +177,18 @@ pub trait Surface: Clone + Debug + Send + Sync + Sized + 'static {
 
     /// The adjoint of a kernel over this ground.
     #[inline(always)]
-    fn vjp<C: Contact, K: OverGround<C, I>, R: Real, const I: usize, const M: usize>(
+    fn vjp<
+        C: Contact,
+        K: OverGround<C, D, I, O>,
+        R: Real,
+        const D: usize,
+        const I: usize,
+        const O: usize,
+        const M: usize,
+    >(
         &self,
         kernel: &K,
-        at: Pullback<R, I, 4, M>,
+        at: Pullback<R, I, O, M>,
     ) -> [[R; I]; M] {
         vjp_by_duals(kernel, at)
     }
@@ -195,14 +203,16 @@ pub trait Surface: Clone + Debug + Send + Sync + Sized + 'static {
     }
 }
 
-/// A kernel that moves nodes of planar robots over the ground: what it computes before and after their drift.
-pub trait OverGround<C: Contact, const I: usize>: Kernel<I, 4> {
+/// A kernel that moves nodes over the ground: what it computes before and after their drift.
+pub trait OverGround<C: Contact, const D: usize, const I: usize, const O: usize>:
+    Kernel<I, O>
+{
     /// The drift.
     fn drift(&self) -> Drift;
 
     /// The contact law, the node at the beginning of the drift, and the number of the segment that it does not meet; -1 for
     /// none.
-    fn before<R: Real>(&self, x: [R; I], given: &[R]) -> (C::Of<R>, Particle<R, 2>, R);
+    fn before<R: Real>(&self, x: [R; I], given: &[R]) -> (C::Of<R>, Particle<R, D>, R);
 
     /// The results of the kernel. `axes` are those of the segment that the node does not meet, and `end` is the node at the
     /// end of the drift.
@@ -211,8 +221,8 @@ pub trait OverGround<C: Contact, const I: usize>: Kernel<I, 4> {
         law: &C::Of<R>,
         x: [R; I],
         axes: Rotation<R>,
-        end: Particle<R, 2>,
-    ) -> [R; 4];
+        end: Particle<R, D>,
+    ) -> [R; O];
 }
 
 /// A flat ground line. It is also used if there is no ground.
@@ -294,17 +304,25 @@ impl Surface for Terrain {
     }
 
     // The search runs without tangents, because it has no derivative.
-    fn vjp<C: Contact, K: OverGround<C, I>, R: Real, const I: usize, const M: usize>(
+    fn vjp<
+        C: Contact,
+        K: OverGround<C, D, I, O>,
+        R: Real,
+        const D: usize,
+        const I: usize,
+        const O: usize,
+        const M: usize,
+    >(
         &self,
         kernel: &K,
-        at: Pullback<R, I, 4, M>,
+        at: Pullback<R, I, O, M>,
     ) -> [[R; I]; M] {
         let (drift, (law, node, but)) = (kernel.drift(), kernel.before(at.x, at.uniforms));
         let (mut search, axes) = (self.search(but), self.plane_of(but).axes);
-        drift_over::<C, R, 2>(&law, &mut search, &drift, node);
+        drift_over::<C, R, D>(&law, &mut search, &drift, node);
         let (x, given) = (seeded(at.x), constants::<R, I, MOST_UNIFORMS>(at.uniforms));
         let (law, node, _) = kernel.before(x, &given[..at.uniforms.len()]);
-        let end = drift_over::<C, _, 2>(&law, &mut search.found(), &drift, node);
+        let end = drift_over::<C, _, D>(&law, &mut search.found(), &drift, node);
         pulled_back(kernel.after(&law, x, axes.constant(), end), at.y_bar)
     }
 }
@@ -365,7 +383,7 @@ impl<C: Contact> Kernel<10, 6> for Flying<C> {
     }
 }
 
-impl<C: Contact, G: Surface> OverGround<C, 7> for Flying<C, G> {
+impl<C: Contact, G: Surface> OverGround<C, 2, 7, 4> for Flying<C, G> {
     #[inline(always)]
     fn drift(&self) -> Drift {
         self.drift

@@ -12,7 +12,7 @@ use super::contact::{Contact, Impact, OverGround, Surface};
 use super::motion::{Drift, Particle};
 use super::terrain::NONE;
 use crate::geometry::{Plane, Rotation, Symmetric, Vector};
-use crate::kernel;
+use crate::{in_both_dimensions, kernel};
 
 /// The drag of friction is at most this many times the trace of the node's block of the matrix.
 const STICKIEST: f64 = 1e8;
@@ -28,7 +28,7 @@ const LEAST: f64 = 1e-30;
 const REST: f64 = 1e-6;
 
 /// The contacts of all nodes in a pass. Every field has a number for each node. Yes is 1, and no is 0.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct NodeContacts<A> {
     pub(crate) ground: GroundBelow<A>,
     /// Whether the node is held: it cannot move into the ground or off it.
@@ -37,8 +37,9 @@ pub(crate) struct NodeContacts<A> {
     pub(crate) sticks: A,
     /// The time from the beginning of the step until the node meets the ground, s.
     pub(crate) impact: A,
-    /// The mean velocity along the ground, m/s, of a node that stops there at the impact.
-    pub(crate) slip: A,
+    /// The mean velocity along the ground, m/s, of a node that stops there at the impact: one component, and in space a
+    /// second one across.
+    pub(crate) slip: Vec<A>,
     /// The drag of friction, kg: it gives the node the impulse `-drag (v - slip)` along the ground.
     pub(crate) drag: A,
     /// The speed, m/s, from which friction slows down a node that slid in the pass before; else 0.
@@ -52,8 +53,8 @@ pub(crate) struct GroundBelow<A> {
     pub(crate) segment: A,
     /// Whether the node meets the ground in this step and was not held before.
     pub(crate) is_new: A,
-    /// The unit vector along the segment.
-    pub(crate) tangent: Vector<A, 2>,
+    /// The unit vector along the segment: its components forward and up, because a segment is inclined along the first axis.
+    pub(crate) tangent: [A; 2],
     /// The height of the node above the segment, m.
     pub(crate) height: A,
 }
@@ -95,53 +96,64 @@ pub(crate) struct FindGround<G> {
     pub(crate) dt: f64,
 }
 
-#[kernel]
-impl<G: Surface> Kernel<6, 5> for FindGround<G> {
-    fn eval<R: Real>(&self, [x, y, wx, wy, segment, is_held]: [R; 6], _: &[R]) -> [R; 5] {
-        let node = Particle::split(&[x, y, wx, wy]).0;
-        let (meets, met) = self.ground.meets(node, self.dt);
-        let is_new = meets & !mask(is_held);
-        let segment = R::select(is_new, met, segment).detach();
-        let found = [segment, truth(is_new)];
-        below(found, self.ground.plane(segment), node.x)
-    }
+in_both_dimensions! { D =>
+    #[kernel]
+    impl<G: Surface> Kernel<{ 2 * D + 2 }, 5> for FindGround<G> {
+        fn eval<R: Real>(&self, x: [R; 2 * D + 2], _: &[R]) -> [R; 5] {
+            let (node, before) = Particle::<R, D>::split(&x);
+            let (segment, is_held) = (before[0], before[1]);
+            let (meets, met) = self.ground.meets(node, self.dt);
+            let is_new = meets & !mask(is_held);
+            let segment = R::select(is_new, met, segment).detach();
+            let found = [segment, truth(is_new)];
+            below(found, self.ground.plane(segment), node.x)
+        }
 
-    // The search runs without tangents, because it has no derivative.
-    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 6, 5, M>) -> [[R; 6]; M] {
-        let [segment, is_new, ..] = at.y;
-        let ([x, y, ..], plane) = (seeded(at.x), self.ground.plane(segment).constant());
-        let found = constants(&[segment, is_new]);
-        pulled_back(below(found, plane, Vector::new([x, y])), at.y_bar)
+        // The search runs without tangents, because it has no derivative.
+        fn vjp<R: Real, const M: usize>(
+            &self,
+            at: Pullback<R, { 2 * D + 2 }, 5, M>,
+        ) -> [[R; 2 * D + 2]; M] {
+            let [segment, is_new, ..] = at.y;
+            let plane = self.ground.plane(segment).constant();
+            let x = Vector::<_, D>::first_of(&seeded(at.x));
+            let found = constants(&[segment, is_new]);
+            pulled_back(below(found, plane, x), at.y_bar)
+        }
     }
 }
 
 /// The numbers of [`GroundBelow`]: the segment and whether the node is new there, the tangent of the plane of the segment, and
 /// the height of the node above it.
 #[inline(always)]
-fn below<R: Real>([segment, is_new]: [R; 2], plane: Plane<R>, x: Vector<R, 2>) -> [R; 5] {
-    let along = Vector::upright(R::one(), R::zero());
+fn below<R: Real, const D: usize>(
+    [segment, is_new]: [R; 2],
+    plane: Plane<R>,
+    x: Vector<R, D>,
+) -> [R; 5] {
+    let along = Vector::<R, 2>::upright(R::one(), R::zero());
     let [tx, ty] = plane.axes.out_of_rotated(along).array();
     [segment, is_new, tx, ty, plane.height(x)]
 }
 
 /// A node in a pass, seen from the ground below it. Components of vectors are along the ground and out of it.
-struct LocalNode<R: Real> {
+struct LocalNode<R: Real, const D: usize> {
     axes: Rotation<R>,
     height: R,
     /// The velocity in the step, m/s.
-    moving: Vector<R, 2>,
+    moving: Vector<R, D>,
     /// The time until the impact, s, if the node meets the ground.
     impact: R,
 }
 
-impl<R: Real> LocalNode<R> {
+impl<R: Real, const D: usize> LocalNode<R, D> {
     /// `moving` is in the ground's frame. The step takes `dt` seconds.
     #[inline(always)]
     fn new(
         tangent: Vector<R, 2>,
         height: R,
         is_new: R::Mask,
-        moving: Vector<R, 2>,
+        moving: Vector<R, D>,
         dt: f64,
     ) -> Self {
         let axes = Rotation::with_tangent(tangent);
@@ -158,55 +170,79 @@ impl<R: Real> LocalNode<R> {
     /// The change of velocity, m/s, that brings a held node to the ground in `dt` seconds, and a node that sticks to the
     /// velocity `slip`. It is in the ground's frame.
     #[inline(always)]
-    fn correction(&self, is_held: R::Mask, sticks: R::Mask, slip: R, dt: f64) -> Vector<R, 2> {
+    fn correction(
+        &self,
+        is_held: R::Mask,
+        sticks: R::Mask,
+        slip: Vector<R, D>,
+        dt: f64,
+    ) -> Vector<R, D> {
         let (zero, moving) = (R::zero(), self.moving);
         let landing = -(self.height.max(zero)) / R::lit(dt);
-        self.axes.out_of_rotated(Vector::upright(
-            R::select(sticks, slip - moving.forward(), zero),
-            R::select(is_held, landing - moving.up(), zero),
-        ))
+        let along = Vector::select(sticks, slip - moving, Vector::zero());
+        let up = R::select(is_held, landing - moving.up(), zero);
+        self.axes.out_of_rotated(along.with_up(up))
     }
 
     /// Whether a node that meets the ground rests there: before, it moved along the ground more slowly than [`REST`].
     #[inline(always)]
-    fn rests(&self, v: Vector<R, 2>, grip: R) -> R::Mask {
-        let along = self.axes.into_rotated(v).forward();
-        along.abs().less(R::lit(REST)) & R::zero().less(grip)
+    fn rests(&self, v: Vector<R, D>, grip: R) -> R::Mask {
+        let speed = self.axes.into_rotated(v).norm_along();
+        speed.less(R::lit(REST)) & R::zero().less(grip)
     }
+}
+
+/// The unit vector in the direction of a vector along the ground of this length, which is given by its components along the
+/// ground. In the plane, it is the tangent, whatever the sign.
+#[inline(always)]
+fn direction<R: Real, const D: usize>(
+    tangent: Vector<R, 2>,
+    along: Vector<R, D>,
+    length: R,
+) -> Vector<R, D> {
+    if D == 2 {
+        return Vector::upright(tangent.forward(), tangent.up());
+    }
+    Rotation::with_tangent(tangent).out_of_plane(along.along() / length)
 }
 
 /// The kernel of the first pass. The inputs are the velocity, the velocity with which the node would move without bars, and
 /// of the ground below it whether the node is newly held, the tangent and the height (m). The uniform input is the
 /// [grip](Contact::grip). The results are whether the node sticks, its time of impact (s) and its slip (m/s), and the change of velocity of held nodes.
 #[derive(Clone, Debug)]
-pub struct FirstPass {
+pub struct FirstPass<const D: usize> {
     /// The duration of the step, s.
     pub dt: f64,
 }
 
-#[kernel]
-impl Kernel<8, 5> for FirstPass {
-    const UNIFORMS: usize = 1;
+in_both_dimensions! { D =>
+    #[kernel]
+    impl Kernel<{ 2 * D + 4 }, { 2 * D + 1 }> for FirstPass<D> {
+        const UNIFORMS: usize = 1;
 
-    fn eval<R: Real>(
-        &self,
-        [vx, vy, wx, wy, is_new, tx, ty, height]: [R; 8],
-        given: &[R],
-    ) -> [R; 5] {
-        let (v, moving, meets) = (Vector::new([vx, vy]), Vector::new([wx, wy]), mask(is_new));
-        let local = LocalNode::new(Vector::new([tx, ty]), height, meets, moving, self.dt);
-        // A node that lands or slides is free along the ground in this pass, so that a false stop does not spoil its
-        // reaction.
-        let rests = meets & local.rests(v, given[0]);
-        let slip = local.impact / R::lit(self.dt) * local.moving.forward();
-        let slip = R::select(meets & !rests, slip, R::zero());
-        let [ex, ey] = local.correction(meets, rests, slip, self.dt).array();
-        let impact = R::select(meets, local.impact, R::zero());
-        [truth(rests), impact, slip, ex, ey]
-    }
+        fn eval<R: Real>(&self, node: [R; 2 * D + 4], given: &[R]) -> [R; 2 * D + 1] {
+            let ([v, moving], ground) = Vector::<R, D>::split(&node);
+            let (meets, tangent) = (mask(ground[0]), Vector::first_of(&ground[1..]));
+            let local = LocalNode::new(tangent, ground[3], meets, moving, self.dt);
+            // A node that lands or slides is free along the ground in this pass, so that a false stop does not spoil its
+            // reaction.
+            let rests = meets & local.rests(v, given[0]);
+            let slip = local.moving.along() * (local.impact / R::lit(self.dt));
+            let slip = Vector::select(meets & !rests, slip, Vector::zero());
+            let mut results = [R::zero(); 2 * D + 1];
+            results[0] = truth(rests);
+            results[1] = R::select(meets, local.impact, R::zero());
+            slip.write_along(&mut results[2..]);
+            local.correction(meets, rests, slip, self.dt).write(&mut results[D + 1..]);
+            results
+        }
 
-    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 8, 5, M>) -> [[R; 8]; M] {
-        self.emitted_vjp(at)
+        fn vjp<R: Real, const M: usize>(
+            &self,
+            at: Pullback<R, { 2 * D + 4 }, { 2 * D + 1 }, M>,
+        ) -> [[R; 2 * D + 4]; M] {
+            self.emitted_vjp(at)
+        }
     }
 }
 
@@ -216,80 +252,80 @@ impl Kernel<8, 5> for FirstPass {
 /// in the first pass (kg). The results are whether the node is held and sticks, its time of impact, its slip, the drag of
 /// friction (kg), the speed from which friction slows it down (m/s), and the change of velocity of held nodes.
 #[derive(Clone, Debug)]
-pub struct NextPass {
+pub struct NextPass<const D: usize> {
     /// The duration of the step, s.
     pub dt: f64,
 }
 
-#[kernel]
-impl Kernel<19, 8> for NextPass {
-    const UNIFORMS: usize = 1;
+in_both_dimensions! { D =>
+    #[kernel]
+    impl Kernel<{ 4 * D + 8 + D * (D + 1) / 2 }, { 2 * D + 4 }> for NextPass<D> {
+        const UNIFORMS: usize = 1;
 
-    fn eval<R: Real>(&self, input: [R; 19], given: &[R]) -> [R; 8] {
-        let [vx, vy, wx, wy, is_new, tx, ty, height, rest @ ..] = input;
-        let [
-            inverse_mass,
-            is_held,
-            sticks,
-            was_new,
-            impact,
-            slip,
-            rest @ ..,
-        ] = rest;
-        let [jx, jy, xx, xy, yy] = rest;
-        let (zero, one, least, dt) = (R::zero(), R::one(), R::lit(LEAST), R::lit(self.dt));
-        let (v, moving, tangent) = (
-            Vector::new([vx, vy]),
-            Vector::new([wx, wy]),
-            Vector::new([tx, ty]),
-        );
-        let (grip, is_new, was_new) = (given[0], mask(is_new), mask(was_new));
-        let (was_held, stuck, infinite) =
-            (mask(is_held), mask(sticks), R::lit(INFINITE).less(grip));
-        let local = LocalNode::new(tangent, height, is_new, moving, self.dt);
-        let along = local.moving.forward();
+        fn eval<R: Real>(
+            &self,
+            node: [R; 4 * D + 8 + D * (D + 1) / 2],
+            given: &[R],
+        ) -> [R; 2 * D + 4] {
+            let ([v, moving], rest) = Vector::<R, D>::split(&node);
+            let (is_new, tangent, height) = (rest[0], Vector::first_of(&rest[1..]), rest[3]);
+            let (inverse_mass, is_held, sticks) = (rest[4], rest[5], rest[6]);
+            let (was_new, impact, rest) = (rest[7], rest[8], &rest[9..]);
+            let (slip, rest) = (Vector::<R, D>::along_of(rest), &rest[D - 1..]);
+            let ([reaction], bars) = Vector::<R, D>::split(rest);
+            let (zero, one, least, dt) = (R::zero(), R::one(), R::lit(LEAST), R::lit(self.dt));
+            let (grip, is_new, was_new) = (given[0], mask(is_new), mask(was_new));
+            let (was_held, stuck, infinite) =
+                (mask(is_held), mask(sticks), R::lit(INFINITE).less(grip));
+            let local = LocalNode::new(tangent, height, is_new, moving, self.dt);
+            let along = local.moving.along();
 
-        // A held node stays as long as the ground pushes it; others are held if they would end in the ground.
-        let reaction = local.axes.into_rotated(Vector::new([jx, jy]));
-        let stays = was_held & zero.less(reaction.up());
-        let held = stays | is_new;
-        let rests = is_new & local.rests(v, grip);
-        let impact = R::select(is_new, local.impact, impact);
-        let lands = (is_new | was_new) & !stuck & !rests;
-        let slip = R::select(lands, impact / dt * along, slip);
-        let speed = (along - slip).abs();
+            // A held node stays as long as the ground pushes it; others are held if they would end in the ground.
+            let reaction = local.axes.into_rotated(reaction);
+            let stays = was_held & zero.less(reaction.up());
+            let held = stays | is_new;
+            let rests = is_new & local.rests(v, grip);
+            let impact = R::select(is_new, local.impact, impact);
+            let lands = (is_new | was_new) & !stuck & !rests;
+            let slip = Vector::select(lands, along * (impact / dt), slip);
+            let speed = (along - slip).norm_along();
 
-        // Friction: at most `grip` times the impulse out of the ground. A new node has no such impulse yet, so that of its
-        // own mass counts.
-        let (pushes, brakes) = (grip * reaction.up().max(zero), reaction.forward().abs());
-        let slips = stays & stuck & !infinite & pushes.less(brakes);
-        let slides = stays & !stuck;
-        let own = grip * local.moving.up().abs() / inverse_mass * (one - local.impact / dt);
-        let slowest = R::select(speed.less(least), least, speed);
-        let drag = R::select(is_new, own, pushes) / slowest;
-        let drag = R::select(slides | is_new, drag, zero);
-        let (bars, mass) = (Symmetric::new([xx, xy, yy]), inverse_mass.recip());
-        let inertia = mass + tangent.dot(bars * tangent);
-        let excess = R::select(slips, brakes - pushes, one);
-        let drag = R::select(slips, pushes * inertia / excess, drag);
-        let most = (R::lit(STICKIEST) * (bars.trace() + mass + mass)).detach();
-        let drag = R::select(drag.less(most), drag, most);
-        let sticks = (infinite & held) | (stays & stuck & !slips) | rests;
-        let [ex, ey] = local.correction(held, sticks, slip, self.dt).array();
-        [
-            truth(held),
-            truth(sticks),
-            impact,
-            slip,
-            R::select(infinite, zero, drag),
-            R::select(slides, speed, zero),
-            ex,
-            ey,
-        ]
-    }
+            // Friction: at most `grip` times the impulse out of the ground. A new node has no such impulse yet, so that of
+            // its own mass counts.
+            let (pushes, brakes) = (grip * reaction.up().max(zero), reaction.norm_along());
+            let slips = stays & stuck & !infinite & pushes.less(brakes);
+            let slides = stays & !stuck;
+            let own = grip * local.moving.up().abs() / inverse_mass * (one - local.impact / dt);
+            let slowest = R::select(speed.less(least), least, speed);
+            let drag = R::select(is_new, own, pushes) / slowest;
+            let drag = R::select(slides | is_new, drag, zero);
+            let (bars, mass) = (Symmetric::<R, D>::first_of(bars), inverse_mass.recip());
+            let towards = direction(tangent, reaction, R::select(slips, brakes, one));
+            let inertia = mass + towards.dot(bars * towards);
+            let excess = R::select(slips, brakes - pushes, one);
+            let drag = R::select(slips, pushes * inertia / excess, drag);
+            let mut trace = bars.trace();
+            for _ in 0..D {
+                trace += mass;
+            }
+            let most = (R::lit(STICKIEST) * trace).detach();
+            let drag = R::select(drag.less(most), drag, most);
+            let sticks = (infinite & held) | (stays & stuck & !slips) | rests;
+            let mut results = [zero; 2 * D + 4];
+            (results[0], results[1], results[2]) = (truth(held), truth(sticks), impact);
+            slip.write_along(&mut results[3..]);
+            results[D + 2] = R::select(infinite, zero, drag);
+            results[D + 3] = R::select(slides, speed, zero);
+            local.correction(held, sticks, slip, self.dt).write(&mut results[D + 4..]);
+            results
+        }
 
-    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 19, 8, M>) -> [[R; 19]; M] {
-        self.emitted_vjp(at)
+        fn vjp<R: Real, const M: usize>(
+            &self,
+            at: Pullback<R, { 4 * D + 8 + D * (D + 1) / 2 }, { 2 * D + 4 }, M>,
+        ) -> [[R; 4 * D + 8 + D * (D + 1) / 2]; M] {
+            self.emitted_vjp(at)
+        }
     }
 }
 
@@ -298,77 +334,60 @@ impl Kernel<19, 8> for NextPass {
 /// the node is held and sticks, its slip (m/s) and the drag of friction (kg). The results are the right-hand side (N s),
 /// the node's block of the matrix (kg), and the projection onto its held directions.
 #[derive(Clone, Copy, Debug)]
-pub struct Equation;
+pub struct Equation<const D: usize>;
 
-#[kernel]
-impl Kernel<15, 8> for Equation {
-    fn eval<R: Real>(&self, input: [R; 15], _: &[R]) -> [R; 8] {
-        let [
-            ex,
-            ey,
-            vx,
-            vy,
-            fx,
-            fy,
-            jx,
-            jy,
-            inverse_mass,
-            tx,
-            ty,
-            rest @ ..,
-        ] = input;
-        let [is_held, sticks, slip, drag] = rest;
-        let (tangent, free) = (Vector::new([tx, ty]), Vector::new([fx, fy]));
-        let moving = Vector::new([vx, vy]) + Vector::new([ex, ey]);
-        let unexplained = residual(moving, free, Vector::new([jx, jy]), inverse_mass);
-        let slides = tangent.dot(moving) - slip;
-        let [bx, by] = (-(unexplained + tangent * (drag * slides))).array();
-        let mass = inverse_mass.recip();
-        let [xx, xy, yy] = Symmetric::scaling(tangent, mass + drag, mass).array();
-        let [fxx, fxy, fyy] = Symmetric::scaling(tangent, sticks, is_held).array();
-        [bx, by, xx, xy, yy, fxx, fxy, fyy]
-    }
+in_both_dimensions! { D =>
+    #[kernel]
+    impl Kernel<{ 5 * D + 5 }, { D * (D + 2) }> for Equation<D> {
+        fn eval<R: Real>(&self, node: [R; 5 * D + 5], _: &[R]) -> [R; D * (D + 2)] {
+            let ([change, base, free, impulse], rest) = Vector::<R, D>::split(&node);
+            let (inverse_mass, tangent) = (rest[0], Vector::first_of(&rest[1..]));
+            let (is_held, sticks, slip) = (rest[3], rest[4], Vector::<R, D>::along_of(&rest[5..]));
+            let drag = rest[D + 4];
+            let (axes, moving) = (Rotation::with_tangent(tangent), base + change);
+            let unexplained = (moving - free) / inverse_mass - impulse;
+            let slides = axes.into_rotated(moving).along() - slip;
+            let braked = axes.out_of_plane(slides * drag);
+            let mass = inverse_mass.recip();
+            let mut equation = [R::zero(); D * (D + 2)];
+            (-(unexplained + braked)).write(&mut equation);
+            let (blocks, triangle) = (&mut equation[D..], D * (D + 1) / 2);
+            Symmetric::<R, D>::of_plane(tangent, mass + drag, mass).write(blocks);
+            Symmetric::<R, D>::of_plane(tangent, sticks, is_held).write(&mut blocks[triangle..]);
+            equation
+        }
 
-    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 15, 8, M>) -> [[R; 15]; M] {
-        self.emitted_vjp(at)
+        fn vjp<R: Real, const M: usize>(
+            &self,
+            at: Pullback<R, { 5 * D + 5 }, { D * (D + 2) }, M>,
+        ) -> [[R; 5 * D + 5]; M] {
+            self.emitted_vjp(at)
+        }
     }
 }
 
-/// The impulse (N s) that bars do not explain if a node moves with the velocity `moving`, and with `free` without bars.
-#[inline(always)]
-fn residual<R: Real>(
-    moving: Vector<R, 2>,
-    free: Vector<R, 2>,
-    impulse: Vector<R, 2>,
-    inverse_mass: R,
-) -> Vector<R, 2> {
-    (moving - free) / inverse_mass - impulse
-}
-
-/// The kernel of a node's [`Equation`] in a world without ground. The inputs are its third to its ninth; the results
-/// are the right-hand side and the block.
+/// The kernel of a component of a node's [`Equation`] in a world without ground. The inputs are those of [`Reaction`]; the
+/// results are the right-hand side and the mass, which is the block.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FreeEquation;
 
 #[kernel]
-impl Kernel<7, 5> for FreeEquation {
-    fn eval<R: Real>(&self, [vx, vy, fx, fy, jx, jy, inverse_mass]: [R; 7], _: &[R]) -> [R; 5] {
-        let reaction = Reaction.eval([vx, vy, fx, fy, jx, jy, inverse_mass], &[]);
-        let mass = inverse_mass.recip();
-        [-reaction[0], -reaction[1], mass, R::zero(), mass]
+impl Kernel<4, 2> for FreeEquation {
+    fn eval<R: Real>(&self, node: [R; 4], _: &[R]) -> [R; 2] {
+        [-Reaction.eval(node, &[])[0], node[3].recip()]
     }
 }
 
-/// The kernel of the impulse (N s) that the ground must give a node. The inputs are its velocity in the step, the velocity
-/// without bars, the impulse of the forces, and 1 / mass.
+/// The kernel of a component of the impulse (N s) that the ground must give a node, because bars do not explain it. The
+/// inputs are the components of the node's velocity in the step, of its velocity without bars, and of the impulse of the
+/// forces, and 1 / mass.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reaction;
 
 #[kernel]
-impl Kernel<7, 2> for Reaction {
-    fn eval<R: Real>(&self, [wx, wy, fx, fy, jx, jy, inverse_mass]: [R; 7], _: &[R]) -> [R; 2] {
-        let (moving, free) = (Vector::new([wx, wy]), Vector::new([fx, fy]));
-        residual(moving, free, Vector::new([jx, jy]), inverse_mass).array()
+impl Kernel<4, 1> for Reaction {
+    fn eval<R: Real>(&self, [moving, free, impulse, inverse_mass]: [R; 4], _: &[R]) -> [R; 1] {
+        [(moving - free) / inverse_mass - impulse]
     }
 }
 
@@ -386,59 +405,78 @@ pub(super) struct Landing<C, G> {
     pub(super) dt: f64,
 }
 
-#[kernel]
-impl<C: Contact, G: Surface> Kernel<9, 4> for Landing<C, G> {
-    const UNIFORMS: usize = C::COUNT;
-
-    fn eval<R: Real>(&self, x: [R; 9], settings: &[R]) -> [R; 4] {
-        let (law, node, but) = self.before(x, settings);
-        let end = (self.ground).drift_but::<C, R, 2>(&law, &self.drift(), node, but);
-        self.after(&law, x, self.ground.plane(but).axes, end)
-    }
-
-    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 9, 4, M>) -> [[R; 9]; M] {
-        self.ground.vjp(self, at)
-    }
-}
-
-impl<C: Contact, G: Surface> OverGround<C, 9> for Landing<C, G> {
+impl<C: Contact, G: Surface> Landing<C, G> {
+    /// The velocity after the step, m/s. `x` are the inputs of the kernel.
     #[inline(always)]
-    fn drift(&self) -> Drift {
-        Drift { dt: self.dt }
-    }
-
-    #[inline(always)]
-    fn before<R: Real>(
-        &self,
-        [x, y, wx, wy, segment, is_held, ..]: [R; 9],
-        settings: &[R],
-    ) -> (C::Of<R>, Particle<R, 2>, R) {
-        let but = R::select(mask(is_held), segment, R::lit(NONE));
-        let (law, node) = (
-            self.contact.of(settings),
-            Particle::split(&[x, y, wx, wy]).0,
-        );
-        (law, node, but)
-    }
-
-    #[inline(always)]
-    fn after<R: Real>(
+    fn velocity<R: Real, const D: usize>(
         &self,
         law: &C::Of<R>,
-        [_, _, wx, wy, _, is_held, sticks, slip, slid]: [R; 9],
+        x: &[R],
         axes: Rotation<R>,
-        end: Particle<R, 2>,
-    ) -> [R; 4] {
-        let (v, zero, rest) = (Vector::new([wx, wy]), R::zero(), R::lit(self.dt));
-        let turned = end.v - v;
-        let again = zero.less(turned.forward().abs() + turned.up().abs());
+        end: Particle<R, D>,
+    ) -> Vector<R, D> {
+        let (Particle { v, .. }, rest) = Particle::<R, D>::split(x);
+        let (is_held, sticks) = (rest[1], rest[2]);
+        let (slip, slid) = (Vector::along_of(&rest[3..]), rest[D + 2]);
+        let (zero, rest) = (R::zero(), R::lit(self.dt));
+        let again = zero.less((end.v - v).sum_of_sizes());
         let velocity = axes.into_rotated(v);
         let braked = axes.out_of_rotated(C::respond(law, Impact { velocity, rest }));
         // Coulomb friction would have stopped a node that the drag has slowed down by more than half.
         let half = R::lit(0.5) * slid;
-        let stops = mask(sticks) | (velocity.forward() - slip).abs().less(half);
+        let stops = mask(sticks) | (velocity - slip).norm_along().less(half);
         let resting = Vector::select(stops, Vector::zero(), braked);
-        let v = Vector::select(mask(is_held) & !again, resting, end.v);
-        Particle { x: end.x, v }.array()
+        Vector::select(mask(is_held) & !again, resting, end.v)
+    }
+}
+
+in_both_dimensions! { D =>
+    #[kernel]
+    impl<C: Contact, G: Surface> Kernel<{ 3 * D + 3 }, { 2 * D }> for Landing<C, G> {
+        const UNIFORMS: usize = C::COUNT;
+
+        fn eval<R: Real>(&self, x: [R; 3 * D + 3], settings: &[R]) -> [R; 2 * D] {
+            let (law, node, but) = self.before(x, settings);
+            let drift = Drift { dt: self.dt };
+            let end = (self.ground).drift_but::<C, R, D>(&law, &drift, node, but);
+            self.after(&law, x, self.ground.plane(but).axes, end)
+        }
+
+        fn vjp<R: Real, const M: usize>(
+            &self,
+            at: Pullback<R, { 3 * D + 3 }, { 2 * D }, M>,
+        ) -> [[R; 3 * D + 3]; M] {
+            self.ground.vjp(self, at)
+        }
+    }
+
+    impl<C: Contact, G: Surface> OverGround<C, D, { 3 * D + 3 }, { 2 * D }> for Landing<C, G> {
+        #[inline(always)]
+        fn drift(&self) -> Drift {
+            Drift { dt: self.dt }
+        }
+
+        #[inline(always)]
+        fn before<R: Real>(
+            &self,
+            x: [R; 3 * D + 3],
+            settings: &[R],
+        ) -> (C::Of<R>, Particle<R, D>, R) {
+            let (node, rest) = Particle::split(&x);
+            let but = R::select(mask(rest[1]), rest[0], R::lit(NONE));
+            (self.contact.of(settings), node, but)
+        }
+
+        #[inline(always)]
+        fn after<R: Real>(
+            &self,
+            law: &C::Of<R>,
+            x: [R; 3 * D + 3],
+            axes: Rotation<R>,
+            end: Particle<R, D>,
+        ) -> [R; 2 * D] {
+            let v = self.velocity(law, &x, axes, end);
+            Particle { x: end.x, v }.array()
+        }
     }
 }

@@ -119,7 +119,7 @@ impl<L: BarForce> Slopes<L> {
 /// lower triangle of the matrix `S` by which another velocity changes it (kg). Negative slopes count as 0, and so does the
 /// tension of a compressed bar across its axis, because `S` must not be negative.
 #[derive(Clone, Copy, Debug)]
-pub struct Linear {
+pub struct Linear<const D: usize> {
     /// The duration of the step, s.
     pub dt: f64,
     /// The softening of lengths, m^2.
@@ -128,44 +128,53 @@ pub struct Linear {
     pub lead: f64,
 }
 
-#[kernel]
-impl Kernel<7, 5> for Linear {
-    fn eval<R: Real>(
-        &self,
-        [dx, dy, dvx, dvy, tension, by_length, by_rate]: [R; 7],
-        _: &[R],
-    ) -> [R; 5] {
-        let (edge, _) = EdgeVector::<R, 2>::split(&[dx, dy, dvx, dvy]);
-        let (zero, dt) = (R::zero(), R::lit(self.dt));
-        let length = edge.length(self.softening);
-        let u = edge.d / length;
-        let along = dt * dt * by_length.max(zero);
-        let across = dt * dt * tension.max(zero) / length;
-        let moved = Symmetric::scaling(u, along, across) * edge.dv;
-        let impulse = moved.fma(R::lit(self.lead), u * (dt * tension));
-        let slopes = Symmetric::scaling(u, dt.fma(by_rate.max(zero), along), across);
-        let ([jx, jy], [xx, xy, yy]) = (impulse.array(), slopes.array());
-        [jx, jy, xx, xy, yy]
-    }
+in_both_dimensions! { D =>
+    #[kernel]
+    impl Kernel<{ 2 * D + 3 }, { D + D * (D + 1) / 2 }> for Linear<D> {
+        fn eval<R: Real>(&self, bar: [R; 2 * D + 3], _: &[R]) -> [R; D + D * (D + 1) / 2] {
+            let (edge, rest) = EdgeVector::<R, D>::split(&bar);
+            let (tension, by_length, by_rate) = (rest[0], rest[1], rest[2]);
+            let (zero, dt) = (R::zero(), R::lit(self.dt));
+            let length = edge.length(self.softening);
+            let u = edge.d / length;
+            let along = dt * dt * by_length.max(zero);
+            let across = dt * dt * tension.max(zero) / length;
+            let moved = Symmetric::scaling(u, along, across) * edge.dv;
+            let impulse = moved.fma(R::lit(self.lead), u * (dt * tension));
+            let slopes = Symmetric::scaling(u, dt.fma(by_rate.max(zero), along), across);
+            let mut linear = [R::zero(); D + D * (D + 1) / 2];
+            impulse.write(&mut linear);
+            slopes.write(&mut linear[D..]);
+            linear
+        }
 
-    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 7, 5, M>) -> [[R; 7]; M] {
-        self.emitted_vjp(at)
+        fn vjp<R: Real, const M: usize>(
+            &self,
+            at: Pullback<R, { 2 * D + 3 }, { D + D * (D + 1) / 2 }, M>,
+        ) -> [[R; 2 * D + 3]; M] {
+            self.emitted_vjp(at)
+        }
     }
 }
 
 /// The kernel that evaluates the linear function of [`Linear`]: the impulse of a bar (N s) for the relative velocity of its
 /// ends, measured from the base.
 #[derive(Clone, Copy, Debug)]
-pub struct Impulse;
+pub struct Impulse<const D: usize>;
 
-#[kernel]
-impl Kernel<7, 2> for Impulse {
-    fn eval<R: Real>(&self, [ex, ey, jx, jy, xx, xy, yy]: [R; 7], _: &[R]) -> [R; 2] {
-        let changed = Symmetric::new([xx, xy, yy]) * Vector::new([ex, ey]);
-        (Vector::new([jx, jy]) + changed).array()
-    }
+in_both_dimensions! { D =>
+    #[kernel]
+    impl Kernel<{ 2 * D + D * (D + 1) / 2 }, D> for Impulse<D> {
+        fn eval<R: Real>(&self, bar: [R; 2 * D + D * (D + 1) / 2], _: &[R]) -> [R; D] {
+            let ([change, impulse], slopes) = Vector::<R, D>::split(&bar);
+            (impulse + Symmetric::first_of(slopes) * change).array()
+        }
 
-    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 7, 2, M>) -> [[R; 7]; M] {
-        self.emitted_vjp(at)
+        fn vjp<R: Real, const M: usize>(
+            &self,
+            at: Pullback<R, { 2 * D + D * (D + 1) / 2 }, D, M>,
+        ) -> [[R; 2 * D + D * (D + 1) / 2]; M] {
+            self.emitted_vjp(at)
+        }
     }
 }

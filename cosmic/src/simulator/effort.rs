@@ -189,10 +189,12 @@ pub(super) struct BarTension {
     pub(super) softening: f64,
 }
 
-#[kernel]
-impl Kernel<4, 1> for BarTension {
-    fn eval<R: Real>(&self, [dx, dy, jx, jy]: [R; 4], _: &[R]) -> [R; 1] {
-        let (d, impulse) = (Vector::<R, 2>::new([dx, dy]), Vector::new([jx, jy]));
-        [d.dot(impulse) / (d.softened_norm(self.softening) * R::lit(self.dt))]
+in_both_dimensions! { D =>
+    #[kernel]
+    impl Kernel<{ 2 * D }, 1> for BarTension {
+        fn eval<R: Real>(&self, x: [R; 2 * D], _: &[R]) -> [R; 1] {
+            let ([d, impulse], _) = Vector::<R, D>::split(&x);
+            [d.dot(impulse) / (d.softened_norm(self.softening) * R::lit(self.dt))]
+        }
     }
 }

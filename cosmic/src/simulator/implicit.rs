@@ -10,17 +10,17 @@ use autodiff::{Array, Kernel, Program, Real};
 
 use super::effort::{BarTension, Meter};
 use super::parameters::Parameters;
-use crate::geometry::Vector;
-use crate::kernel;
+use crate::geometry::{Axes, Dimension, inputs, outputs};
 use crate::laws::{
     AnyContact, Equation, FindGround, FirstPass, Flat, Force, FreeEquation, GroundBelow, Impulse,
-    Linear, Motion, NextPass, NodeContacts, Particle, Push, Reaction, Step, Terrain, add,
+    Linear, Motion, NextPass, NodeContacts, Reaction, Step, Terrain, add,
 };
+use crate::{in_dimension, kernel};
 
 /// An implicit step of all nodes, as it is recorded.
 pub(super) struct Implicit<'a> {
     pub(super) contact: &'a dyn AnyContact,
-    /// The profile of the ground; `None` if the ground is a straight line.
+    /// The profile of the ground; `None` if the ground is a straight line or a plane.
     pub(super) terrain: Option<&'a Terrain>,
     pub(super) forces: &'a [Arc<dyn Force>],
     /// The number of passes, each of which solves linear equations.
@@ -33,7 +33,7 @@ pub(super) struct Implicit<'a> {
 /// The arrays that every pass of a step reads.
 struct Start {
     /// The velocity that nodes would have without bars, m/s.
-    free: Vector<Array, 2>,
+    free: Axes<Array>,
     /// The largest friction, as a multiple of the impulse out of the ground; `None` in a world without ground.
     grip: Option<Array>,
     /// A zero for every node.
@@ -43,48 +43,54 @@ struct Start {
 /// The results of a pass.
 struct Pass {
     /// The velocity with which nodes move in the step, m/s.
-    moving: Vector<Array, 2>,
+    moving: Axes<Array>,
     /// The contacts; `None` in a world without ground.
     contacts: Option<NodeContacts<Array>>,
     /// The impulse of the ground on each node, N s. Off the ground it is the error of the solution.
-    reaction: Vector<Array, 2>,
-    /// The sum of the blocks of each node's bars, kg.
-    of_bars: [Array; 3],
+    reaction: Axes<Array>,
+    /// The sum of the blocks of each node's bars, kg: the lower triangle.
+    of_bars: Vec<Array>,
     /// The bars, linearised at the base.
     bars: Bars,
     /// The positions of the base, m.
-    base: Vector<Array, 2>,
+    base: Axes<Array>,
     /// By how much the velocities differ from those of the base, m/s.
-    change: Vector<Array, 2>,
+    change: Axes<Array>,
 }
 
 /// The bars, linearised at a base.
 struct Bars {
     /// The impulse of each bar on its first node, N s.
-    impulse: Vector<Array, 2>,
+    impulse: Axes<Array>,
     /// The lower triangle of the matrix by which a change of velocity changes the impulse, kg.
-    slopes: [Array; 3],
+    slopes: Vec<Array>,
     /// The numbers of the forces that do not act along bars.
     others: Vec<usize>,
+}
+
+impl Bars {
+    /// The inputs of the kernel [`Impulse`] after the change of velocity.
+    fn linear(&self) -> Vec<Array> {
+        [self.impulse.as_slice(), &self.slopes].concat()
+    }
 }
 
 impl Implicit<'_> {
     /// Records the step, and returns the nodes after it. If a meter is given, it is advanced.
     pub(super) fn record(&self, p: &mut Program, meter: Option<&mut Meter>) -> Motion {
-        let nodes = self.nodes();
-        let free = Vector::new(p.map(FreeVelocity, nodes.v.array(), &self.given.mechanics.push));
+        let nodes = self.step.nodes;
+        let free = self.free(p);
         // The kernel of the grip does not read its input; a rest length has no derivative.
         let any = p.gather(self.step.rest_length, &[Some(0)]);
         let has_ground = self.contact.has_ground();
         let grip = has_ground.then(|| self.contact.grip(p, any, &self.given.mechanics.contact));
         let none = p.gather(any, &vec![None; self.step.graph.nodes()]);
         let start = Start { free, grip, none };
-        let first = Particle { v: free, ..nodes };
+        let first = Motion { v: free, ..nodes };
         let mut pass = self.pass(p, first, &start, None);
         for _ in 1..self.passes {
-            let moved = p.map(NewPosition(self.step.dt), both(nodes.x, pass.moving), &[]);
-            let base = Particle {
-                x: Vector::new(moved),
+            let base = Motion {
+                x: self.moved(p, pass.moving),
                 v: pass.moving,
             };
             pass = self.pass(p, base, &start, Some(&pass));
@@ -93,30 +99,48 @@ impl Implicit<'_> {
         if let Some(meter) = meter {
             *meter = self.metered(p, &pass, *meter);
         }
-        let Particle { x, v } = self.land(p, &pass);
-        let (x, v) = (x.array().into(), v.array().into());
-        Motion { x, v }
+        self.land(p, &pass)
+    }
+
+    fn dimension(&self) -> Dimension {
+        self.step.dimension()
+    }
+
+    /// The velocities that nodes would have without bars, m/s.
+    fn free(&self, p: &mut Program) -> Axes<Array> {
+        let v = self.step.nodes.v.as_slice();
+        let (gravity, decay) = self.given.mechanics.push.split_at(v.len());
+        Axes::from_fn(self.dimension(), |k| {
+            p.map(FreeVelocity, [v[k]], &[gravity[k], decay[0]])[0]
+        })
+    }
+
+    /// The positions of the nodes if they move with these velocities in the step, m.
+    fn moved(&self, p: &mut Program, moving: Axes<Array>) -> Axes<Array> {
+        let position = NewPosition(self.step.dt);
+        (self.step.nodes.x).zip_with(moving, |x, v| p.map(position, [x, v], &[])[0])
     }
 
     /// The velocities with which nodes move. If no node is held, they are shifted so that the momentum of the robot is
     /// exact: with stiff bars, the rounding of the solution is large compared with the momentum of light nodes.
-    fn balanced(&self, p: &mut Program, start: &Start, pass: &Pass) -> Vector<Array, 2> {
-        let nodes = self.step.graph.nodes();
-        let ([rx, ry], [wx, wy]) = (pass.reaction.array(), pass.moving.array());
-        let [mass, ax, ay] = p.map(PerMass, [rx, ry, self.step.inverse_mass], &[]);
-        let is_held = pass
-            .contacts
-            .map_or(start.none, |contacts| contacts.is_held);
-        let [_, means] = p.weighted(mass, &[ax, ay, is_held], &[], &[]);
-        let [ax, ay, is_held] = [0, 1, 2].map(|k| p.gather(means, &vec![Some(k); nodes]));
-        Vector::new(p.map(SubtractMean, [wx, wy, ax, ay, is_held], &[]))
+    fn balanced(&self, p: &mut Program, start: &Start, pass: &Pass) -> Axes<Array> {
+        let (nodes, inverse_mass) = (self.step.graph.nodes(), self.step.inverse_mass);
+        let [mass] = p.map(Mass, [inverse_mass], &[]);
+        let added = (pass.reaction).map(|impulse| p.map(PerMass, [impulse, inverse_mass], &[])[0]);
+        let contacts = pass.contacts.as_ref();
+        let is_held = contacts.map_or(start.none, |contacts| contacts.is_held);
+        let [_, means] = p.weighted(mass, &[added.as_slice(), &[is_held]].concat(), &[], &[]);
+        let mut mean = |k: usize| p.gather(means, &vec![Some(k); nodes]);
+        let count = self.dimension().count();
+        let (means, is_held) = (Axes::from_fn(self.dimension(), &mut mean), mean(count));
+        (pass.moving).zip_with(means, |v, mean| p.map(SubtractMean, [v, mean, is_held], &[])[0])
     }
 
     /// Records a pass about the positions and velocities of `base`. `before` is the pass before.
     fn pass(
         &self,
         p: &mut Program,
-        base: Particle<Array, 2>,
+        base: Motion,
         start: &Start,
         before: Option<&Pass>,
     ) -> Pass {
@@ -130,23 +154,25 @@ impl Implicit<'_> {
             None => (None, base.v.map(|_| start.none)),
         };
         let impulses = self.impulses(p, base, &bars, change);
-        let solved = self.solve(
-            p,
-            [base.v, free, impulses, change],
-            contacts.as_ref(),
-            &bars,
-        );
-        let change = sum(p, change, solved);
-        let moving = sum(p, base.v, change);
+        let vectors = [change, base.v, free, impulses];
+        let solved = match &contacts {
+            Some(contacts) => self.solve(p, vectors, contacts, &bars),
+            None => self.solve_free(p, vectors, start.none, &bars),
+        };
+        let change = add(p, Some(change), solved);
+        let moving = add(p, Some(base.v), change);
         let impulses = self.impulses(p, base, &bars, change);
-        let reaction = Vector::new(p.map(Reaction, self.balance(moving, free, impulses), &[]));
+        let reaction = Axes::from_fn(self.dimension(), |k| {
+            p.map(Reaction, self.balance([moving, free, impulses], k), &[])[0]
+        });
+        let of_bars = |entry: &Array| p.sum_at_nodes(graph, *entry);
         Pass {
             moving,
             contacts,
             reaction,
             of_bars: match before {
-                Some(before) => before.of_bars,
-                None => bars.slopes.map(|entry| p.sum_at_nodes(graph, entry)),
+                Some(before) => before.of_bars.clone(),
+                None => bars.slopes.iter().map(of_bars).collect(),
             },
             bars,
             base: base.x,
@@ -157,48 +183,37 @@ impl Implicit<'_> {
     /// Records the meter after a step whose last pass is `pass`. The impulses are those with which bars act on the nodes in
     /// this pass.
     fn metered(&self, p: &mut Program, pass: &Pass, before: Meter) -> Meter {
-        let ([jx, jy], [xx, xy, yy]) = (pass.bars.impulse.array(), pass.bars.slopes);
-        let (graph, per_edge) = (self.step.graph, [jx, jy, xx, xy, yy]);
-        let impulse: [Array; 2] =
-            p.map_each_edge(graph, Impulse, pass.change.array(), &per_edge, &[]);
+        let (graph, per_edge) = (self.step.graph, pass.bars.linear());
         let pulled = BarTension {
             dt: self.step.dt,
             softening: self.step.softening,
         };
-        let [tension] = p.map_each_edge(graph, pulled, pass.base.array(), &impulse, &[]);
-        let moving = p.map(Mean, both(self.nodes().v, pass.moving), &[]);
-        before.after(p, graph, moving.into(), impulse.into(), tension)
+        let moving = (self.step.nodes.v).zip_with(pass.moving, |v, w| p.map(Mean, [v, w], &[])[0]);
+        in_dimension!(self.dimension(), D => {
+            let impulse: [Array; D] =
+                p.map_each_edge(graph, Impulse::<D>, pass.change.array::<D>(), &per_edge, &[]);
+            let [tension] =
+                p.map_each_edge::<_, D, { 2 * D }, 1>(graph, pulled, pass.base.array(), &impulse, &[]);
+            before.after(p, graph, moving, impulse.into(), tension)
+        })
     }
 
-    /// The inputs of the kernel [`Reaction`].
-    fn balance(
-        &self,
-        moving: Vector<Array, 2>,
-        free: Vector<Array, 2>,
-        impulses: Vector<Array, 2>,
-    ) -> [Array; 7] {
-        let ([wx, wy, fx, fy], [jx, jy]) = (both(moving, free), impulses.array());
-        [wx, wy, fx, fy, jx, jy, self.step.inverse_mass]
-    }
-
-    /// The nodes at the start of the step.
-    fn nodes(&self) -> Particle<Array, 2> {
-        in_plane(self.step.nodes)
+    /// The inputs of the kernel [`Reaction`] for component `k` of these vectors.
+    fn balance(&self, vectors: [Axes<Array>; 3], k: usize) -> [Array; 4] {
+        let [moving, free, impulse] = vectors.map(|axes| axes.as_slice()[k]);
+        [moving, free, impulse, self.step.inverse_mass]
     }
 
     /// The step with the nodes at a base.
-    fn at(&self, base: Particle<Array, 2>) -> Step<'_> {
+    fn at(&self, nodes: Motion) -> Step<'_> {
         Step {
-            nodes: Motion {
-                x: base.x.array().into(),
-                v: base.v.array().into(),
-            },
+            nodes,
             ..*self.step
         }
     }
 
     /// Linearises the bars at a base, which is the start of the step if `from_start` is true.
-    fn bars(&self, p: &mut Program, base: Particle<Array, 2>, from_start: bool) -> Bars {
+    fn bars(&self, p: &mut Program, base: Motion, from_start: bool) -> Bars {
         let (at, mut sum, mut others) = (self.at(base), None, Vec::new());
         for (k, force) in self.forces.iter().enumerate() {
             match force.record_slopes(p, &at, &self.given.mechanics.forces[k], sum) {
@@ -206,22 +221,21 @@ impl Implicit<'_> {
                 None => others.push(k),
             }
         }
-        let tensions = sum.expect("every robot has springs");
-        let linear = Linear {
-            dt: at.dt,
-            softening: at.softening,
-            lead: if from_start { 1.0 } else { 0.0 },
-        };
-        let [jx, jy, slopes @ ..] = p.map_each_edge(
-            at.graph,
-            linear,
-            both(base.x, base.v),
-            &tensions.array(),
-            &[],
-        );
+        let tensions = sum.expect("every robot has springs").array();
+        let (dt, softening) = (at.dt, at.softening);
+        let lead = if from_start { 1.0 } else { 0.0 };
+        let dimension = self.dimension();
+        let linear = in_dimension!(dimension, D => {
+            let linear = Linear::<D> { dt, softening, lead };
+            p.map_each_edge::<_, { 2 * D }, { 2 * D + 3 }, { D + D * (D + 1) / 2 }>(
+                at.graph, linear, base.axes(), &tensions, &[],
+            ).to_vec()
+        });
+        let (impulse, slopes) = linear.split_at(dimension.count());
+        let [impulse] = outputs(dimension, impulse);
         Bars {
-            impulse: Vector::new([jx, jy]),
-            slopes,
+            impulse,
+            slopes: slopes.to_vec(),
             others,
         }
     }
@@ -231,17 +245,18 @@ impl Implicit<'_> {
     fn impulses(
         &self,
         p: &mut Program,
-        base: Particle<Array, 2>,
+        base: Motion,
         bars: &Bars,
-        change: Vector<Array, 2>,
-    ) -> Vector<Array, 2> {
-        let ([jx, jy], [xx, xy, yy]) = (bars.impulse.array(), bars.slopes);
-        let per_edge = [jx, jy, xx, xy, yy];
-        let of_bars = p.map_edges(self.step.graph, Impulse, change.array(), &per_edge, &[]);
+        change: Axes<Array>,
+    ) -> Axes<Array> {
+        let (graph, per_edge) = (self.step.graph, bars.linear());
+        let of_bars: Axes<Array> = in_dimension!(self.dimension(), D => {
+            p.map_edges(graph, Impulse::<D>, change.array::<D>(), &per_edge, &[]).into()
+        });
         let at = self.at(base);
-        (bars.others.iter()).fold(Vector::new(of_bars), |sum, &k| {
+        (bars.others.iter()).fold(of_bars, |sum, &k| {
             let own = self.forces[k].record(p, &at, &self.given.mechanics.forces[k]);
-            self::sum(p, sum, Vector::new(own.array()))
+            add(p, Some(sum), own)
         })
     }
 
@@ -251,229 +266,217 @@ impl Implicit<'_> {
         &self,
         p: &mut Program,
         [grip, none]: [Array; 2],
-        moving: Vector<Array, 2>,
+        moving: Axes<Array>,
         before: Option<&Pass>,
-    ) -> (NodeContacts<Array>, Vector<Array, 2>) {
-        let (v, dt) = (self.nodes().v, self.step.dt);
-        let before = before.and_then(|pass| Some((pass, pass.contacts?)));
+    ) -> (NodeContacts<Array>, Axes<Array>) {
+        let (vectors, dt) = ([self.step.nodes.v, moving], self.step.dt);
+        let before = before.and_then(|pass| Some((pass, pass.contacts.as_ref()?)));
         let last = before.map_or([none; 2], |(_, contacts)| {
             [contacts.ground.segment, contacts.is_held]
         });
         let ground = self.ground(p, moving, last);
-        let ([vx, vy, wx, wy], [tx, ty]) = (both(v, moving), ground.tangent.array());
-        let node = [vx, vy, wx, wy, ground.is_new, tx, ty, ground.height];
+        let [tx, ty] = ground.tangent;
+        let mut others = vec![ground.is_new, tx, ty, ground.height];
+        let dimension = self.dimension();
         let Some((pass, contacts)) = before else {
-            let first = p.map(FirstPass { dt }, node, &[grip]);
-            let [sticks, impact, slip, ex, ey] = first;
+            let first = in_dimension!(dimension, D => {
+                let node = inputs::<_, { 2 * D + 4 }>(&vectors, &others);
+                p.map(FirstPass::<D> { dt }, node, &[grip]).to_vec()
+            });
+            let (own, change) = first.split_at(first.len() - dimension.count());
             let contacts = NodeContacts {
-                ground,
                 is_held: ground.is_new,
-                sticks,
-                impact,
-                slip,
+                ground,
+                sticks: own[0],
+                impact: own[1],
+                slip: own[2..].to_vec(),
                 drag: none,
                 slid: none,
             };
-            return (contacts, Vector::new([ex, ey]));
+            let [change] = outputs(dimension, change);
+            return (contacts, change);
         };
-        let [vx, vy, wx, wy, is_new, tx, ty, height] = node;
-        let ([jx, jy], [xx, xy, yy]) = (pass.reaction.array(), pass.of_bars);
-        let node = [
-            vx,
-            vy,
-            wx,
-            wy,
-            is_new,
-            tx,
-            ty,
-            height,
+        others.extend([
             self.step.inverse_mass,
             contacts.is_held,
             contacts.sticks,
             contacts.ground.is_new,
             contacts.impact,
-            contacts.slip,
-            jx,
-            jy,
-            xx,
-            xy,
-            yy,
-        ];
-        let next = p.map(NextPass { dt }, node, &[grip]);
-        let [is_held, sticks, impact, slip, drag, slid, ex, ey] = next;
+        ]);
+        let reaction = pass.reaction.as_slice();
+        others.extend([&contacts.slip, reaction, &pass.of_bars].concat());
+        let next = in_dimension!(dimension, D => {
+            let node = inputs::<_, { 4 * D + 8 + D * (D + 1) / 2 }>(&vectors, &others);
+            p.map(NextPass::<D> { dt }, node, &[grip]).to_vec()
+        });
+        let (own, change) = next.split_at(next.len() - dimension.count());
+        let (slip, friction) = own[3..].split_at(dimension.count() - 1);
         let contacts = NodeContacts {
             ground,
-            is_held,
-            sticks,
-            impact,
-            slip,
-            drag,
-            slid,
+            is_held: own[0],
+            sticks: own[1],
+            impact: own[2],
+            slip: slip.to_vec(),
+            drag: friction[0],
+            slid: friction[1],
         };
-        (contacts, Vector::new([ex, ey]))
+        let [change] = outputs(dimension, change);
+        (contacts, change)
     }
 
     /// Finds the ground below every node. `last` has the segment and `is_held` of the pass before.
     fn ground(
         &self,
         p: &mut Program,
-        moving: Vector<Array, 2>,
+        moving: Axes<Array>,
         last: [Array; 2],
     ) -> GroundBelow<Array> {
-        let ([x, y, wx, wy], [segment, is_held]) = (both(self.nodes().x, moving), last);
-        let (node, dt) = ([x, y, wx, wy, segment, is_held], self.step.dt);
-        let [segment, is_new, tx, ty, height] = match self.terrain.cloned() {
-            None => p.map(FindGround { ground: Flat, dt }, node, &[]),
-            Some(ground) => p.map(FindGround { ground, dt }, node, &[]),
+        let (vectors, dt) = ([self.step.nodes.x, moving], self.step.dt);
+        let flat = FindGround { ground: Flat, dt };
+        let [segment, is_new, tx, ty, height] = match (self.dimension(), self.terrain.cloned()) {
+            (Dimension::Space, _) => p.map(flat, inputs::<_, 8>(&vectors, &last), &[]),
+            (Dimension::Plane, None) => p.map(flat, inputs::<_, 6>(&vectors, &last), &[]),
+            (Dimension::Plane, Some(ground)) => {
+                let node = inputs::<_, 6>(&vectors, &last);
+                p.map(FindGround { ground, dt }, node, &[])
+            }
         };
         GroundBelow {
             segment,
             is_new,
-            tangent: Vector::new([tx, ty]),
+            tangent: [tx, ty],
             height,
         }
     }
 
-    /// Solves for the velocities. The vectors are the base, the velocity without bars, the impulses and the change of held
-    /// nodes. Returns the change of velocity that is left.
+    /// Solves for the velocities. The vectors are the change of held nodes, the base, the velocity without bars, and the
+    /// impulses. Returns the change of velocity that is left.
     fn solve(
         &self,
         p: &mut Program,
-        [base, free, impulses, change]: [Vector<Array, 2>; 4],
-        contacts: Option<&NodeContacts<Array>>,
+        vectors: [Axes<Array>; 4],
+        contacts: &NodeContacts<Array>,
         bars: &Bars,
-    ) -> Vector<Array, 2> {
-        let graph = self.step.graph;
-        let Some(contacts) = contacts else {
-            let balance = self.balance(base, free, impulses);
-            let [bx, by, block @ ..] = p.map(FreeEquation, balance, &[]);
-            return Vector::new(p.solve(graph, &block, &bars.slopes, &[], [bx, by]));
-        };
-        let [vx, vy, fx, fy, jx, jy, inverse_mass] = self.balance(base, free, impulses);
-        let ([ex, ey], [tx, ty]) = (change.array(), contacts.ground.tangent.array());
-        let node = [
-            ex,
-            ey,
-            vx,
-            vy,
-            fx,
-            fy,
-            jx,
-            jy,
-            inverse_mass,
-            tx,
-            ty,
-            contacts.is_held,
-            contacts.sticks,
-            contacts.slip,
-            contacts.drag,
-        ];
-        let [bx, by, xx, xy, yy, held @ ..] = p.map(Equation, node, &[]);
-        Vector::new(p.solve(graph, &[xx, xy, yy], &bars.slopes, &held, [bx, by]))
+    ) -> Axes<Array> {
+        let ([tx, ty], graph) = (contacts.ground.tangent, self.step.graph);
+        let mut others = vec![self.step.inverse_mass, tx, ty];
+        others.extend([contacts.is_held, contacts.sticks]);
+        others.extend(&contacts.slip);
+        others.push(contacts.drag);
+        in_dimension!(self.dimension(), D => {
+            let node = inputs::<_, { 5 * D + 5 }>(&vectors, &others);
+            let equation: [Array; D * (D + 2)] = p.map(Equation::<D>, node, &[]);
+            let (b, blocks) = equation.split_at(D);
+            let (block, held) = blocks.split_at(blocks.len() / 2);
+            let b: [Array; D] = inputs(&[], b);
+            p.solve(graph, block, &bars.slopes, held, b).into()
+        })
+    }
+
+    /// Like [`solve`](Self::solve), in a world without ground.
+    fn solve_free(
+        &self,
+        p: &mut Program,
+        [_, base, free, impulses]: [Axes<Array>; 4],
+        none: Array,
+        bars: &Bars,
+    ) -> Axes<Array> {
+        let dimension = self.dimension();
+        let sides = Axes::from_fn(dimension, |k| {
+            p.map(FreeEquation, self.balance([base, free, impulses], k), &[])
+        });
+        let mass = sides.as_slice()[0][1];
+        let rows = 0..dimension.count();
+        let entry = |row: usize, column: usize| if row == column { mass } else { none };
+        let block = rows.flat_map(|row| (0..=row).map(move |column| entry(row, column)));
+        let block: Vec<Array> = block.collect();
+        let b = sides.map(|[b, _]| b);
+        in_dimension!(dimension, D => {
+            p.solve(self.step.graph, &block, &bars.slopes, &[], b.array::<D>()).into()
+        })
     }
 
     /// Records the end of the step: nodes move with the velocity of the last pass.
-    fn land(&self, p: &mut Program, last: &Pass) -> Particle<Array, 2> {
-        let (x, moving, dt) = (self.nodes().x, last.moving, self.step.dt);
-        let Some(contacts) = last.contacts else {
-            return Particle {
-                x: Vector::new(p.map(NewPosition(dt), both(x, moving), &[])),
+    fn land(&self, p: &mut Program, last: &Pass) -> Motion {
+        let (x, moving, dt) = (self.step.nodes.x, last.moving, self.step.dt);
+        let Some(contacts) = &last.contacts else {
+            return Motion {
+                x: self.moved(p, moving),
                 v: moving,
             };
         };
-        let [x, y, wx, wy] = both(x, moving);
-        let node = [
-            x,
-            y,
-            wx,
-            wy,
-            contacts.ground.segment,
-            contacts.is_held,
-            contacts.sticks,
-            contacts.slip,
-            contacts.slid,
-        ];
-        let (contact, terrain) = (self.contact, self.terrain);
-        let end = contact.land(p, dt, terrain, node, &self.given.mechanics.contact);
-        in_plane(end)
+        let mut own = vec![contacts.ground.segment, contacts.is_held, contacts.sticks];
+        own.extend(&contacts.slip);
+        own.push(contacts.slid);
+        let (moving, settings) = (Motion { x, v: moving }, &self.given.mechanics.contact);
+        self.contact.land(p, dt, self.terrain, moving, &own, settings)
     }
 }
 
-/// The nodes of a planar robot.
-fn in_plane(nodes: Motion) -> Particle<Array, 2> {
-    Particle {
-        x: Vector::new(nodes.x.array()),
-        v: Vector::new(nodes.v.array()),
-    }
-}
-
-/// Records the sum of two vectors of each node.
-fn sum(p: &mut Program, a: Vector<Array, 2>, b: Vector<Array, 2>) -> Vector<Array, 2> {
-    Vector::new(add(p, Some(a.array().into()), b.array().into()).array())
-}
-
-/// The components of two vectors, one after the other.
-fn both(a: Vector<Array, 2>, b: Vector<Array, 2>) -> [Array; 4] {
-    let ([ax, ay], [bx, by]) = (a.array(), b.array());
-    [ax, ay, bx, by]
-}
-
-/// The kernel of the velocity without bars: damping, then the velocity that gravity adds. The uniform inputs are those of a
-/// [`Push`].
+/// The kernel of a component of the velocity without bars: damping, then the velocity that gravity adds. The uniform inputs
+/// are the component of this velocity (m/s) and the factor of damping.
 struct FreeVelocity;
 
 #[kernel]
-impl Kernel<2, 2> for FreeVelocity {
-    const UNIFORMS: usize = Push::<f64, 2>::COUNT;
+impl Kernel<1, 1> for FreeVelocity {
+    const UNIFORMS: usize = 2;
 
-    fn eval<R: Real>(&self, v: [R; 2], push: &[R]) -> [R; 2] {
-        let Push { gravity, decay } = Push::<R, 2>::of(push);
-        Vector::new(v).fma(decay, gravity).array()
+    fn eval<R: Real>(&self, [v]: [R; 1], push: &[R]) -> [R; 1] {
+        [push[1].fma(v, push[0])]
     }
 }
 
-/// The kernel of a position after a step of this duration (s), from the position and the velocity in the step.
+/// The kernel of a component of a position after a step of this duration (s), from the components of the position and of
+/// the velocity in the step.
+#[derive(Clone, Copy)]
 struct NewPosition(f64);
 
 #[kernel]
-impl Kernel<4, 2> for NewPosition {
-    fn eval<R: Real>(&self, node: [R; 4], _: &[R]) -> [R; 2] {
-        let (node, _) = Particle::<R, 2>::split(&node);
-        node.after(R::lit(self.0)).x.array()
+impl Kernel<2, 1> for NewPosition {
+    fn eval<R: Real>(&self, [x, v]: [R; 2], _: &[R]) -> [R; 1] {
+        [R::lit(self.0).fma(v, x)]
     }
 }
 
-/// The kernel of the mean of two vectors.
+/// The kernel of the mean of two numbers.
 struct Mean;
 
 #[kernel]
-impl Kernel<4, 2> for Mean {
-    fn eval<R: Real>(&self, [vx, vy, wx, wy]: [R; 4], _: &[R]) -> [R; 2] {
-        // A closure in a `map` would not be inlined, so its instructions would be calls.
-        let half = R::lit(0.5);
-        [half * (vx + wx), half * (vy + wy)]
+impl Kernel<2, 1> for Mean {
+    fn eval<R: Real>(&self, [a, b]: [R; 2], _: &[R]) -> [R; 1] {
+        [R::lit(0.5) * (a + b)]
     }
 }
 
-/// The kernel of a node's mass (kg) and its change of velocity by an impulse, from the impulse (N s) and 1 / mass.
+/// The kernel of a node's mass (kg), from 1 / mass.
+struct Mass;
+
+#[kernel]
+impl Kernel<1, 1> for Mass {
+    fn eval<R: Real>(&self, [inverse_mass]: [R; 1], _: &[R]) -> [R; 1] {
+        [inverse_mass.recip()]
+    }
+}
+
+/// The kernel of a component of a node's change of velocity by an impulse, from the component of the impulse (N s) and
+/// 1 / mass.
 struct PerMass;
 
 #[kernel]
-impl Kernel<3, 3> for PerMass {
-    fn eval<R: Real>(&self, [jx, jy, inverse_mass]: [R; 3], _: &[R]) -> [R; 3] {
-        [inverse_mass.recip(), jx * inverse_mass, jy * inverse_mass]
+impl Kernel<2, 1> for PerMass {
+    fn eval<R: Real>(&self, [impulse, inverse_mass]: [R; 2], _: &[R]) -> [R; 1] {
+        [impulse * inverse_mass]
     }
 }
 
-/// The kernel that subtracts a mean velocity from the velocity of a node, unless some node is held: then the mean of
-/// `is_held`, the last input, is above 0.
+/// The kernel that subtracts a component of a mean velocity from that of the velocity of a node, unless some node is held:
+/// then the mean of `is_held`, the last input, is above 0.
 struct SubtractMean;
 
 #[kernel]
-impl Kernel<5, 2> for SubtractMean {
-    fn eval<R: Real>(&self, [wx, wy, ax, ay, is_held]: [R; 5], _: &[R]) -> [R; 2] {
-        let (moving, mean) = (Vector::new([wx, wy]), Vector::new([ax, ay]));
+impl Kernel<3, 1> for SubtractMean {
+    fn eval<R: Real>(&self, [moving, mean, is_held]: [R; 3], _: &[R]) -> [R; 1] {
         let holds = R::zero().less(is_held);
-        Vector::select(holds, moving, moving - mean).array()
+        [R::select(holds, moving, moving - mean)]
     }
 }

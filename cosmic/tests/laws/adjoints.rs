@@ -75,6 +75,33 @@ where
     adjoint::<_, I, O>(&format!("Tension<{name}>"), &fields, tension)
 }
 
+/// Generates the code of the adjoint functions of an implicit step, for vectors of this number of components.
+macro_rules! of_implicit_steps {
+    ($D:literal) => {{
+        let name = |kernel: &str| format!("{kernel}<{}>", $D);
+        let given = |v: &[f64]| v[1..].to_vec();
+        let pass = ["self.dt", "at.uniforms[0]"];
+        let bar = ["self.dt", "self.softening > 0", "self.lead"];
+        vec![
+            adjoint(&name("FirstPass"), &pass, |v| Fixed {
+                kernel: FirstPass::<$D> { dt: v[0] },
+                uniforms: given(v),
+            }),
+            adjoint(&name("NextPass"), &pass, |v| Fixed {
+                kernel: NextPass::<$D> { dt: v[0] },
+                uniforms: given(v),
+            }),
+            adjoint(&name("Equation"), &[], |_| Equation::<$D>),
+            adjoint(&name("Linear"), &bar, |v| Linear::<$D> {
+                dt: v[0],
+                softening: v[1],
+                lead: v[2],
+            }),
+            adjoint(&name("Impulse"), &[], |_| Impulse::<$D>),
+        ]
+    }};
+}
+
 #[test]
 fn adjoints_are_fresh() {
     let contacts = [
@@ -105,28 +132,6 @@ fn adjoints_are_fresh() {
         ),
         adjoint("Sum", &[], |_| Sum),
     ];
-    let given = |v: &[f64]| v[1..].to_vec();
-    let implicit = [
-        adjoint("FirstPass", &["self.dt", "at.uniforms[0]"], |v| Fixed {
-            kernel: FirstPass { dt: v[0] },
-            uniforms: given(v),
-        }),
-        adjoint("NextPass", &["self.dt", "at.uniforms[0]"], |v| Fixed {
-            kernel: NextPass { dt: v[0] },
-            uniforms: given(v),
-        }),
-        adjoint("Equation", &[], |_| Equation),
-        adjoint(
-            "Linear",
-            &["self.dt", "self.softening > 0", "self.lead"],
-            |v| Linear {
-                dt: v[0],
-                softening: v[1],
-                lead: v[2],
-            },
-        ),
-        adjoint("Impulse", &[], |_| Impulse),
-    ];
     let in_space = [
         of_contact::<NoGround, 3, 10, 6>("NoGround"),
         of_contact::<Sticking, 3, 10, 6>("Sticking"),
@@ -134,6 +139,7 @@ fn adjoints_are_fresh() {
         of_bars::<Hooke, 7, 3>("Hooke"),
     ];
     let in_space = in_space.map(|code| code.replace("emitted_vjp", "emitted_vjp_in_space"));
-    let all = [&contacts[..], &forces, &implicit, &in_space].concat();
+    let implicit = [of_implicit_steps!(2), of_implicit_steps!(3)].concat();
+    let all = [&contacts[..], &forces, &in_space, &implicit].concat();
     assert_fresh("src/laws/adjoints.rs", HEADER, &all);
 }
