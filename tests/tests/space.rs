@@ -70,13 +70,17 @@ fn gradient(case: &Case) -> [Vec<f64>; 3] {
 
 #[test]
 fn a_planar_robot_in_space_follows_the_planar_trajectory() {
-    for settings in [
+    let worlds = [
         "",
         "physics = {contact = 'coulomb', friction = 0.4, incline_deg = 8}",
         "physics = {contact = 'coulomb', integrator = 'leapfrog', forces = ['damper', 'stops']}\nstops.at = 0.1",
-    ] {
+        "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, incline_deg = 8}",
+        "physics = {integrator = 'implicit', forces = ['damper', 'stops']}\nstops.at = 0.1",
+        "physics = {integrator = 'implicit', contact = 'none'}",
+    ];
+    for (k, settings) in worlds.into_iter().enumerate() {
         let mut planar = robot(settings);
-        planar.scene.physics.steps = 256;
+        (planar.scene.physics.steps, planar.scene.physics.passes) = (256, 2 + k % 2);
         let embedded = put_into_space(&planar);
         for (a, b) in states(&planar).iter().zip(&states(&embedded)) {
             // Sums of squares have one more term, which is zero, so only their rounding may differ.
@@ -90,6 +94,31 @@ fn a_planar_robot_in_space_follows_the_planar_trajectory() {
                 assert!((a - b).abs() < 1e-10 * largest, "{settings}: {a} {b}");
             }
         }
+    }
+}
+
+/// In steps of different lengths, an implicit step comes nearer to the explicit one in proportion to the length.
+#[test]
+fn short_implicit_steps_agree_with_explicit_ones() {
+    for (contact, order) in [
+        ("none", 0.9..1.1),
+        ("infinite", 0.5..1.5),
+        ("coulomb", 0.5..1.5),
+    ] {
+        let end = |integrator: &str, steps: usize| {
+            let mut case = in_space(&format!(
+                "physics = {{integrator = '{integrator}', contact = '{contact}', friction = 0.4}}"
+            ));
+            case.scene.physics.steps = steps;
+            case.scene.physics.dt = 0.12 / steps as f64;
+            states(&case).remove(steps)
+        };
+        let apart = [240, 960]
+            .map(|steps| farthest(&end("implicit", steps), &end("symplectic_euler", steps)));
+        // Four times as many steps.
+        let observed = (apart[0] / apart[1]).log2() / 2.0;
+        println!("{contact}: {apart:?}, order {observed}");
+        assert!(order.contains(&observed), "{contact}: {apart:?}");
     }
 }
 
@@ -120,13 +149,18 @@ fn changed(state: &State<f64>, turn: impl Fn(Vector<f64>) -> Vector<f64>) -> Sta
     }
 }
 
-const SLIDING: &str =
-    "physics = {contact = 'coulomb', friction = 0.4, forces = ['damper', 'bumpers']}";
+const SLIDING: [&str; 2] = [
+    "physics = {contact = 'coulomb', friction = 0.4, forces = ['damper', 'bumpers']}",
+    "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, forces = ['damper', 'bumpers']}",
+];
 
 #[test]
 fn a_turned_robot_makes_the_turned_motion() {
-    let case = in_space(SLIDING);
-    for angle in [0.3_f64, 1.9, -2.4] {
+    for (settings, angle) in SLIDING
+        .into_iter()
+        .flat_map(|world| [0.3_f64, 1.9, -2.4].map(|angle| (world, angle)))
+    {
+        let case = in_space(settings);
         let (sin, cos) = angle.sin_cos();
         let turn = |x: Vector<f64>| {
             let (along, across) = (x.forward(), x.sideways());
@@ -148,18 +182,33 @@ fn a_turned_robot_makes_the_turned_motion() {
 
 #[test]
 fn a_robot_mirrored_across_makes_the_mirrored_motion() {
-    let case = in_space(SLIDING);
     let mirror = |x: Vector<f64>| Vector::new([x.forward(), -x.sideways(), x.up()]);
-    let here = driven(&case, &case.start);
-    let there = driven(&case, &changed(&case.start, mirror));
-    for (a, b) in here.states.iter().zip(&there.states) {
-        assert_eq!(&changed(a, mirror), b);
+    for settings in SLIDING {
+        let case = in_space(settings);
+        let here = driven(&case, &case.start);
+        let there = driven(&case, &changed(&case.start, mirror));
+        for (a, b) in here.states.iter().zip(&there.states) {
+            assert_eq!(&changed(a, mirror), b, "{settings}");
+        }
     }
 }
 
 #[test]
 fn momentum_and_angular_momentum_are_conserved_in_free_flight() {
-    let mut case = in_space("physics = {contact = 'none', gravity = 0.0, damping = 0.0}");
+    // Impulses of an implicit step act along the bars as they are at its end. So it loses some angular momentum: 0.7 %.
+    for (integrator, bounds) in [
+        ("symplectic_euler", [1e-10, 1e-10]),
+        ("implicit", [1e-10, 2.5e-4]),
+    ] {
+        assert_conserves(integrator, bounds);
+    }
+}
+
+fn assert_conserves(integrator: &str, bounds: [f64; 2]) {
+    let world = "contact = 'none', gravity = 0.0, damping = 0.0";
+    let mut case = in_space(&format!(
+        "physics = {{integrator = '{integrator}', {world}}}"
+    ));
     case.scene.physics.steps = 90;
     let masses = case.body().mass;
     let moments = |state: &State<f64>| {
@@ -173,16 +222,16 @@ fn momentum_and_angular_momentum_are_conserved_in_free_flight() {
     };
     let seen = states(&case);
     let (first, last) = (moments(&seen[0]), moments(&seen[seen.len() - 1]));
-    for (a, b) in first.into_iter().zip(last) {
+    for ((a, b), bound) in first.into_iter().zip(last).zip(bounds) {
         assert!(a.norm() > 1e-3, "{a:?}");
         // Rounding of ninety steps; the softening changes arms of 0.1 m by a fraction of 5e-11.
-        assert!(a.distance(b) < 1e-10, "{a:?} {b:?}");
+        assert!(a.distance(b) < bound, "{integrator}: {a:?} {b:?}");
     }
 }
 
 #[test]
 fn gradients_are_right_for_every_law() {
-    for settings in [
+    let worlds = [
         "",
         "physics = {contact = 'coulomb', friction = 0.4}",
         "physics.incline_deg = 15",
@@ -200,9 +249,19 @@ fn gradients_are_right_for_every_law() {
         "physics.forces = ['wind']",
         "physics.forces = ['magnet', 'stiffening']",
         "physics.contact = 'mud'",
-    ] {
+        "physics.integrator = 'implicit'",
+        "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, incline_deg = 15}",
+        "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.3, substeps = 2, \
+         forces = ['damper', 'stops', 'stiffening']}\nstops.at = 0.05",
+        "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, forces = ['actuator', 'rope']}\n\
+         actuator = {force = 0.1, speed = 4.0}\nrope = {actuator = 0.0, skeleton = 0.5}",
+        "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, forces = ['bumpers']}\n\
+         bumpers = {distance = 0.9, reach = 1}",
+        "physics = {integrator = 'implicit', contact = 'none', forces = ['wind']}",
+    ];
+    for (k, settings) in worlds.into_iter().enumerate() {
         let mut case = in_space(settings);
-        case.scene.physics.steps = 60;
+        (case.scene.physics.steps, case.scene.physics.passes) = (60, 2 + k % 2);
         assert_smooth(settings, &case);
     }
 }

@@ -5,8 +5,8 @@ use std::collections::HashSet;
 use super::layout::LAYOUT_SIDE;
 use super::terrain::MOST_STEPS;
 use super::{
-    ActuatorPart, GoalKind, GroundSettings, Integrator, LatticeKind, Layout, LossKind, Named,
-    ProfileKind, Scene, StartKind, TaskKind, VolumeSettings,
+    ActuatorPart, GoalKind, GroundSettings, LatticeKind, Layout, LossKind, Named, ProfileKind,
+    Scene, StartKind, TaskKind, VolumeSettings,
 };
 use crate::error::{Error, Result};
 use crate::geometry::Dimension;
@@ -325,8 +325,8 @@ fn goals(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// What a robot in space cannot have: an implicit step, ground that is not a plane, and given goals. A planar robot cannot
-/// have a goal beside its plane.
+/// What a robot in space cannot have: ground that is not a plane, and given goals. A planar robot cannot have a goal beside
+/// its plane.
 fn space(scene: &Scene, found: &mut Conflicts) {
     let (physics, controller) = (&scene.physics, &scene.controller);
     let key = if scene.lattice.is_truss() {
@@ -342,11 +342,6 @@ fn space(scene: &Scene, found: &mut Conflicts) {
         );
         return;
     }
-    found.require(
-        physics.integrator != Integrator::Implicit,
-        ["physics.integrator", key],
-        "robots in space have no implicit step so far: set physics.integrator = \"symplectic_euler\"".to_owned(),
-    );
     found.require(
         physics.ground.profile == ProfileKind::Flat,
         ["ground.profile", key],

@@ -133,17 +133,13 @@ impl Implicit<'_> {
         let mut mean = |k: usize| p.gather(means, &vec![Some(k); nodes]);
         let count = self.dimension().count();
         let (means, is_held) = (Axes::from_fn(self.dimension(), &mut mean), mean(count));
-        (pass.moving).zip_with(means, |v, mean| p.map(SubtractMean, [v, mean, is_held], &[])[0])
+        (pass.moving).zip_with(means, |v, mean| {
+            p.map(SubtractMean, [v, mean, is_held], &[])[0]
+        })
     }
 
     /// Records a pass about the positions and velocities of `base`. `before` is the pass before.
-    fn pass(
-        &self,
-        p: &mut Program,
-        base: Motion,
-        start: &Start,
-        before: Option<&Pass>,
-    ) -> Pass {
+    fn pass(&self, p: &mut Program, base: Motion, start: &Start, before: Option<&Pass>) -> Pass {
         let (graph, free) = (self.step.graph, start.free);
         let bars = self.bars(p, base, before.is_none());
         let held = start
@@ -325,12 +321,7 @@ impl Implicit<'_> {
     }
 
     /// Finds the ground below every node. `last` has the segment and `is_held` of the pass before.
-    fn ground(
-        &self,
-        p: &mut Program,
-        moving: Axes<Array>,
-        last: [Array; 2],
-    ) -> GroundBelow<Array> {
+    fn ground(&self, p: &mut Program, moving: Axes<Array>, last: [Array; 2]) -> GroundBelow<Array> {
         let (vectors, dt) = ([self.step.nodes.x, moving], self.step.dt);
         let flat = FindGround { ground: Flat, dt };
         let [segment, is_new, tx, ty, height] = match (self.dimension(), self.terrain.cloned()) {
@@ -409,7 +400,8 @@ impl Implicit<'_> {
         own.extend(&contacts.slip);
         own.push(contacts.slid);
         let (moving, settings) = (Motion { x, v: moving }, &self.given.mechanics.contact);
-        self.contact.land(p, dt, self.terrain, moving, &own, settings)
+        self.contact
+            .land(p, dt, self.terrain, moving, &own, settings)
     }
 }
 

@@ -1,11 +1,14 @@
 """The implicit time step of a truss robot in plain NumPy, and the reference cases of this folder.
 
-`python3 generate.py` writes the cases as JSON beside this file; `README.md` describes the algorithm and the files.
-The program is independent of the Rust code. SI units, float64; shapes are [nodes, 2] and [edges, 2]. Everything also
-works with complex numbers, for complex-step derivatives: choices look at real parts only.
+`python3 generate.py` writes the cases as JSON beside this file, `python3 generate.py NAME...` only these cases;
+`README.md` describes the algorithm and the files. The program is independent of the Rust code. SI units, float64; shapes
+are [nodes, D] and [edges, D], where D is 2 in the plane and 3 in space. Everything also works with complex numbers, for
+complex-step derivatives: choices look at real parts only.
 """
+import itertools
 import json
 import pathlib
+import sys
 
 import numpy as np
 
@@ -53,8 +56,19 @@ def dot(a, b):
     return (a * b).sum(-1)
 
 
+def length(a):
+    """The lengths of vectors; their derivative is 0 at the zero vector."""
+    square = dot(a, a)
+    rests = square.real == 0
+    return np.where(rests, 0.0, np.sqrt(np.where(rests, 1.0, square)))
+
+
 def outer(a):
     return a[:, :, None] * a[:, None, :]
+
+
+def upright(forward, up, dimension):
+    return np.array([forward, up] if dimension == 2 else [forward, 0.0, up])
 
 
 def along(matrices, vectors):
@@ -62,9 +76,10 @@ def along(matrices, vectors):
 
 
 class Ground:
-    """Straight segments in the ground's frame: level before the first point of the profile and after the last."""
+    """Straight segments in the ground's frame: level before the first point of the profile and after the last. In space it
+    is a plane."""
 
-    def __init__(self, points=()):
+    def __init__(self, points=(), dimension=2):
         points = [np.array(p, float) for p in points]
         level = np.array([1.0, 0.0])
         ends = [(points[0], level, points[0][0])] if points else [(np.zeros(2), level, np.inf)]
@@ -72,6 +87,8 @@ class Ground:
         ends += [(points[-1], level, np.inf)] if points else []
         self.point, self.tangent = np.array([e[0] for e in ends]), np.array([e[1] for e in ends])
         self.normal = np.stack([-self.tangent[:, 1], self.tangent[:, 0]], -1)
+        if dimension == 3:
+            self.normal, self.point = np.insert(self.normal, 1, 0.0, 1), np.insert(self.point, 1, 0.0, 1)
         self.end = np.array([e[2] for e in ends])
 
     def height(self, x, segment):
@@ -100,13 +117,14 @@ class Robot:
     """Bars, masses, laws and ground. `strain` is the strain of the target length at full activation."""
 
     def __init__(self, edges, l0, k, strain, mass, dt, gravity=9.81, gamma=0.0, angle=0.0, mu=np.inf, ground=None,
-                 softening=1e-12, cubic=0.0, damper=0.0, stop_at=0.35, stop_stiffness=0.0):
+                 softening=1e-12, cubic=0.0, damper=0.0, stop_at=0.35, stop_stiffness=0.0, dimension=2):
+        self.dimension, self.eye = dimension, np.eye(dimension)
         self.i, self.j = np.array(edges).T
         self.l0, self.k, self.strain, self.m = np.asarray(l0), np.asarray(k), np.asarray(strain), np.asarray(mass)
         self.dt, self.decay, self.mu, self.softening = dt, np.exp(-gamma * dt), mu, softening
         self.cubic, self.damper, self.stop_at, self.stop_stiffness = cubic, damper, stop_at, stop_stiffness
-        self.g = -gravity * np.array([np.sin(angle), np.cos(angle)])
-        self.ground = Ground() if ground is None else ground  # False: no ground
+        self.g = -gravity * upright(np.sin(angle), np.cos(angle), dimension)
+        self.ground = Ground(dimension=dimension) if ground is None else ground  # False: no ground
         self.bumpers = self.pairs = None
 
     def rest(self, x):
@@ -160,7 +178,7 @@ class Robot:
 
     def gather(self, impulse):
         """Sums at nodes: an edge's impulse acts on its first node, and the opposite impulse on its second."""
-        out = np.zeros((len(self.m), 2), impulse.dtype)
+        out = np.zeros((len(self.m), self.dimension), impulse.dtype)
         np.add.at(out, self.i, impulse)
         np.subtract.at(out, self.j, impulse)
         return out
@@ -170,7 +188,10 @@ class Robot:
         """The contact law: the velocity along the ground after an impact."""
         if np.isinf(self.mu):
             return 0.0 * vt
-        return np.where(vt.real < 0, -1, 1) * positive(size(vt) - self.mu * size(vn)) if self.mu > 0 else vt
+        if self.mu == 0:
+            return vt
+        speed = length(vt)
+        return positive(1.0 - self.mu * size(vn) / np.where(speed.real == 0, 1.0, speed))[:, None] * vt
 
     def drift(self, x, v, own):
         """Moves the nodes for dt over the ground. Nodes ignore the segment `own` (-1: none)."""
@@ -178,13 +199,13 @@ class Robot:
         for _ in range(2 if self.ground else 0):
             met, earliest, latest = self.ground.meet(x, v, left.real, own)
             own = np.where(met >= 0, met, own)
-            touches, n, t = met >= 0, self.ground.normal[met], self.ground.tangent[met]
+            touches, n = met >= 0, self.ground.normal[met]
             vn = dot(n, v)
             time = -self.ground.height(x, met) / np.where(touches, vn, -1.0)
             time = bounded(time, earliest, latest)
             x = np.where(touches[:, None], x + time[:, None] * v, x)
             left = np.where(touches, left - time, left)
-            v = np.where(touches[:, None], self.respond(dot(t, v), vn)[:, None] * t, v)
+            v = np.where(touches[:, None], self.respond(v - vn[:, None] * n, vn), v)
         if self.ground:
             v = np.where((self.ground.meet(x, v, left.real, own)[0] >= 0)[:, None], 0.0, v)
         return x + left[:, None] * v, v
@@ -201,21 +222,22 @@ class Robot:
         uu = outer(u)
         k, c = positive(force.slopes + 0.0 * length)
         across = positive(force.value) / length
-        stiff = dt * dt * (k[:, None, None] * uu + across[:, None, None] * (np.eye(2) - uu))
+        stiff = dt * dt * (k[:, None, None] * uu + across[:, None, None] * (self.eye - uu))
         return dt * force.value[:, None] * u, stiff, dt * c[:, None, None] * uu
 
     def held_solve(self, node, edge, residual, fixed):
         """The correction y with A y = -residual in the free directions and y = 0 in the held directions. A has a block
         per node plus the Laplacian of a block per edge. `fixed` projects onto the held directions of each node."""
         count, nodes = len(residual), np.arange(len(residual))
-        a = np.zeros((count, 2, count, 2), np.result_type(edge, node))
+        size = self.dimension
+        a = np.zeros((count, size, count, size), np.result_type(edge, node))
         a[nodes, :, nodes, :] += node
         for p, q, sign in ((self.i, self.i, 1), (self.j, self.j, 1), (self.i, self.j, -1), (self.j, self.i, -1)):
             np.add.at(a, (p, slice(None), q), sign * edge)
-        free = np.eye(2) - fixed
+        free = self.eye - fixed
         a = np.einsum("nab,nbmc,mcd->namd", free, a, free)
         a[nodes, :, nodes, :] += fixed
-        return np.linalg.solve(a.reshape(2 * count, -1), along(free, -residual).reshape(-1)).reshape(count, 2)
+        return np.linalg.solve(a.reshape(size * count, -1), along(free, -residual).reshape(-1)).reshape(count, size)
 
     def implicit(self, x, v, activation, passes=2, log=None):
         dt, m, count = self.dt, self.m[:, None], len(x)
@@ -223,8 +245,8 @@ class Robot:
         kick, stiff, viscous = self.linearised(x, v0, activation, dt)
         bumped, touching = self.bumps(x)
         at, rate, base = 0.0 * v0, v0, x
-        eye, between = np.eye(2), lambda w: w[self.j] - w[self.i]
-        diagonal = m[:, None] * eye + 0.0 * v0[:, :, None]
+        eye, between = self.eye, lambda w: w[self.j] - w[self.i]
+        diagonal = (m[:, None] * eye + 0.0 * v0[:, :, None]).astype(np.result_type(v0, stiff))
         for ends in (self.i, self.j):
             np.add.at(diagonal, ends, stiff + viscous)
         stickiest = STICKIEST * np.trace(diagonal.real, axis1=1, axis2=2)
@@ -238,8 +260,8 @@ class Robot:
 
         zero, none = 0.0 * v0[:, 0], np.full(count, -1)
         held, stick, segment = none > 0, none > 0, 0 * none
-        impact, slip_to, drag, lam_n, lam_t, w, slid, fresh = zero, zero, zero, zero, zero, v0, zero, held
-        n = t = np.zeros((count, 2))
+        impact, slip_to, drag, lam_n, lam_t, w, slid, fresh = zero, 0.0 * v0, zero, zero, 0.0 * v0, v0, zero, held
+        n, ahead = np.zeros((count, self.dimension)), lambda w: w - dot(n, w)[:, None] * n
         for number in range(passes):
             if self.ground:
                 # 1. Which nodes are held: those with a reaction that pushes, and those that now end in the ground.
@@ -247,37 +269,40 @@ class Robot:
                 old = held & (lam_n.real > 0)
                 new = (met >= 0) & ~held
                 held, segment = old | new, np.where(new, met, segment)
-                n, t = self.ground.normal[segment], self.ground.tangent[segment]
-                height, vn, vt = self.ground.height(x, segment), dot(n, w), dot(t, w)
+                n = self.ground.normal[segment]
+                height, vn, vt = self.ground.height(x, segment), dot(n, w), ahead(w)
                 # 2. Friction: the velocity `slip_to` along the ground with which a node that stops at the impact moves
                 # on average, and a drag towards it. Nodes at rest stick; the others slide in their first pass.
                 time = bounded(-height / np.where(new, vn, -1.0), 0.0, dt)
                 impact = np.where(new, time, impact)
-                rests = new & (size(dot(t, v)).real < REST) & (self.mu > 0)
-                slip_to = np.where((new | fresh) & ~stick & ~rests, impact / dt * vt, slip_to)
+                rests = new & (length(ahead(v)).real < REST) & (self.mu > 0)
+                lands = (new | fresh) & ~stick & ~rests
+                slip_to = np.where(lands[:, None], (impact / dt)[:, None] * vt, slip_to)
                 fresh = new
-                speed = size(vt - slip_to)
+                speed, brakes = length(vt - slip_to), length(lam_t)
                 grip = self.mu * positive(lam_n) if self.mu < np.inf else zero
-                slips = old & stick & (size(lam_t).real > grip.real) & (self.mu < np.inf)
+                slips = old & stick & (brakes.real > grip.real) & (self.mu < np.inf)
                 slides = old & ~stick
                 stick = (old & stick & ~slips) | rests
                 drag = zero
                 if self.mu < np.inf:
                     if number > 0:
                         grip = np.where(new, self.mu * self.m * size(vn) * (1.0 - time / dt), grip)
-                    excess, slow = size(lam_t) - grip, speed.real < 1e-30
+                    excess, slow = brakes - grip, speed.real < 1e-30
+                    towards = lam_t / np.where(brakes.real == 0, 1.0, brakes)[:, None]
                     drag = np.where(slides | (new & (number > 0)), grip / np.where(slow, 1e-30, speed), drag)
-                    drag = np.where(slips, grip * dot(t, along(diagonal, t)) / np.where(slips, excess, 1.0), drag)
+                    drag = np.where(slips, grip * dot(towards, along(diagonal, towards)) / np.where(slips, excess, 1.0), drag)
                     drag = np.where(drag.real < stickiest, drag, stickiest)
                 elif number > 0:
                     stick = held
                 slid = np.where(slides, speed, 0.0)
                 # 3. The held directions, their velocities, and the solve.
-                wn, wt = np.where(held, -positive(height) / dt, vn), np.where(stick, slip_to, vt)
-                w = wn[:, None] * n + wt[:, None] * t
-            fixed = held[:, None, None] * outer(n) + stick[:, None, None] * outer(t)
-            node = m[:, None] * eye + drag[:, None, None] * outer(t)
-            external = -(drag * (dot(t, w) - slip_to))[:, None] * t
+                wn, wt = np.where(held, -positive(height) / dt, vn), np.where(stick[:, None], slip_to, vt)
+                w = wn[:, None] * n + wt
+            flat = eye - outer(n)  # projects onto the ground
+            fixed = held[:, None, None] * outer(n) + stick[:, None, None] * flat
+            node = m[:, None] * eye + drag[:, None, None] * flat
+            external = -drag[:, None] * (ahead(w) - slip_to)
             if number > 0:
                 at = rate = last
                 base = x + dt * last
@@ -285,13 +310,13 @@ class Robot:
                 bumped, touching = self.bumps(base)
             w = last = w + self.held_solve(node, stiff + viscous, residual(w) - external, fixed)
             reaction = residual(w)
-            lam_n, lam_t = dot(n, reaction), dot(t, reaction)
+            lam_n, lam_t = dot(n, reaction), ahead(reaction)
         # 4. The drift. Held nodes end on their segment; all others meet the ground as in the explicit step.
         x1, v1 = self.drift(x, w, np.where(held, segment, -1))
         again = np.abs(v1 - w).max(1) > 0
         if self.ground:
-            stops = stick | (size(dot(t, w) - slip_to).real < 0.5 * slid.real)
-            resting = np.where(stops, 0.0, self.respond(dot(t, w), dot(n, w)))[:, None] * t
+            stops = stick | (length(ahead(w) - slip_to).real < 0.5 * slid.real)
+            resting = np.where(stops[:, None], 0.0, self.respond(ahead(w), dot(n, w)))
             v1 = np.where((held & ~again)[:, None], resting, v1)
         if log is not None:
             d = between(base)
@@ -299,7 +324,7 @@ class Robot:
             tension = dot(u, bars(w)) / dt
             # An impulse does its work at the mean of the velocities before it and after it.
             net = -dot(bars(w), between(v + 0.5 * (w - v)))
-            log.append(dict(reaction=held[:, None] * reaction, held=held, stick=stick, again=again & ~held, lam_n=held * lam_n, lam_t=held * lam_t, w=w,
+            log.append(dict(reaction=held[:, None] * reaction, held=held, stick=stick, again=again & ~held, lam_n=held * lam_n, w=w,
                             bar=bars(w), tension=tension, work=positive(net), net=net, touching=np.array(touching)))
         return x1, v1
 
@@ -325,22 +350,48 @@ CASES = dict(
                   library=dict(k=[1e-7, 4.0, 3.0], rho=[1e-8, 0.03, 0.1], a_max=[0.0, 0.0, 0.35])), [0.3, 1.0], 2.0,
              "a lattice whose nodes fly at each other, until nodes and bars push each other apart"),
 )
+SPACE = dict(dimension=3, body_diagonals=False, columns=2, depth=2, rows=2, origin_y=0.0, goal=[2.0, 0.3, 0.1])
+CASES |= dict(
+    space_flight=(dict(SPACE, contact="none", drop=0.3), [0.3, -0.2, 1.0], 6.0, "free flight with rotation, in space"),
+    space_drop_infinite=(dict(SPACE, contact="infinite"), [0.2, 0.3, -0.4], 1.0, "lands and sticks, in space"),
+    space_slide_mu0_4=(dict(SPACE, mu=0.4, drop=0.002), [0.6, 0.5, -0.2], 0.0, "slides obliquely and is slowed down"),
+    space_slope_15deg=(dict(SPACE, mu=0.6, alpha_deg=15.0, columns=3), [0.2, 0.2, -0.4], 1.0, "lands on a slope, in space"),
+    space_damper_stops=(dict(SPACE, damper_time=3e-4, stops_at=0.08, stops_stiffness=1300.0, stiffening=30.0),
+                        [0.5, 0.4, -1.0], 2.0, "all laws along bars in space; actuators reach their stops"),
+    space_stiff_1e6=(dict(SPACE, library=dict(k=[1e-7, 1e6, 30.0], rho=[1e-8, 0.03, 0.1], a_max=[0.0, 0.0, 0.35])),
+                     [0.3, 0.2, -0.3], 1.0, "a stiff skeleton in space"),
+    space_three_passes=(dict(SPACE, passes=3, mu=0.8), [0.4, -0.3, -0.5], 1.0, "three passes, in space"),
+)
 NAMES = ("z", "w1", "b1", "w2", "b2", "x0", "v0")
 
 
+def dimension(scene):
+    return scene.get("dimension", 2)
+
+
 def lattice(scene):
-    columns, rows = scene["columns"], scene["rows"]
-    grid = np.array([[scene["origin_x"] + c * scene["spacing"], scene["drop"] + r * scene["spacing"]]
-                     for r in range(rows) for c in range(columns)])
+    columns, rows, depth = scene["columns"], scene["rows"], scene.get("depth", 1)
+    places = list(itertools.product(range(rows), range(depth), range(columns)))
+    grid = [[scene["origin_x"] + c * scene["spacing"], a * scene["spacing"], scene["drop"] + r * scene["spacing"]]
+            for r, a, c in places]
+    if dimension(scene) == 3:
+        # Neighbours along the axes, and over both diagonals of each face.
+        steps = [step for step in itertools.product((0, 1), (-1, 0, 1), (-1, 0, 1))
+                 if step > (0, 0, 0) and np.count_nonzero(step) <= 2]
+        edges = [[i, places.index(other)] for i, place in enumerate(places) for step in steps
+                 if (other := tuple(np.add(place, step))) in places]
+        return np.array(grid) @ turned(scene) + upright(0.0, scene["ground_height"], 3), sorted(edges)
     edges = [[r * columns + c, (r + up) * columns + c + right] for r in range(rows) for c in range(columns)
              for right, up in ((1, 0), (0, 1), (1, 1), (-1, 1)) if 0 <= c + right < columns and r + up < rows]
-    return grid @ turned(scene) + [0.0, scene["ground_height"]], edges
+    return np.delete(grid, 1, 1) @ turned(scene) + upright(0.0, scene["ground_height"], 2), edges
 
 
 def turned(scene):
     """Row vectors in the ground's frame times this matrix are vectors in the world's frame."""
-    angle = np.radians(scene["alpha_deg"])
-    return np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    angle, last = np.radians(scene["alpha_deg"]), dimension(scene) - 1
+    turn = np.eye(last + 1)
+    turn[0], turn[last] = upright(np.cos(angle), np.sin(angle), last + 1), upright(-np.sin(angle), np.cos(angle), last + 1)
+    return turn
 
 
 def rollout(scene, edges, l0, given, steps, kind="implicit", log=None):
@@ -353,12 +404,13 @@ def rollout(scene, edges, l0, given, steps, kind="implicit", log=None):
         np.add.at(mass, end, 0.5 * l0 * (mixture @ library["rho"]))
     mass[0] += scene["payload_mass"]
     mu = dict(infinite=np.inf, coulomb=scene.get("mu"), none=0.0)[scene["contact"]]
-    ground = False if scene["contact"] == "none" else Ground(scene.get("profile", ()))
+    ground = False if scene["contact"] == "none" else Ground(scene.get("profile", ()), dimension(scene))
     robot = Robot(edges, l0, mixture @ library["k"], mixture[:, 2] * library["a_max"][2], mass, scene["dt"],
                   scene["gravity"], scene["gamma"], np.radians(scene["alpha_deg"]), mu, ground,
                   cubic=scene.get("stiffening", 0.0), damper=scene.get("damper_time", 0.0),
-                  stop_at=scene.get("stops_at", 0.35), stop_stiffness=scene.get("stops_stiffness", 0.0))
-    turn, origin = turned(scene), np.array([0.0, scene["ground_height"]])
+                  stop_at=scene.get("stops_at", 0.35), stop_stiffness=scene.get("stops_stiffness", 0.0),
+                  dimension=dimension(scene))
+    turn, origin = turned(scene), upright(0.0, scene["ground_height"], dimension(scene))
     robot.bumpers = scene.get("bumpers")
     if robot.bumpers:
         robot.rest((given["x0"].real - origin) @ turn.T)
@@ -432,9 +484,10 @@ def check_budget(scene, states, robot, log):
 def write(name, changes, velocity, spin, note, seed, steps=40, hidden=2):
     scene, rng = {**SCENE, **changes}, np.random.default_rng(seed)
     positions, edges = lattice(scene)
-    l0 = np.array([np.hypot(*(positions[i] - positions[j])) for i, j in edges])
-    inputs = scene["n_cpg"] + 2 + 4 * len(positions)
-    start = np.array(velocity) @ turned(scene) + spin * (positions - positions.mean(0)) @ [[0.0, 1.0], [-1.0, 0.0]]
+    l0 = np.array([np.linalg.norm(positions[i] - positions[j]) for i, j in edges])
+    inputs = scene["n_cpg"] + dimension(scene) * (1 + 2 * len(positions))
+    around = [[0.0, 1.0], [-1.0, 0.0]] if dimension(scene) == 2 else [[0.0, 0.6, 1.0], [-0.6, 0.0, 0.3], [-1.0, -0.3, 0.0]]
+    start = np.array(velocity) @ turned(scene) + spin * (positions - positions.mean(0)) @ around
     given = dict(z=rng.uniform(0.2, 0.5, (len(edges), 3)), w1=rng.uniform(-0.5, 0.5, (hidden, inputs)),
                  b1=rng.uniform(-0.2, 0.2, hidden), w2=rng.uniform(-0.8, 0.8, (len(edges), hidden)),
                  b2=rng.uniform(-0.3, 0.3, len(edges)), x0=positions + rng.uniform(-1e-3, 1e-3, positions.shape),
@@ -485,4 +538,6 @@ def write(name, changes, velocity, spin, note, seed, steps=40, hidden=2):
 if __name__ == "__main__":
     check_explicit(pathlib.Path(__file__).parent.parent / "reference")
     for seed, (name, (changes, velocity, spin, note)) in enumerate(CASES.items()):
+        if name not in (sys.argv[1:] or CASES):
+            continue
         write(name, changes, velocity, spin, note, seed)

@@ -1,6 +1,6 @@
 use crate::small::small;
 use cosmic::case::Case;
-use cosmic::geometry::Vector;
+use cosmic::geometry::{Dimension, Vector};
 use cosmic::scene::{Integrator, Scene};
 use cosmic::simulator::Grade;
 use cosmic_lab::check::stability::{Found, Outcome, Trial, case_trials, extreme_trials};
@@ -43,7 +43,9 @@ fn odd_robots() -> Vec<(Case, usize)> {
 
 #[test]
 fn every_extreme_ends_as_expected() {
-    let mut trials = extreme_trials();
+    let mut trials = [Dimension::Plane, Dimension::Space]
+        .map(extreme_trials)
+        .concat();
     // Large lattices are left out, because they take minutes without optimisation.
     trials.retain(|trial| trial.case.lattice.nodes() <= 100);
     for (case, count) in odd_robots() {

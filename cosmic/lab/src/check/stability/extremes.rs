@@ -4,9 +4,10 @@ use super::trial::{Trial, World};
 use crate::check::probe::most;
 use cosmic::case::Case;
 use cosmic::design::{Design, Material};
+use cosmic::geometry::Dimension;
 use cosmic::lattice::EdgeVector;
 use cosmic::laws::ContactLaw;
-use cosmic::scene::{Integrator, PartsSettings, Scene, StartKind};
+use cosmic::scene::{Integrator, LatticeKind, PartsSettings, Scene, StartKind};
 
 /// The number of steps of a trial. It is more than enough: with a time step 5 % above its limit, a vibration grows a
 /// thousandfold in a dozen steps.
@@ -44,49 +45,61 @@ fn around(trial: &Trial) -> Vec<Trial> {
 }
 
 /// A list of trials under construction. Each trial runs a changed [`robot`].
-#[derive(Default)]
-struct Trials(Vec<Trial>);
+struct Trials {
+    dimension: Dimension,
+    all: Vec<Trial>,
+}
 
 impl Trials {
     /// Adds trials of a changed robot without ground, gravity and actuation, with time steps around its limit.
     fn free(&mut self, group: &'static str, what: &str, change: impl FnOnce(&mut Case)) {
-        let mut case = robot(3);
+        let mut case = robot(self.dimension, 3);
         change(&mut case);
         let trial = Trial::new(group, what, case, World::Free);
-        self.0.extend(around(&trial));
+        self.all.extend(around(&trial));
     }
 
     /// Adds a trial of a changed robot in its world, with the time step of its scene.
     fn own(&mut self, group: &'static str, what: &str, change: impl FnOnce(&mut Case)) {
-        let mut case = robot(3);
+        let mut case = robot(self.dimension, 3);
         change(&mut case);
-        self.0.push(Trial::new(group, what, case, World::Driven));
+        self.all.push(Trial::new(group, what, case, World::Driven));
     }
 }
 
-/// All trials of extreme robots.
-pub fn extreme_trials() -> Vec<Trial> {
-    let mut trials = Trials::default();
+/// All trials of extreme robots, which are squares in the plane and cubes in space.
+pub fn extreme_trials(dimension: Dimension) -> Vec<Trial> {
+    let all = Vec::new();
+    let mut trials = Trials { dimension, all };
     masses_and_stiffnesses(&mut trials);
     integrators(&mut trials);
-    trials.0.extend(implicit());
+    trials.all.extend(implicit(dimension));
     let what = "on the ground, actuated";
-    let driven = Trial::new("time step", what, robot(3), World::Driven);
-    trials.0.extend(around(&driven));
+    let driven = Trial::new("time step", what, robot(dimension, 3), World::Driven);
+    trials.all.extend(around(&driven));
     layouts_and_controllers(&mut trials);
-    for side in [2, 3, 6, 10, 20, 40] {
-        trials.free("lattice", &format!("{side}x{side} nodes"), |case| {
-            *case = robot(side);
+    let (sides, times): (&[usize], _) = match dimension {
+        Dimension::Plane => (&[2, 3, 6, 10, 20, 40], 2),
+        Dimension::Space => (&[2, 3, 4, 6, 10], 3),
+    };
+    for &side in sides {
+        let size = vec![side.to_string(); times].join("x");
+        trials.free("lattice", &format!("{size} nodes"), |case| {
+            *case = robot(dimension, side);
             (case.scene.physics.damping, case.scene.physics.steps) = (0.0, STEPS / 2);
         });
     }
-    trials.0
+    trials.all
 }
 
-/// Makes a robot of `side` times `side` nodes with the paper's materials, in which all edges are skeleton.
-fn robot(side: usize) -> Case {
+/// Makes a robot of `side` times `side` nodes, in space of as many layers, with the paper's materials, in which all edges are
+/// skeleton.
+fn robot(dimension: Dimension, side: usize) -> Case {
     let mut scene = Scene::paper();
     (scene.lattice.columns, scene.lattice.rows) = (side, side);
+    if dimension == Dimension::Space {
+        (scene.lattice.kind, scene.lattice.depth) = (LatticeKind::Cubic, side);
+    }
     (scene.start.kind, scene.controller.hidden) = (StartKind::Uniform, 8);
     scene.physics.steps = STEPS;
     let mut case = Case::of_scene(&scene, 0).expect("the uniform start fits any lattice");
@@ -159,12 +172,12 @@ fn integrators(trials: &mut Trials) {
 
 /// Returns robots with implicit steps: every combination of stiffness, mass and time step whose masses are not lost in
 /// rounding. No vibration may grow.
-fn implicit() -> Vec<Trial> {
+fn implicit(dimension: Dimension) -> Vec<Trial> {
     let mut trials = Vec::new();
     for stiffness in [1.0, 1e3, 1e6, 1e9] {
         for mass in [1e-9, 1e-4, 0.1, 1e3] {
             for dt in [1e-5, 1e-3, 0.1] {
-                let mut case = robot(3);
+                let mut case = robot(dimension, 3);
                 set_springs(&mut case, [stiffness; 3]);
                 set_masses(&mut case, mass, 0.0);
                 (case.scene.physics.integrator, case.scene.physics.dt) = (Integrator::Implicit, dt);

@@ -19,7 +19,7 @@ pub use trial::{Found, Outcome, Trial};
 
 /// Tries a case and all extreme robots, stiff and soft, heavy and light. Checks that every trial goes as expected.
 pub fn stability(case: &Case) -> Section {
-    let trials = [case_trials(case), extreme_trials()].concat();
+    let trials = [case_trials(case), extreme_trials(case.lattice.dimension)].concat();
     let found: Vec<Found> = trials.par_iter().map(Trial::run).collect();
     let (steps, groups) = (stable_steps(case), groups(&found));
     let mut section = Section {
