@@ -24,6 +24,16 @@ impl<R: Real, const D: usize> Symmetric<R, D> {
         Self(rows)
     }
 
+    /// The matrix with this number in the diagonal and zeros elsewhere.
+    #[inline(always)]
+    pub fn diagonal(number: R) -> Self {
+        let mut rows = [[R::zero(); D]; D];
+        for k in 0..D {
+            rows[k][k] = number;
+        }
+        Self(rows)
+    }
+
     /// The matrix that multiplies vectors along the unit vector `u` by `along`, and vectors across it by `across`.
     #[inline(always)]
     pub fn scaling(u: Vector<R, D>, along: R, across: R) -> Self {

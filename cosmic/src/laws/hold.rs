@@ -345,7 +345,7 @@ in_both_dimensions! { D =>
             let (is_held, sticks, slip) = (rest[3], rest[4], Vector::<R, D>::along_of(&rest[5..]));
             let drag = rest[D + 4];
             let (axes, moving) = (Rotation::with_tangent(tangent), base + change);
-            let unexplained = (moving - free) / inverse_mass - impulse;
+            let unexplained = residual(moving, free, impulse, inverse_mass);
             let slides = axes.into_rotated(moving).along() - slip;
             let braked = axes.out_of_plane(slides * drag);
             let mass = inverse_mass.recip();
@@ -366,28 +366,49 @@ in_both_dimensions! { D =>
     }
 }
 
-/// The kernel of a component of a node's [`Equation`] in a world without ground. The inputs are those of [`Reaction`]; the
-/// results are the right-hand side and the mass, which is the block.
+/// The kernel of a node's [`Equation`] in a world without ground. The inputs are those of [`Reaction`]; the results are the
+/// right-hand side and the block.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FreeEquation;
 
-#[kernel]
-impl Kernel<4, 2> for FreeEquation {
-    fn eval<R: Real>(&self, node: [R; 4], _: &[R]) -> [R; 2] {
-        [-Reaction.eval(node, &[])[0], node[3].recip()]
+in_both_dimensions! { D =>
+    #[kernel]
+    impl Kernel<{ 3 * D + 1 }, { D + D * (D + 1) / 2 }> for FreeEquation {
+        fn eval<R: Real>(&self, node: [R; 3 * D + 1], _: &[R]) -> [R; D + D * (D + 1) / 2] {
+            let ([moving, free, impulse], inverse_mass) = Vector::<R, D>::split(&node);
+            let (reaction, mass) =
+                (residual(moving, free, impulse, inverse_mass[0]), inverse_mass[0].recip());
+            let mut equation = [R::zero(); D + D * (D + 1) / 2];
+            (-reaction).write(&mut equation);
+            Symmetric::<R, D>::diagonal(mass).write(&mut equation[D..]);
+            equation
+        }
     }
 }
 
-/// The kernel of a component of the impulse (N s) that the ground must give a node, because bars do not explain it. The
-/// inputs are the components of the node's velocity in the step, of its velocity without bars, and of the impulse of the
-/// forces, and 1 / mass.
+/// The impulse (N s) that bars do not explain if a node moves with the velocity `moving`, and with `free` without bars.
+#[inline(always)]
+fn residual<R: Real, const D: usize>(
+    moving: Vector<R, D>,
+    free: Vector<R, D>,
+    impulse: Vector<R, D>,
+    inverse_mass: R,
+) -> Vector<R, D> {
+    (moving - free) / inverse_mass - impulse
+}
+
+/// The kernel of the impulse (N s) that the ground must give a node. The inputs are its velocity in the step, the velocity
+/// without bars, the impulse of the forces, and 1 / mass.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reaction;
 
-#[kernel]
-impl Kernel<4, 1> for Reaction {
-    fn eval<R: Real>(&self, [moving, free, impulse, inverse_mass]: [R; 4], _: &[R]) -> [R; 1] {
-        [(moving - free) / inverse_mass - impulse]
+in_both_dimensions! { D =>
+    #[kernel]
+    impl Kernel<{ 3 * D + 1 }, D> for Reaction {
+        fn eval<R: Real>(&self, node: [R; 3 * D + 1], _: &[R]) -> [R; D] {
+            let ([moving, free, impulse], inverse_mass) = Vector::<R, D>::split(&node);
+            residual(moving, free, impulse, inverse_mass[0]).array()
+        }
     }
 }
 

@@ -10,12 +10,12 @@ use autodiff::{Array, Kernel, Program, Real};
 
 use super::effort::{BarTension, Meter};
 use super::parameters::Parameters;
-use crate::geometry::{Axes, Dimension, inputs, outputs};
+use crate::geometry::{Axes, Dimension, Vector, inputs, outputs};
 use crate::laws::{
     AnyContact, Equation, FindGround, FirstPass, Flat, Force, FreeEquation, GroundBelow, Impulse,
-    Linear, Motion, NextPass, NodeContacts, Reaction, Step, Terrain, add,
+    Linear, Motion, NextPass, NodeContacts, Push, Reaction, Step, Terrain, add,
 };
-use crate::{in_dimension, kernel};
+use crate::{in_both_dimensions, in_dimension, kernel};
 
 /// An implicit step of all nodes, as it is recorded.
 pub(super) struct Implicit<'a> {
@@ -108,11 +108,8 @@ impl Implicit<'_> {
 
     /// The velocities that nodes would have without bars, m/s.
     fn free(&self, p: &mut Program) -> Axes<Array> {
-        let v = self.step.nodes.v.as_slice();
-        let (gravity, decay) = self.given.mechanics.push.split_at(v.len());
-        Axes::from_fn(self.dimension(), |k| {
-            p.map(FreeVelocity, [v[k]], &[gravity[k], decay[0]])[0]
-        })
+        let (v, push) = (self.step.nodes.v, &self.given.mechanics.push);
+        in_dimension!(self.dimension(), D => p.map(FreeVelocity, v.array::<D>(), push).into())
     }
 
     /// The positions of the nodes if they move with these velocities in the step, m.
@@ -125,11 +122,14 @@ impl Implicit<'_> {
     /// exact: with stiff bars, the rounding of the solution is large compared with the momentum of light nodes.
     fn balanced(&self, p: &mut Program, start: &Start, pass: &Pass) -> Axes<Array> {
         let (nodes, inverse_mass) = (self.step.graph.nodes(), self.step.inverse_mass);
-        let [mass] = p.map(Mass, [inverse_mass], &[]);
-        let added = (pass.reaction).map(|impulse| p.map(PerMass, [impulse, inverse_mass], &[])[0]);
+        let per_mass = in_dimension!(self.dimension(), D => {
+            let impulse = inputs::<_, { D + 1 }>(&[pass.reaction], &[inverse_mass]);
+            p.map(PerMass, impulse, &[]).to_vec()
+        });
         let contacts = pass.contacts.as_ref();
         let is_held = contacts.map_or(start.none, |contacts| contacts.is_held);
-        let [_, means] = p.weighted(mass, &[added.as_slice(), &[is_held]].concat(), &[], &[]);
+        let averaged = [&per_mass[1..], &[is_held]].concat();
+        let [_, means] = p.weighted(per_mass[0], &averaged, &[], &[]);
         let mut mean = |k: usize| p.gather(means, &vec![Some(k); nodes]);
         let count = self.dimension().count();
         let (means, is_held) = (Axes::from_fn(self.dimension(), &mut mean), mean(count));
@@ -153,13 +153,15 @@ impl Implicit<'_> {
         let vectors = [change, base.v, free, impulses];
         let solved = match &contacts {
             Some(contacts) => self.solve(p, vectors, contacts, &bars),
-            None => self.solve_free(p, vectors, start.none, &bars),
+            None => self.solve_free(p, [base.v, free, impulses], &bars),
         };
         let change = add(p, Some(change), solved);
         let moving = add(p, Some(base.v), change);
         let impulses = self.impulses(p, base, &bars, change);
-        let reaction = Axes::from_fn(self.dimension(), |k| {
-            p.map(Reaction, self.balance([moving, free, impulses], k), &[])[0]
+        let (balance, inverse_mass) = ([moving, free, impulses], [self.step.inverse_mass]);
+        let reaction = in_dimension!(self.dimension(), D => {
+            let node = inputs::<_, { 3 * D + 1 }>(&balance, &inverse_mass);
+            Axes::from(p.map::<_, { 3 * D + 1 }, D>(Reaction, node, &[]))
         });
         let of_bars = |entry: &Array| p.sum_at_nodes(graph, *entry);
         Pass {
@@ -192,12 +194,6 @@ impl Implicit<'_> {
                 p.map_each_edge::<_, D, { 2 * D }, 1>(graph, pulled, pass.base.array(), &impulse, &[]);
             before.after(p, graph, moving, impulse.into(), tension)
         })
-    }
-
-    /// The inputs of the kernel [`Reaction`] for component `k` of these vectors.
-    fn balance(&self, vectors: [Axes<Array>; 3], k: usize) -> [Array; 4] {
-        let [moving, free, impulse] = vectors.map(|axes| axes.as_slice()[k]);
-        [moving, free, impulse, self.step.inverse_mass]
     }
 
     /// The step with the nodes at a base.
@@ -365,25 +361,13 @@ impl Implicit<'_> {
     }
 
     /// Like [`solve`](Self::solve), in a world without ground.
-    fn solve_free(
-        &self,
-        p: &mut Program,
-        [_, base, free, impulses]: [Axes<Array>; 4],
-        none: Array,
-        bars: &Bars,
-    ) -> Axes<Array> {
-        let dimension = self.dimension();
-        let sides = Axes::from_fn(dimension, |k| {
-            p.map(FreeEquation, self.balance([base, free, impulses], k), &[])
-        });
-        let mass = sides.as_slice()[0][1];
-        let rows = 0..dimension.count();
-        let entry = |row: usize, column: usize| if row == column { mass } else { none };
-        let block = rows.flat_map(|row| (0..=row).map(move |column| entry(row, column)));
-        let block: Vec<Array> = block.collect();
-        let b = sides.map(|[b, _]| b);
-        in_dimension!(dimension, D => {
-            p.solve(self.step.graph, &block, &bars.slopes, &[], b.array::<D>()).into()
+    fn solve_free(&self, p: &mut Program, vectors: [Axes<Array>; 3], bars: &Bars) -> Axes<Array> {
+        in_dimension!(self.dimension(), D => {
+            let node = inputs::<_, { 3 * D + 1 }>(&vectors, &[self.step.inverse_mass]);
+            let equation: [Array; D + D * (D + 1) / 2] = p.map(FreeEquation, node, &[]);
+            let (b, block) = equation.split_at(D);
+            let b: [Array; D] = inputs(&[], b);
+            p.solve(self.step.graph, block, &bars.slopes, &[], b).into()
         })
     }
 
@@ -405,16 +389,19 @@ impl Implicit<'_> {
     }
 }
 
-/// The kernel of a component of the velocity without bars: damping, then the velocity that gravity adds. The uniform inputs
-/// are the component of this velocity (m/s) and the factor of damping.
+/// The kernel of the velocity without bars: damping, then the velocity that gravity adds. The uniform inputs are those of a
+/// [`Push`].
 struct FreeVelocity;
 
-#[kernel]
-impl Kernel<1, 1> for FreeVelocity {
-    const UNIFORMS: usize = 2;
+in_both_dimensions! { D =>
+    #[kernel]
+    impl Kernel<D, D> for FreeVelocity {
+        const UNIFORMS: usize = Push::<f64, D>::COUNT;
 
-    fn eval<R: Real>(&self, [v]: [R; 1], push: &[R]) -> [R; 1] {
-        [push[1].fma(v, push[0])]
+        fn eval<R: Real>(&self, v: [R; D], push: &[R]) -> [R; D] {
+            let Push { gravity, decay } = Push::<R, D>::of(push);
+            Vector::new(v).fma(decay, gravity).array()
+        }
     }
 }
 
@@ -440,24 +427,18 @@ impl Kernel<2, 1> for Mean {
     }
 }
 
-/// The kernel of a node's mass (kg), from 1 / mass.
-struct Mass;
-
-#[kernel]
-impl Kernel<1, 1> for Mass {
-    fn eval<R: Real>(&self, [inverse_mass]: [R; 1], _: &[R]) -> [R; 1] {
-        [inverse_mass.recip()]
-    }
-}
-
-/// The kernel of a component of a node's change of velocity by an impulse, from the component of the impulse (N s) and
-/// 1 / mass.
+/// The kernel of a node's mass (kg) and its change of velocity by an impulse, from the impulse (N s) and 1 / mass.
 struct PerMass;
 
-#[kernel]
-impl Kernel<2, 1> for PerMass {
-    fn eval<R: Real>(&self, [impulse, inverse_mass]: [R; 2], _: &[R]) -> [R; 1] {
-        [impulse * inverse_mass]
+in_both_dimensions! { D =>
+    #[kernel]
+    impl Kernel<{ D + 1 }, { D + 1 }> for PerMass {
+        fn eval<R: Real>(&self, x: [R; D + 1], _: &[R]) -> [R; D + 1] {
+            let mut results = [x[D].recip(); D + 1];
+            let impulse = Vector::<R, D>::first_of(&x);
+            (impulse * x[D]).write(&mut results[1..]);
+            results
+        }
     }
 }
 
