@@ -3,7 +3,8 @@
 ``python -m cosmic.workshop runs/earth-0/export`` writes into the same folder
 
 - ``parts.dxf``: every bar as a strip of plate with a hole at each end, one beside another; and the robot, to scale;
-- ``robot.stl``, ``skeleton.stl`` and ``actuators.stl``: every bar as a closed solid; no two of them overlap;
+- ``robot.stl``, ``skeleton.stl`` and ``actuators.stl``: every bar as a closed solid; no two of them overlap. The bars of a
+  robot in space have their places, so they overlap at its nodes;
 - ``solid.csv``: the volume, the density and the mass of every solid.
 
 Drawings and solids are in millimetres, tables in SI units. The module needs the packages ezdxf and trimesh:
@@ -41,7 +42,7 @@ class Bar:
     edge: int
     nodes: tuple[int, int]
     ends: _Floats
-    """Shape ``(2, 2)``: the positions of the two nodes."""
+    """Shape ``(2, 2)``, in space ``(2, 3)``: the positions of the two nodes."""
     length: float
     material: str
     part: str
@@ -58,7 +59,8 @@ def read_bars(folder: _Path) -> list[Bar]:
 
 
 def _bar(row: dict[str, str]) -> Bar:
-    ends = [[float(row[f"{end}_{axis}"]) for axis in "xy"] for end in ("from", "to")]
+    axes = [axis for axis in "xyz" if f"from_{axis}" in row]
+    ends = [[float(row[f"{end}_{axis}"]) for axis in axes] for end in ("from", "to")]
     outer, inner = (float(row[name]) if row[name] else None for name in ("outer", "inner"))
     return Bar(
         edge=int(row["edge"]),
@@ -93,13 +95,14 @@ def write_dxf(folder: _Path, *, width: float = 12.0, hole: float = 4.0, gap: flo
     for row, bar in enumerate(longest_first):
         _strip(space, bar, row * (width + gap), width, hole)
     low = np.min([bar.ends for bar in bars], axis=(0, 1))
-    above = (len(bars) + 1) * (width + gap)
+    above = np.zeros(len(low))
+    above[1] = (len(bars) + 1) * (width + gap)
     for bar in bars:
-        ends = (bar.ends - low) * _MM + [0.0, above]
+        ends = (bar.ends - low) * _MM + above
         space.add_line(*ends.tolist(), dxfattribs={"layer": "ROBOT"})
         _label(space, f"[{bar.edge}]", ends.mean(axis=0), 0.3 * width)
     for node, place in {n: p for bar in bars for n, p in zip(bar.nodes, bar.ends)}.items():
-        at = (place - low) * _MM + [0.0, above]
+        at = (place - low) * _MM + above
         space.add_circle(at.tolist(), 0.5 * hole, dxfattribs={"layer": "ROBOT"})
         _label(space, str(node), at, 0.3 * width)
     path = Path(folder) / "parts.dxf"
@@ -128,7 +131,7 @@ def _label(space: Any, text: str, at: Sequence[float], height: float) -> None:
     from ezdxf.enums import TextEntityAlignment
 
     label = space.add_text(text, height=height, dxfattribs={"layer": "LABELS"})
-    label.set_placement((at[0], at[1]), align=TextEntityAlignment.MIDDLE_CENTER)
+    label.set_placement(tuple(map(float, at)), align=TextEntityAlignment.MIDDLE_CENTER)
 
 
 def write_stl(folder: _Path, *, density: float = 1000.0, gap: float = 1.0) -> list[Path]:
@@ -136,8 +139,8 @@ def write_stl(folder: _Path, *, density: float = 1000.0, gap: float = 1.0) -> li
     returns their paths. A file of a material that the robot lacks is not written.
 
     Tubes, rods and struts have the section that ``bars.csv`` says. Other bars are round, as thick as their mass needs
-    with ``density`` (kg/m3). Every bar reaches from node to node; bars that would overlap are in different planes,
-    ``gap`` mm apart. The density in ``solid.csv`` is the mass in ``bars.csv`` divided by the volume of the solid, so
+    with ``density`` (kg/m3). Every bar reaches from node to node; bars of a planar robot that would overlap are in different
+    planes, ``gap`` mm apart. The density in ``solid.csv`` is the mass in ``bars.csv`` divided by the volume of the solid, so
     the robot weighs what ``bars.csv`` says. The density of a part is higher than that of its material if
     ``parts.end_mass`` adds fittings.
     """
@@ -148,7 +151,9 @@ def write_stl(folder: _Path, *, density: float = 1000.0, gap: float = 1.0) -> li
     bars = read_bars(folder)
     sections = [_section(bar, density) for bar in bars]
     sizes = [2 * reach for reach, *_ in sections]
-    planes = _planes(bars, sizes, gap)
+    # In space, bars have their places.
+    is_planar = bars[0].ends.shape == (2, 2)
+    planes = _planes(bars, sizes, gap) if is_planar else [0] * len(bars)
     pitch = max(sizes) + gap
     solids = [
         _solid(trimesh, bar, section, plane * pitch)
@@ -235,13 +240,18 @@ def _distance(a: _Floats, b: _Floats) -> float:
 
 
 def _solid(trimesh: Any, bar: Bar, section: _Section, height: float) -> Any:
-    """A bar as a closed solid, in the plane at ``height`` mm."""
+    """A bar as a closed solid. A bar of a planar robot is in the plane at ``height`` mm."""
     _, outline, hole = section
-    axis = (bar.ends[1] - bar.ends[0]) * _MM
-    along = axis / np.linalg.norm(axis)
+    ends = [np.append(end * _MM, [height] * (3 - len(end))) for end in bar.ends]
+    along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
     # The columns are the directions of the section's two axes and of the bar: a right-handed frame.
-    frame = np.array([[-along[1], 0, along[0]], [along[0], 0, along[1]], [0, 1, 0]])
-    ends = [np.append(end * _MM, height) for end in bar.ends]
+    second = np.array([0.0, 0.0, 1.0]) if abs(along[2]) < 0.9 else np.array([0.0, 1.0, 0.0])
+    second = second - (second @ along) * along
+    second = second / np.linalg.norm(second)
+    if bar.ends.shape == (2, 3):
+        # Readers of STL join equal corners. Each bar is turned by another angle, so that no two bars have a corner in common.
+        second = math.cos(bar.edge) * second + math.sin(bar.edge) * np.cross(along, second)
+    frame = np.stack([np.cross(second, along), second, along], axis=1)
     rings = [outline] if hole is None else [outline, hole]
     # The corners at both ends: first the outline, then the hole.
     corners = [end + np.pad(ring, ((0, 0), (0, 1))) @ frame.T for ring in rings for end in ends]

@@ -5,7 +5,7 @@ use crate::common::Bench;
 use crate::common::python::python;
 use crate::program::Told;
 use cosmic::case::Case;
-use cosmic::geometry::{Dimension, Ground, Vector};
+use cosmic::geometry::{Dimension, Ground, Row, Vector};
 use cosmic::policy::Goals;
 use cosmic::scene::Scene;
 use cosmic::simulator::Span;
@@ -20,8 +20,7 @@ const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/files.md");
 /// The number of steps of a flight. A flight lasts more than a second, in which the clock advances by ten radians.
 const STEPS: usize = 512;
 
-/// A walk of an exported robot in MuJoCo: the first and the last positions of its nodes. The coordinates of a position
-/// are the distance along the ground and the height above it.
+/// A walk of an exported robot in MuJoCo: the first and the last positions of its nodes, in the ground's frame.
 struct Walk {
     first: Vec<Vector<f64>>,
     last: Vec<Vector<f64>>,
@@ -42,10 +41,13 @@ impl Walk {
         let walk = walk.arg(path).current_dir(bench.path(""));
         let told = Told::of(walk.output().unwrap()).ok();
         let rows = bench.read("path.csv");
+        let nodes = bench.json(&format!("{folder}/controller.json"))["nodes"].take();
+        let nodes = nodes.as_array().unwrap().len();
         let row = |row: &str| {
             let numbers: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
-            assert!(numbers.len().is_multiple_of(2));
-            Dimension::Plane.from_flat(&numbers)
+            assert!(numbers.len().is_multiple_of(nodes));
+            let dimension = Dimension::try_from(numbers.len() / nodes).unwrap();
+            dimension.from_flat(&numbers)
         };
         Self {
             first: row(rows.lines().next().unwrap()),
@@ -81,8 +83,9 @@ fn error_of_flight(python: &Path, bench: &Bench, source: &str, settings: &[&str]
     let there = Walk::of(python, bench, "flight", &format!("--steps {STEPS}"));
     let ours = bench.cosmic(&format!("evaluate {source} --record {STEPS}{set}"));
     let ours = ours.json()["results"]["trajectory"][STEPS.to_string()]["x"].take();
-    let ours: Vec<[f64; 2]> = serde_json::from_value(ours).unwrap();
-    let ours: Vec<Vector<f64>> = ours.into_iter().map(Vector::from).collect();
+    let ours: Vec<Row> = serde_json::from_value(ours).unwrap();
+    let dimension = Dimension::of_rows(&ours).unwrap();
+    let ours: Vec<Vector<f64>> = ours.iter().map(|row| dimension.vector(row)).collect();
     let ground = Ground::from(&Scene::paper().set(&all).unwrap().physics);
     apart(bench, &there, &ours, &ground)
 }
@@ -152,6 +155,24 @@ fn a_flight_in_mujoco_agrees_with_this_simulator() {
         (
             "five_by_five",
             &["lattice.kind=triangular", "lattice.drop=0.2"],
+        ),
+        // Robots in space: with stops and dampers, on an incline, and without gravity, where they drift across.
+        ("cube", &[]),
+        (
+            "cube",
+            &["physics.incline_deg=15", "physics.payload_mass=0.1"],
+        ),
+        (
+            "cube",
+            &[
+                "physics.gravity=0",
+                "physics.forces=[]",
+                "physics.substeps=2",
+            ],
+        ),
+        (
+            "stability",
+            &["lattice.kind=cubic", "lattice.columns=3", "lattice.depth=2"],
         ),
     ] {
         let error = error_of_flight(python, &bench, source, settings);

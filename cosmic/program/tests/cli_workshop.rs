@@ -38,9 +38,14 @@ fn the_tables_are_right(bench: &Bench) {
             lattice.edges[edge].map(|node| node as f64)
         );
         near(number("rest_length"), lattice.rest_length[edge]);
-        let way =
-            ["x", "y"].map(|axis| number(&format!("to_{axis}")) - number(&format!("from_{axis}")));
-        near(way[0].hypot(way[1]), lattice.rest_length[edge]);
+        let axes = ["x", "y", "z"].into_iter().take(lattice.dimension.count());
+        let ends = ["from", "to"].map(|end| axes.clone().map(move |axis| format!("{end}_{axis}")));
+        for (end, columns) in ends.into_iter().enumerate() {
+            let place = lattice.places[lattice.edges[edge][end]] * lattice.spacing;
+            for (column, place) in columns.zip(lattice.dimension.list(place)) {
+                near(number(&column), place);
+            }
+        }
         near(number("stiffness"), body.stiffness[edge]);
         near(
             number("stroke"),
@@ -87,4 +92,78 @@ fn nodes_also_have_the_numbers_of_the_truss_file() {
         has_moved |= row["node"] != row["given_node"];
     }
     assert!(has_moved);
+}
+
+/// A robot in space has a coordinate across, and a drawing with three views of every bar.
+#[test]
+fn robots_in_space_have_three_coordinates_and_three_views() {
+    let cubes = "kind = \"cubic\"\ncolumns = 3\ndepth = 2\nrows = 2\n";
+    let bench = Bench::with(&scene(24, 64, "").replace("columns = 3\nrows = 3\n", cubes));
+    bench.run("run", "--quiet");
+    the_tables_are_right(&bench);
+    let rows = table(&bench, "made/nodes.csv");
+    let place = |row: &BTreeMap<String, String>| {
+        ["x", "y", "z"].map(|axis| row[axis].parse::<f64>().unwrap())
+    };
+    for (k, sizes) in [[0.0, 0.1, 0.2].as_slice(), &[0.0, 0.1], &[0.0, 0.1]]
+        .iter()
+        .enumerate()
+    {
+        for row in &rows {
+            assert!(
+                sizes.iter().any(|size| (size - place(row)[k]).abs() < 1e-9),
+                "{row:?}"
+            );
+        }
+    }
+    bench.ok("export run --svg --out made");
+    let (drawing, bars) = (
+        bench.read("made/drawing.svg"),
+        table(&bench, "made/bars.csv"),
+    );
+    // Returns the two ends of a bar in a view, in metres.
+    let line = |view: &str, edge: &str| {
+        let line = drawing
+            .split(&format!("<line id=\"{view}-{edge}\" "))
+            .nth(1)
+            .unwrap();
+        let numbers: Vec<f64> = line
+            .split('"')
+            .skip(1)
+            .step_by(2)
+            .take(4)
+            .map(|x| x.parse::<f64>().unwrap() / 1e3)
+            .collect();
+        [[numbers[0], numbers[1]], [numbers[2], numbers[3]]]
+    };
+    for bar in &bars {
+        let way = ["x", "y", "z"].map(|axis| {
+            let [from, to] =
+                ["from", "to"].map(|end| bar[&format!("{end}_{axis}")].parse::<f64>().unwrap());
+            to - from
+        });
+        for (view, right, up) in [("bar", 0, 2), ("above", 0, 1), ("front", 1, 2)] {
+            let [from, to] = line(view, &bar["edge"]);
+            assert!(
+                (to[0] - from[0] - way[right]).abs() < 1e-8,
+                "{view}: {bar:?}"
+            );
+            assert!((from[1] - to[1] - way[up]).abs() < 1e-8, "{view}: {bar:?}");
+        }
+    }
+    // The views do not overlap.
+    let size = |attribute: &str| {
+        let text = drawing.split(&format!(" {attribute}=\"")).nth(1).unwrap();
+        text.split('m').next().unwrap().parse::<f64>().unwrap() / 1e3
+    };
+    let of = |view: &str, axis: usize| -> Vec<f64> {
+        let ends = bars.iter().flat_map(|bar| line(view, &bar["edge"]));
+        ends.map(|end| end[axis]).collect()
+    };
+    let least = |numbers: Vec<f64>| numbers.into_iter().fold(f64::INFINITY, f64::min);
+    let most = |numbers: Vec<f64>| numbers.into_iter().fold(0.0, f64::max);
+    assert!(
+        most(of("above", 1)) < least(of("bar", 1)) && most(of("bar", 0)) < least(of("front", 0))
+    );
+    assert!(most(of("front", 0)) < size("width") && most(of("bar", 1)) < size("height"));
 }

@@ -1,7 +1,7 @@
 //! The controller of a robot in MuJoCo, which gets the coordinates and velocities of the model.
 
 use cosmic::case::Case;
-use cosmic::geometry::{Dimension, Ground};
+use cosmic::geometry::Ground;
 use cosmic::lattice::Body;
 use cosmic::policy::{Layer, Network, Sight, of_settings};
 use cosmic::scene::GoalKind;
@@ -34,20 +34,16 @@ impl<'c> Folded<'c> {
     /// The controller of a case; `None` if its policy is not a network.
     pub(super) fn new(case: &'c Case, body: &Body<f64>, ground: &Ground) -> Option<Self> {
         let (settings, nodes) = (&case.scene.controller, case.lattice.nodes());
+        let dimension = case.lattice.dimension;
         let sight = of_settings(settings).observe();
-        let network = Network::of(&case.controller, &case.scene.controller, &case.lattice)?;
-        let mut network = network.folded(
-            settings,
-            (Dimension::Plane, nodes),
-            sight,
-            &body.presence,
-            ground,
-        );
+        let network = Network::of(&case.controller, settings, &case.lattice)?;
+        let mut network =
+            network.folded(settings, (dimension, nodes), sight, &body.presence, ground);
         let first = &mut network.first;
         let columns = first.weights.len() / first.biases.len();
         let unseen = match sight {
             Sight::Robot => 0,
-            Sight::Clock => 4 * nodes,
+            Sight::Clock => 2 * dimension.count() * nodes,
         };
         let rows = first.weights.chunks_exact(columns);
         first.weights = rows
@@ -72,7 +68,8 @@ impl<'c> Folded<'c> {
     pub(super) fn observes(&self, node: usize) -> bool {
         let count = self.case.lattice.nodes();
         let mut rows = self.network.first.weights.chunks_exact(self.inputs);
-        let is_read = rows.any(|row| (0..4).any(|part| row[part * count + node] != 0.0));
+        let parts = 2 * self.case.lattice.dimension.count();
+        let is_read = rows.any(|row| (0..parts).any(|part| row[part * count + node] != 0.0));
         is_read || self.mean.as_ref().is_some_and(|mean| mean[node] != 0.0)
     }
 
@@ -80,12 +77,13 @@ impl<'c> Folded<'c> {
     /// Its outputs are the activations of `actuators`.
     pub(super) fn reordered(&self, nodes: &[usize], actuators: &[usize]) -> Network<f64> {
         let count = self.case.lattice.nodes();
-        let pairs = |part: usize| {
-            let pair = move |&node| [part * count + node, (part + 1) * count + node];
-            nodes.iter().flat_map(pair)
+        let axes = self.case.lattice.dimension.count();
+        let of_nodes = |part: usize| {
+            let of_node = move |&node| (part..part + axes).map(move |part| part * count + node);
+            nodes.iter().flat_map(of_node)
         };
-        let others = 4 * count..self.inputs;
-        let columns: Vec<usize> = pairs(0).chain(pairs(2)).chain(others).collect();
+        let others = 2 * axes * count..self.inputs;
+        let columns: Vec<usize> = of_nodes(0).chain(of_nodes(axes)).chain(others).collect();
         let Network { first, second, .. } = &self.network;
         let rows = first.weights.chunks_exact(self.inputs);
         let hidden = first.biases.len();

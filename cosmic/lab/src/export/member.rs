@@ -1,7 +1,7 @@
 //! The bars of a robot, which are the solid edges of its layout, and the table of bars.
 //!
-//! Positions are those of the robot at rest in the frame of the ground: along and above it from the lattice's lower left
-//! corner.
+//! Positions are those of the robot at rest in the frame of the ground: along and above it, in space also across, from the
+//! lattice's lower left corner.
 
 use crate::report::RobotFiles;
 use crate::table::{Cell, Table};
@@ -43,9 +43,19 @@ pub(super) fn nodes_of(members: &[Member]) -> BTreeSet<usize> {
     members.iter().flat_map(|member| member.nodes).collect()
 }
 
-/// Returns the position of a node along and above the ground, in metres.
+/// Returns the position of a node in the frame of the ground, in metres.
 pub(super) fn place(robot: &RobotFiles, node: usize) -> Vector<f64> {
     robot.lattice.places[node] * robot.lattice.spacing
+}
+
+/// Returns the names of the columns for the coordinates of a point: `x` and `y` for along and above, and in space `x`, `y`
+/// and `z` for along, across and above. The names begin with `prefix`.
+pub(super) fn axes(robot: &RobotFiles, prefix: &str) -> Vec<String> {
+    let names = ["x", "y", "z"].into_iter();
+    names
+        .take(robot.lattice.dimension.count())
+        .map(|name| format!("{prefix}{name}"))
+        .collect()
 }
 
 /// Returns the bars of a robot.
@@ -67,7 +77,7 @@ pub(super) fn members(robot: &RobotFiles) -> Vec<Member> {
 
 /// Returns the table of bars, with a row for each. `loads` has the loads of all edges.
 pub(super) fn bars(robot: &RobotFiles, members: &[Member], loads: &[BarLoad]) -> Table {
-    let materials = &robot.scene.materials;
+    let (materials, dimension) = (&robot.scene.materials, robot.lattice.dimension);
     let stiffness = |m: &Member| {
         let bar = materials.of_edge(&robot.lattice, m.edge);
         m.material.of(&bar.stiffness)
@@ -82,11 +92,11 @@ pub(super) fn bars(robot: &RobotFiles, members: &[Member], loads: &[BarLoad]) ->
         .column("edge", "number of the edge in design.json", |m| m.edge)
         .column("from", "node at the first end", |m| m.nodes[0])
         .column("to", "node at the second end", |m| m.nodes[1])
-        .columns(["from_x", "from_y"], "place of the first end, m", |m, k| {
-            m.axis.from.in_plane()[k]
+        .columns(axes(robot, "from_"), "place of the first end, m", |m, k| {
+            dimension.list(m.axis.from)[k]
         })
-        .columns(["to_x", "to_y"], "place of the second end, m", |m, k| {
-            m.axis.to.in_plane()[k]
+        .columns(axes(robot, "to_"), "place of the second end, m", |m, k| {
+            dimension.list(m.axis.to)[k]
         })
         .column("rest_length", "length of the unstrained bar, m", |m| {
             m.length

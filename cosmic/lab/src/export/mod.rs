@@ -1,7 +1,7 @@
 //! Writes files with which other programs use a finished robot: a model for MuJoCo, two tables and a drawing to scale.
 //!
 //! Tables and drawing show the bars at rest, without void edges, in the frame of the ground: positions are measured along
-//! and above it from the lattice's lower left corner.
+//! and above it, in space also across, from the lattice's lower left corner.
 
 mod member;
 mod drawing;
@@ -14,7 +14,7 @@ use crate::report::{RobotFiles, RunFiles};
 use crate::table::Table;
 use cosmic::error::{Error, Result};
 use cosmic::record::files::make_folder;
-use member::{DECIMALS, Member, bars, members, nodes_of, place};
+use member::{DECIMALS, Member, axes, bars, members, nodes_of, place};
 use std::path::{Path, PathBuf};
 
 /// Writes `bars.csv` and `nodes.csv`, the bars and nodes with peak forces and masses, into a folder. Returns the paths.
@@ -64,9 +64,9 @@ fn nodes(robot: &RobotFiles, members: &[Member]) -> Table {
     Table::of("", "", &nodes)
         .column("node", "number of the node", |node| *node)
         .columns(
-            ["x", "y"],
-            "position along and above the ground, m",
-            |node, k| place(robot, *node).in_plane()[k],
+            axes(robot, ""),
+            "position along and above the ground, in space along, across and above, m",
+            |node, k| robot.lattice.dimension.list(place(robot, *node))[k],
         )
         .column("bars", "number of bars that end at the node", |node| {
             bars(*node)

@@ -1,7 +1,7 @@
 //! A robot for MuJoCo: a model in MJCF, the controller's weights, and a player.
 //!
-//! In flight, MuJoCo and this program agree except for rounding. Nodes are bodies with two sliding joints, along and
-//! above the ground. Bars are tendons. Both programs take semi-implicit Euler steps. In contact they differ: MuJoCo's
+//! In flight, MuJoCo and this program agree except for rounding. Nodes are bodies with a sliding joint for each
+//! coordinate: along and above the ground, and in space also across. Bars are tendons. Both programs take semi-implicit Euler steps. In contact they differ: MuJoCo's
 //! contact is soft and frictional, while this program finds the time of each impact.
 
 use super::controller::{Folded, GoalFields};
@@ -77,11 +77,6 @@ pub fn write(case: &Case, settings: &MujocoSettings, folder: &Path) -> Result<Ve
 /// Returns an error for a case that the model cannot express.
 fn check(case: &Case, settings: &MujocoSettings) -> Result<()> {
     let physics = &case.scene.physics;
-    if case.lattice.dimension == Dimension::Space {
-        return Err(Error::Usage(
-            "the model for MuJoCo is planar so far, and this robot is in space".to_owned(),
-        ));
-    }
     let known = [Damper::NAME, Stops::NAME, Actuator::NAME, Bumpers::NAME];
     let mut forces = physics.forces.about().into_iter();
     let has_other_forces = forces.any(|(name, _)| !known.contains(&name));
@@ -171,6 +166,10 @@ impl<'c> Robot<'c> {
         }
     }
 
+    fn dimension(&self) -> Dimension {
+        self.case.lattice.dimension
+    }
+
     /// Returns the radius of the sphere at each node, in metres.
     fn radius(&self) -> f64 {
         RADIUS * self.case.lattice.scale
@@ -209,11 +208,15 @@ impl<'c> Robot<'c> {
         let (ground, start) = (self.ground(), self.start());
         let (radius, scale) = (self.radius(), self.case.lattice.scale);
         // The depth over which a contact stiffens, the widths of the tendons, and the camera's view.
+        let axes = match self.dimension() {
+            Dimension::Plane => "two coordinates a node, along the ground and above it",
+            Dimension::Space => "three coordinates a node, along the ground, across, and above it",
+        };
         let [depth, thin, thick, up, extent] = [0.0005, 0.003, 0.004, 0.4, 1.5].map(|x| x * scale);
         format!(
             "<mujoco model=\"cosmic\">
   <!-- Nodes n0, n1, ... and edges e0, e1, ... have their numbers of design.json. Void edges are left
-       out. qpos has two coordinates a node, along the ground and above it. -->
+       out. qpos has {axes}. -->
   <option timestep=\"{dt}\" gravity=\"0 0 {gravity}\" integrator=\"Euler\" solver=\"Newton\"
     cone=\"elliptic\" impratio=\"100\" iterations=\"100\" tolerance=\"0.00000001\">
     <flag eulerdamp=\"disable\"/>
@@ -266,11 +269,16 @@ impl<'c> Robot<'c> {
         let damping = -mass * (-self.case.scene.physics.damping * dt).exp_m1() / dt;
         let start = self.case.start.x[node];
         let place = spatial(start);
-        let axes = [("x", self.ground.tangent()), ("z", self.ground.normal())];
-        let along = self.ground.point_to_ground(start);
-        let joints: String = (axes.into_iter().zip(along.in_plane()))
+        let dimension = self.dimension();
+        let names: &[&str] = match dimension {
+            Dimension::Plane => &["x", "z"],
+            Dimension::Space => &["x", "y", "z"],
+        };
+        let places = dimension.components(self.ground.point_to_ground(start));
+        let joints: String = (names.iter().zip(dimension.unit_vectors()))
+            .zip(places)
             .map(|((name, axis), at)| {
-                let axis = spatial(axis);
+                let axis = spatial(self.ground.vector_to_world(axis));
                 format!(
                     "      <joint name=\"n{node}{name}\" axis=\"{axis}\" ref=\"{at}\" \
                      damping=\"{damping}\"/>\n"
@@ -368,11 +376,8 @@ impl<'c> Robot<'c> {
         let start = self.case.start.to_ground(&self.ground);
         let list = |points: &[Vector<f64>]| {
             let own: Vec<Vector<f64>> = self.nodes.iter().map(|&node| points[node]).collect();
-            let numbers: Vec<String> = Dimension::Plane
-                .flat(&own)
-                .iter()
-                .map(f64::to_string)
-                .collect();
+            let numbers = self.dimension().flat(&own);
+            let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();
             numbers.join(" ")
         };
         let (x, v) = (list(&start.x), list(&start.v));
@@ -450,8 +455,8 @@ struct Device {
     length: Vec<f64>,
 }
 
-/// Returns a vector of the robot's plane as a vector of MuJoCo's three-dimensional space, in text.
+/// Returns a vector in text. A planar robot moves in MuJoCo's x-z plane.
 fn spatial(vector: Vector<f64>) -> String {
-    let [x, z] = vector.in_plane();
-    format!("{x} 0 {z}")
+    let [x, y, z] = vector.array();
+    format!("{x} {y} {z}")
 }

@@ -43,6 +43,11 @@ def step(model, robots, net, n, goal=None):
             mujoco.mj_step2(model, data)
 
 
+def ahead(net, way):
+    """How far along the ground the robot gets if its coordinates change by `way`, m."""
+    return way[::len(way) // len(net["nodes"])] @ net["weights"]
+
+
 def told(text):
     """A goal of --goal, such as 1.2 or -1@5: when it begins (s), and its place (m from the payload at the start)."""
     place, _, begin = text.removesuffix("s").partition("@")
@@ -53,7 +58,7 @@ def ways(net, goals, path):
     """For each goal: its place (m), when it begins and ends (s), and how far away the robot is then (m)."""
     last = len(path) - 1
     ends = [min(begin, last) for begin, _ in goals[1:]] + [last]
-    away = lambda goal, n: abs(goal[0] - net["start"] - (path[n] - path[0])[::2] @ net["weights"])
+    away = lambda goal, n: abs(goal[0] - net["start"] - ahead(net, path[n] - path[0]))
     spans = [(goal, n, end) for (n, goal), end in zip(goals, ends) if n < last]
     return [(goal[0] - net["start"], n * net["dt"], end * net["dt"], away(goal, n), away(goal, end)) for goal, n, end in spans]
 
@@ -88,6 +93,6 @@ if __name__ == "__main__":
             time.sleep(max(0.0, began + data.time - time.time()))
     if given.path:
         np.savetxt(given.path, path, delimiter=",", fmt="%.17g")
-    print(f"{(path[-1] - path[0])[::2] @ net['weights']:.4f} m along the ground in {data.time:.3f} s")
+    print(f"{ahead(net, path[-1] - path[0]):.4f} m along the ground in {data.time:.3f} s")
     for place, begin, end, way, left in ways(net, goals, path) if "goal" in net else []:
         print(f"goal {place:.4f} m, {begin:.3f} to {end:.3f} s: {way:.4f} m away at first, {left:.4f} m at the end")

@@ -108,6 +108,9 @@ fn the_exported_controller_has_the_library_s_controls() {
         ("baseline_short", [GIVEN, SLOPE], true),
         ("baseline_short", [OPEN, ""], false),
         ("stability", [SMALL, OPEN], false),
+        ("cube", [SMALL, ""], false),
+        ("cube", [SMALL, SLOPE], false),
+        ("cube", [SMALL, OPEN], false),
     ] {
         let name = format!("{base} {settings:?}");
         let text = format!("base = \"{base}\"\n{}", settings.concat());
