@@ -330,7 +330,14 @@ window = 512
 #[test]
 fn walks_in_mujoco_cover_a_similar_distance() {
     let Some(python) = python() else { return };
-    let bench = Bench::with(WALKER);
+    let cubes = "kind = \"cubic\"\ncolumns = 3\ndepth = 2\nrows = 3\n";
+    walk_alike(python, WALKER);
+    walk_alike(python, &WALKER.replace("columns = 4\nrows = 4\n", cubes));
+}
+
+/// Asserts that robots of a scene with friction 1, of three seeds, walk about as far in MuJoCo as here.
+fn walk_alike(python: &Path, scene: &str) {
+    let bench = Bench::with(scene);
     for seed in 0..3 {
         let run = &format!("run-{seed}");
         bench.run(run, &format!("--seed {seed} --quiet"));
