@@ -44,7 +44,7 @@ def main() -> None:
             if step % EVERY == 0:
                 # Nodes without a bar stay where they are.
                 states.append(rest.copy())
-                states[-1][net["nodes"]] += (data.qpos - begun).reshape(-1, 2)
+                states[-1][net["nodes"]] += (data.qpos - begun).reshape(len(net["nodes"]), -1)
             drive(data, step)
         return np.array(states)
 

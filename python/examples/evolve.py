@@ -1,7 +1,7 @@
 """Evolves layouts under one trained network, and compares them with robots of `cosmic.optimize` at equal processor seconds.
 
     python python/examples/one_policy.py --out one_policy
-    python python/examples/evolve.py one_policy
+    python python/examples/evolve.py one_policy        # with --space if one_policy.py had it
 
 This needs what `one_policy.py` needs. The network never changes in an evolution (zero-shot), so a robot costs one rollout.
 `refined` spends half of the seconds on an evolution, and half on the controller of its best robot. All use one core.
@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, Optional
 import one_policy  # First, because it limits the number of threads.
 import cosmic
 import numpy as np
-from one_policy import SCENE, Array, Weights, bodies, controller, placed, walked
+from one_policy import SCENE, SPACE, Array, Weights, bodies, controller, placed, walked
 
 #: Robots of a generation, robots that survive it, and the share of edges that a mutation draws anew.
 POPULATION, SURVIVORS, RATE = 64, 16, 0.03
@@ -36,13 +36,19 @@ class Robot(NamedTuple):
 
 
 def children(sim: cosmic.Simulator, random: np.random.Generator, parents: Array) -> Array:
-    """Robots with the bars of one parent on one side of a random line and those of another on the other side. Some edges are
-    drawn anew. Then edges change until each robot is in one piece and within the volume bounds."""
+    """Robots with the bars of one parent on one side of a random line and those of another on the other side; in space, of a
+    random plane. Some edges are drawn anew. Then edges change until each robot is in one piece and within the volume bounds."""
     middle = sim.initial().x0[sim.edges].mean(axis=1)
     middle -= middle.mean(axis=0)
     angles = random.uniform(0.0, 2.0 * np.pi, POPULATION)
     offsets = random.uniform(-0.2, 0.2, (POPULATION, 1))
-    side = np.stack([np.cos(angles), np.sin(angles)], axis=1) @ middle.T > offsets
+    if middle.shape[1] == 2:
+        normals = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    else:
+        across = random.uniform(-1.0, 1.0, POPULATION)
+        flat = np.sqrt(1.0 - across**2)
+        normals = np.stack([flat * np.cos(angles), across, flat * np.sin(angles)], axis=1)
+    side = normals @ middle.T > offsets
     one, other = parents[random.integers(len(parents), size=(2, POPULATION))]
     kept = random.uniform(size=side.shape) > RATE
     z = np.where(side[..., None], one, other) * kept[..., None] + random.uniform(size=one.shape)
@@ -81,19 +87,21 @@ def main() -> None:
     parser.add_argument("policy", type=Path, help="folder of one_policy.py")
     parser.add_argument("--seeds", type=int, default=16)
     parser.add_argument("--iterations", type=int, default=150, help="iterations of cosmic.optimize")
+    parser.add_argument("--space", action="store_true", help="robots in space, for a network of robots in space")
     given = parser.parse_args()
     warnings.simplefilter("ignore", UserWarning)
-    sim, _ = one_policy.worlds("mlp")
+    sim, _ = one_policy.worlds("mlp", space=given.space)
+    settings, fixed = ({**scene, **(SPACE if given.space else {})} for scene in (SETTINGS, FIXED))
     weights = dict(np.load(given.policy / "mlp.npz"))
     robots: dict[str, list[Robot]] = {"optimize": [], "evolved": [], "refined": []}
     #: The processor seconds of an iteration that only changes the controller.
     each = 0.0
     for seed in range(given.seeds):
-        both = optimized(SETTINGS, seed, given.iterations)
+        both = optimized(settings, seed, given.iterations)
         begun = evolved(sim, weights, seed, both.seconds / 2)
         start = sim.initial()._replace(z=begun.z, controller=begun.controller)
         count = round(both.seconds / 2 / each) if each else given.iterations // 3
-        tuned = optimized(FIXED, seed, count, start)
+        tuned = optimized(fixed, seed, count, start)
         each = tuned.seconds / count
         robots["optimize"].append(both)
         robots["evolved"].append(evolved(sim, weights, seed, both.seconds))

@@ -1,7 +1,7 @@
 """Identifies friction, drag and stiffness of a robot from its motion, and predicts another walk.
 
 With --draws 20 it counts how often the 95 % intervals contain the true physics. Arguments NAME=FACTOR replace
-the true physics."""
+the true physics. --space takes a robot in space."""
 
 from __future__ import annotations
 
@@ -21,6 +21,8 @@ SCENE: dict[str, object] = {
     "schedule": {"iterations": 60, "attraction_from": 20, "snap_at": 40, "horizon": [128, 512]},
     "loss.window": 64,
 }
+#: The lattice in space.
+SPACE = {"kind": "cubic", "columns": 3, "depth": 2, "rows": 2}
 #: The physics of the real robot, as factors on the scene's. Its friction is 0.63 in place of 0.8.
 TRUE = {"physics.friction": 0.7875, "physics.damping": 1.2, "bars.stiffness": 0.95}
 #: The camera sees every fourth step with an error of 1 mm. The first 16 frames, in which the robot starts from rest on
@@ -76,7 +78,8 @@ def identify(sim: cosmic.Simulator, z: Array, frames: Array, activations: Array,
     units = np.repeat(UNITS, (size, size, len(names)))
     # No node starts below the ground, on which the lowest nodes of a robot at rest are. No factor is negative.
     least = np.full(unknowns, -np.inf)
-    least[1 : size : shape[-1]], least[starts:] = sim.initial().x0[:, 1].min() / units[0], 0.0
+    above = shape[-1] - 1
+    least[above : size : shape[-1]], least[starts:] = sim.initial().x0[:, above].min() / units[0], 0.0
 
     def inputs(rows: Array, driven: Array) -> cosmic.Inputs:
         x0, v0 = (units * rows)[:, :starts].reshape(-1, 2, *shape).swapaxes(0, 1)
@@ -153,9 +156,11 @@ def main() -> None:
     options = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     options.add_argument("factors", nargs="*", metavar="NAME=FACTOR", help="the true physics [default: TRUE]")
     options.add_argument("--draws", type=int, default=0, help="number of true physics to draw, with factors from 0.8 to 1.25")
+    options.add_argument("--space", action="store_true", help="a robot in space")
     given = options.parse_args()
     true = {name: float(factor) for name, factor in (pair.split("=") for pair in given.factors)} or TRUE
-    run = cosmic.optimize(SCENE, seed=2, progress=lambda *_: None)
+    scene = {**SCENE, "lattice": SPACE} if given.space else SCENE
+    run = cosmic.optimize(scene, seed=2, progress=lambda *_: None)
     sim, random = run.simulator(), np.random.default_rng(0)
     drawn = [{name: random.uniform(0.8, 1.25) for name in true} for _ in range(given.draws)] or [true]
     off, margins, wrong = [], [], []

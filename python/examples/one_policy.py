@@ -3,8 +3,8 @@
     python python/examples/one_policy.py --out one_policy
 
 This needs `pip install './python[jax]' optax`. The robots are random layouts in one piece. The network sees which bars a robot
-has and, in closed loop, the positions and velocities of its nodes; those of nodes that the robot lacks are 0. `--gpu` trains
-on a GPU.
+has and, in closed loop, the positions and velocities of its nodes; those of nodes that the robot lacks are 0. `--space` takes
+robots in space, and `--gpu` trains on a GPU.
 """
 
 from __future__ import annotations
@@ -39,6 +39,9 @@ SCENE: dict[str, Any] = {
     "controller": {"hidden": 64, "clock": "fixed"},
     "volume": {"solid": [0.6, 0.8], "actuator": [0.3, 0.4]},
 }
+#: What differs in space. The ground is a plane there, so a slope takes the place of rough ground.
+SPACE: dict[str, Any] = {"lattice": {"kind": "cubic", "columns": 3, "depth": 2, "rows": 3}}
+SLOPE: dict[str, Any] = {"physics.incline_deg": 5.0}
 #: The share of motors that are lost, the steps between two pushes, and the largest velocity of a push, m/s.
 LOST, EVERY, PUSH = 0.25, 256, 0.5
 #: Bodies per update, and the first learning rate of Adam, which falls along a cosine.
@@ -66,7 +69,7 @@ def placed(sim: cosmic.Simulator, random: np.random.Generator, z: Array, lost: f
     drawn = np.where(z[..., 2] == 1.0, random.uniform(size=z.shape[:2]), 2.0)
     is_lost = drawn.argsort(axis=1).argsort(axis=1) < np.round(lost * z[..., 2].sum(axis=1, keepdims=True))
     x0 = rest + random.uniform(-1e-3, 1e-3, (count, *rest.shape))
-    v0 = random.uniform(-push, push, (count, 1, 2)) * np.ones_like(x0)
+    v0 = random.uniform(-push, push, (count, 1, rest.shape[-1])) * np.ones_like(x0)
     return Bodies(*(array.astype(np.float32) for array in (z, x0, v0, 1.0 - is_lost)))
 
 
@@ -127,7 +130,7 @@ def walked(sim: cosmic.Simulator, blocks: Weights, start: Bodies, pushes: Option
     x, v, every = start.x0, start.v0, EVERY if pushes else sim.steps
     for first in range(0, sim.steps, every):
         if pushes:
-            v = v + pushes.uniform(-PUSH, PUSH, (len(v), 1, 2)).astype(v.dtype)
+            v = v + pushes.uniform(-PUSH, PUSH, (len(v), 1, v.shape[-1])).astype(v.dtype)
         inputs = cosmic.Inputs(start.z, blocks, x, v, {"bars.strain": start.strain})
         seen = sim.rollout(inputs, observed=[every], first=first, check=False)
         x, v = seen.x[:, -1], seen.v[:, -1]
@@ -135,24 +138,26 @@ def walked(sim: cosmic.Simulator, blocks: Weights, start: Bodies, pushes: Option
     return far
 
 
-def worlds(policy: str, device: str = "cpu") -> tuple[cosmic.Simulator, cosmic.Simulator]:
-    """Simulators of robots with this policy, on flat and on rough ground: with holes of up to 2 cm every 5 cm."""
-    scene = {**SCENE, "controller": {**SCENE["controller"], "policy": policy}}
+def worlds(policy: str, device: str = "cpu", space: bool = False) -> tuple[cosmic.Simulator, cosmic.Simulator]:
+    """Simulators of robots with this policy, on flat and on rough ground: with holes of up to 2 cm every 5 cm. In space, the
+    second ground is a slope."""
+    scene = {**SCENE, **(SPACE if space else {}), "controller": {**SCENE["controller"], "policy": policy}}
     holes = np.random.default_rng(0).uniform(-0.02, 0.0, 60)
-    rough = {"profile": "points", "points": np.column_stack([0.05 * np.arange(-10, 50), holes])}
-    return cosmic.Simulator(scene, "layout", device), cosmic.Simulator({**scene, "ground": rough}, "layout")
+    rough = {"ground": {"profile": "points", "points": np.column_stack([0.05 * np.arange(-10, 50), holes])}}
+    other = {**scene, **(SLOPE if space else rough)}
+    return cosmic.Simulator(scene, "layout", device), cosmic.Simulator(other, "layout")
 
 
-def agreement() -> float:
+def agreement(space: bool) -> float:
     """The largest difference between gradients over 64 steps on a GPU and on the processor, relative to each array."""
-    random, (here, _), (there, _) = np.random.default_rng(0), worlds("mlp"), worlds("mlp", "gpu")
+    random, (here, _), (there, _) = np.random.default_rng(0), *(worlds("mlp", device, space) for device in ("cpu", "gpu"))
     batch = placed(here, random, bodies(here, random, BATCH))
     one, other = (jax.jit(partial(gradient, sim, 64))(begin(here, 0), batch) for sim in (here, there))
     return max(float(abs(one[name] - other[name]).max() / abs(one[name]).max()) for name in one)
 
 
 def measured(worlds: tuple[cosmic.Simulator, cosmic.Simulator], weights: Weights, z: Array, seed: int) -> list[Array]:
-    """Distances without a disturbance, without a quarter of the motors, with pushes, on rough ground, and with all three."""
+    """Distances without a disturbance, without a quarter of the motors, with pushes, on other ground, and with all three."""
     found = []
     for world, lost, is_pushed in [(0, 0.0, False), (0, LOST, False), (0, 0.0, True), (1, 0.0, False), (1, LOST, True)]:
         random = np.random.default_rng(20_000 + seed)
@@ -166,17 +171,19 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--updates", type=int, default=1000)
     parser.add_argument("--own", type=int, default=16, help="unseen bodies that also get a network of their own")
+    parser.add_argument("--space", action="store_true", help="robots in space, on a lattice of cubes")
     parser.add_argument("--gpu", action="store_true", help="train the shared networks on a GPU")
     parser.add_argument("--out", type=Path, default=Path("one_policy"), help="folder of the networks and the walks")
     given = parser.parse_args()
     if given.gpu:
-        print(f"gradients on the GPU differ by {agreement():.1e} of their largest numbers")
+        print(f"gradients on the GPU differ by {agreement(given.space):.1e} of their largest numbers")
     given.out.mkdir(parents=True, exist_ok=True)
-    print("| | seconds | undisturbed, m | own network | motors lost | pushed | rough ground | all three |")
+    ground = "slope" if given.space else "rough ground"
+    print(f"| | seconds | undisturbed, m | own network | motors lost | pushed | {ground} | all three |")
     print("| --- | --: | --: | --: | --: | --: | --: | --: |")
     for name, policy in (("closed loop", "mlp"), ("open loop", "clock")):
-        sims, random = worlds(policy), np.random.default_rng(given.seed)
-        sim, device = sims[0], worlds(policy, "gpu")[0] if given.gpu else sims[0]
+        sims, random = worlds(policy, space=given.space), np.random.default_rng(given.seed)
+        sim, device = sims[0], worlds(policy, "gpu", given.space)[0] if given.gpu else sims[0]
         unseen, first = bodies(sim, np.random.default_rng(10_000 + given.seed), 4 * given.own), begin(sim, given.seed)
 
         def batch(z: Array) -> Bodies:

@@ -25,6 +25,9 @@ SCENE: dict[str, Any] = {
 SEED = 1
 #: The scene without its schedule, for rollouts.
 SHORT: dict[str, Any] = {**SCENE, "lattice.rows": 2}
+#: A scene with robots in space.
+SPACE: dict[str, Any] = {**SCENE, "lattice": {"kind": "cubic", "columns": 3, "depth": 2, "rows": 2}}
+del SPACE["lattice.columns"], SPACE["lattice.rows"]
 #: A scene with given goals, which change after 85 and 170 of 256 steps.
 GOALS: dict[str, Any] = {
     **SHORT,
@@ -58,7 +61,8 @@ def robot(sim: cosmic.Simulator, seed: int, height: float = 0.0) -> cosmic.Input
     first = leaves(sim.initial(seed))
     drawn = {name: 0.1 * random.normal(size=shape) for name, shape in sim.shapes.items()}
     drawn["z"] += first["z"]
-    drawn["x0"] = first["x0"] + [0.0, height] + 0.03 * drawn["x0"]
+    lift = height * np.eye(sim.shapes["x0"][-1])[-1]
+    drawn["x0"] = first["x0"] + lift + 0.03 * drawn["x0"]
     return tree({name: first[name] if name.startswith("w") else drawn[name] for name in first})
 
 

@@ -75,6 +75,8 @@ POLICIES = """import sys
 import one_policy
 
 one_policy.SCENE.update({"lattice": {"columns": 3, "rows": 3}, "physics.steps": 256, "controller": {"hidden": 8}})
+one_policy.SPACE["lattice"]["rows"] = 2
+is_in_space = "--space" in sys.argv
 one_policy.BATCH, one_policy.EVERY, one_policy.RATE = 16, 64, 0.01
 import evolve
 import numpy as np
@@ -88,7 +90,7 @@ if is_evolution:
     sys.exit()
 sys.argv += ["--out", folder]
 one_policy.main()
-sim, _ = one_policy.worlds("mlp")
+sim, _ = one_policy.worlds("mlp", space=is_in_space)
 unseen = one_policy.bodies(sim, np.random.default_rng(1), 100)
 start = one_policy.placed(sim, np.random.default_rng(2), unseen, one_policy.LOST)
 # Rounded numbers of motors: a quarter of each robot's are lost.
@@ -101,12 +103,13 @@ for weights in (one_policy.begin(sim, 0), dict(np.load(folder + "/mlp.npz"))):
 """
 
 
-def test_one_policy_controls_robots_that_it_has_not_seen_and_evolution_uses_it(tmp_path: Path) -> None:
+@pytest.mark.parametrize("space", [[], ["--space"]], ids=["plane", "space"])
+def test_one_policy_controls_robots_that_it_has_not_seen_and_evolution_uses_it(space: list[str], tmp_path: Path) -> None:
     pytest.importorskip("jax")
     pytest.importorskip("optax")
     printed = []
     for arguments in (["one_policy", "--updates", "40", "--own", "8"], ["evolve", "--seeds", "3", "--iterations", "40"]):
-        command = [sys.executable, "-c", POLICIES, tmp_path / "out", *arguments]
+        command = [sys.executable, "-c", POLICIES, tmp_path / "out", *arguments, *space]
         done = subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=EXAMPLES)
         assert done.returncode == 0, done.stderr
         printed.append(done.stdout)
@@ -142,15 +145,16 @@ wrong: int = cosmic.{module}.loss(lambda x, v: x.sum())
 """
 
 
+@pytest.mark.parametrize("space", [[], ["--space"]], ids=["plane", "space"])
 def test_identification_finds_the_physics(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    space: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.syspath_prepend(EXAMPLES)
     identify = importlib.import_module("identify")
     # Half of the steps, which are 11 windows.
     scene = {**identify.SCENE, "physics": {**identify.SCENE["physics"], "steps": 512}}
     monkeypatch.setattr(identify, "SCENE", scene)
-    monkeypatch.setattr(sys, "argv", ["identify.py"])
+    monkeypatch.setattr(sys, "argv", ["identify.py", *space])
     identify.main()
     printed = capsys.readouterr().out
     found = [tuple(map(float, row)) for row in re.findall(r"true (.*), estimate (.*) ± (.*)", printed)]

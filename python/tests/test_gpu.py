@@ -9,7 +9,7 @@ from typing import Any
 import cosmic
 import numpy as np
 import pytest
-from common import GOALS, SHORT, airborne, like, mapped, pairs, robot, same, stacked, why_no_gpu
+from common import GOALS, SHORT, SPACE, airborne, like, mapped, pairs, robot, same, stacked, why_no_gpu
 from cosmic._simulator import leaves
 from cosmic import _core
 
@@ -58,6 +58,15 @@ def test_gradients_agree_with_those_of_the_processor(shared: tuple[str, ...]) ->
     expected = here.vjp(batch, bars, 64)
     assert close(there.vjp(batch, bars, 64), expected, GRADIENTS)
     assert same(there.vjp(batch, bars, 64), there.vjp(batch, bars, 64))
+
+
+def test_robots_in_space() -> None:
+    here, there = pair(SPACE)
+    walking = stacked([robot(here, seed, height=0.02) for seed in range(3)])
+    assert close(there.rollout(walking, 64), here.rollout(walking, 64), STATES)
+    batch = stacked([airborne(here, seed) for seed in range(3)])
+    bars = cosmic.Trajectory(*like(here.rollout(batch, 64), 1))
+    assert close(there.vjp(batch, bars, 64), here.vjp(batch, bars, 64), GRADIENTS)
 
 
 def test_one_robot_has_no_axis_in_front() -> None:

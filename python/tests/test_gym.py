@@ -11,7 +11,7 @@ from typing import Any
 import cosmic
 import numpy as np
 import pytest
-from common import GOALS, SCENE
+from common import GOALS, SCENE, SPACE
 
 gymnasium = pytest.importorskip("gymnasium")
 import cosmic.gym  # noqa: E402
@@ -24,9 +24,10 @@ NAME = "cosmic.gym:cosmic/Walk-v0"
 
 
 @pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("scene", [SCENE, SPACE], ids=["plane", "space"])
 @pytest.mark.parametrize("render_mode", [None, "rgb_array"])
-def test_an_environment_passes_the_checks_of_gymnasium(render_mode: str | None) -> None:
-    env = gymnasium.make(NAME, robot=SCENE, render_mode=render_mode, **FRAMES)
+def test_an_environment_passes_the_checks_of_gymnasium(scene: dict[str, Any], render_mode: str | None) -> None:
+    env = gymnasium.make(NAME, robot=scene, render_mode=render_mode, **FRAMES)
     # The check of rendering opens a window.
     check_env(env.unwrapped, skip_render_check=importlib.util.find_spec("pygame") is None)
 
@@ -52,6 +53,23 @@ def test_an_episode_is_a_rollout_of_the_scene() -> None:
     ]
     with pytest.raises(gymnasium.error.ResetNeeded):
         env.step(np.zeros(env.action_space.shape, np.float32))
+
+
+def test_robots_in_space_are_observed_and_shown() -> None:
+    env = cosmic.gym.WalkEnv(SPACE, render_mode="rgb_array", observation="paper", **FRAMES)
+    observation, _ = env.reset(seed=0)
+    picture = env.render()
+    for _ in range(3):
+        x, v, weight = env._walk.x[0], env._walk.v[0], np.array(env._walk.core.presence)[:, None]
+        assert x.shape == v.shape == (12, 3)
+        offsets = weight * (x - (weight * x).sum(axis=0) / weight.sum())
+        # Ten clocks, a goal 2 m ahead and 0.1 m high, and both vectors of all nodes.
+        expected = 0.05 * np.concatenate([[2.0, 0.0, 0.1], offsets.ravel(), (weight * v).ravel()])
+        assert observation.shape == (10 + 3 + 2 * 36,) and observation[10:] == pytest.approx(expected, abs=1e-12)
+        observation, *_ = env.step(np.ones(env.action_space.shape, np.float32))
+    assert np.abs(x[:, 1] - env._walk.rest[:, 1]).max() > 1e-3
+    # The robot is seen from the side.
+    assert picture.shape == env.render().shape == (240, 480, 3) and (picture != env.render()).any()
 
 
 def test_rewards_add_up_to_the_distance() -> None:
@@ -112,6 +130,13 @@ def test_a_robot_is_upright_by_its_tilt() -> None:
         env._walk.x[0] = 1.3 * rest @ np.array([[c, s], [-s, c]]) + [3.0, 1.0]
         # The start is scattered by 1 mm.
         assert env._walk.upright()[0] == pytest.approx(np.cos(turn), abs=0.01)
+    space = cosmic.gym.WalkEnv(SPACE, **FRAMES)
+    space.reset(seed=0)
+    for turn, about, expected in ((0.7, (0, 2), np.cos(0.7)), (2.0, (1, 2), np.cos(2.0)), (1.0, (0, 1), 1.0)):
+        turned = np.eye(3)
+        turned[np.ix_(about, about)] = [[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]
+        space._walk.x[0] = 1.3 * space._walk.rest @ turned.T + [3.0, -2.0, 1.0]
+        assert space._walk.upright()[0] == pytest.approx(expected, abs=1e-9)
     # The mirror image of a robot is not a rotation of it; the nearest ones lie between no turn and a half turn.
     env._walk.x[0] = rest * [-1.0, 1.0]
     assert abs(env._walk.upright()[0]) <= 1.0
@@ -293,10 +318,11 @@ def assert_equal_infos(ours: dict[str, Any], theirs: dict[str, Any]) -> None:
             assert ours[name].dtype == value.dtype and np.array_equal(ours[name], value), name
 
 
+@pytest.mark.parametrize("scene", [SCENE, SPACE], ids=["plane", "space"])
 @pytest.mark.parametrize("mode", MODES, ids=lambda mode: mode.value)
-def test_many_robots_match_gymnasiums_sync_vector_env(mode: Any) -> None:
+def test_many_robots_match_gymnasiums_sync_vector_env(mode: Any, scene: dict[str, Any]) -> None:
     robots, random = 4, np.random.default_rng(1)
-    kwargs = {"robot": SCENE, **FRAMES}
+    kwargs = {"robot": scene, **FRAMES}
     ours = gymnasium.make_vec(NAME, robots, autoreset_mode=mode, **kwargs)
     theirs = gymnasium.make_vec(
         NAME, robots, "sync", vector_kwargs={"autoreset_mode": mode}, **kwargs

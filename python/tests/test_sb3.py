@@ -7,7 +7,7 @@ from typing import Any
 import cosmic
 import numpy as np
 import pytest
-from common import GOALS, SCENE
+from common import GOALS, SCENE, SPACE
 
 pytest.importorskip("stable_baselines3")
 import cosmic.gym  # noqa: E402
@@ -37,7 +37,9 @@ def assert_equal_infos(ours: list[dict[str, Any]], theirs: list[dict[str, Any]])
 
 
 @pytest.mark.parametrize(
-    ("scene", "limit"), [(SCENE, None), (SCENE, 4), (GOALS, None)], ids=["whole", "cut", "goals"]
+    ("scene", "limit"),
+    [(SCENE, None), (SCENE, 4), (GOALS, None), (SPACE, 4)],
+    ids=["whole", "cut", "goals", "space"],
 )
 def test_many_robots_match_the_dummy_vec_env(scene: dict[str, Any], limit: int | None) -> None:
     robots, random = 3, np.random.default_rng(1)
