@@ -2,17 +2,27 @@
 
     pip install ./python taichi==1.7.4 mujoco-mjx
     taskset -c 0 python studies/steps.py
+    taskset -c 0 python studies/steps.py --space    # a robot in space beside a planar one; needs only the package cosmic
 
 The robot has 5x5 nodes and 72 bars, all of them actuators with given activations. The gradient is that of its distance by
 all activations. The taichi program is like DiffTaichi's mass_spring.py: one kernel for the forces and one for the motion
 are launched in every step, in single precision. MJX computes in single precision too, with one iteration of the solver,
 because its reverse mode needs a fixed number.
+
+With --space, the world is that of codesign-mpt on flat ground, with cubes in space and with squares in the plane. The activations
+are given too, and the gradient is that of the mean distance of all nodes by them. The measurements of both alternate, and each
+number is the least of nine.
 """
 
+import os
+import sys
 import time
 from collections.abc import Callable
 from functools import partial
 from typing import Any
+
+# One thread, also for batches. The library reads this when it starts.
+os.environ["RAYON_NUM_THREADS"] = "1"
 
 import cosmic
 import numpy as np
@@ -119,7 +129,67 @@ def of_mjx() -> float:
     return microseconds(lambda: np.asarray(compiled(ACTIVATIONS)), 3)
 
 
+#: The world of codesign-mpt (arXiv 2502.10862), on flat ground and with Coulomb friction.
+WORLD: dict[str, Any] = {
+    "scene": "coulomb",
+    "physics": {"dt": 0.004, "steps": STEPS, "gravity": 9.8, "damping": 15.0, "friction": 0.9, "node_mass": 1.0},
+    "physics.payload_mass": 0.0,
+    "materials": {"stiffness": [1e-3, 15e3, 15e3], "density": [1e-6, 1e-6, 1e-6], "max_strain": [0.0, 0.0, 0.2]},
+}
+LATTICES: dict[str, dict[str, Any]] = {
+    "space": {"kind": "cubic", "columns": 7, "depth": 7, "rows": 5},
+    "plane": {"columns": 21, "rows": 21},
+}
+
+
+def sweeps(sim: cosmic.Simulator, robots: int, dtype: Any) -> list[Callable[[], Any]]:
+    """A rollout of so many robots, and a gradient with its rollout."""
+    first, edges = sim.initial(), len(sim.edges)
+    z = np.tile(np.array([0, 0, 1], dtype), (edges, 1))
+    # One slow wave for each bar. Noise would shake the robot in space to pieces.
+    phases = np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, (robots, 1, edges))
+    drawn = np.sin(10.0 * sim.dt * np.arange(STEPS)[:, None] + phases).astype(dtype)
+    robot = cosmic.Inputs(z, {"activations": drawn}, first.x0.astype(dtype), first.v0.astype(dtype))
+    bars = np.zeros((2, robots, 1, *first.x0.shape), dtype)
+    bars[0, ..., 0] = 1.0 / len(first.x0)
+    forward = partial(sim.rollout, robot, observed=[STEPS])
+    assert np.isfinite(forward().x).all()
+    return [forward, partial(sim.vjp, robot, cosmic.Trajectory(*bars), observed=[STEPS], by=["activations"])]
+
+
+def in_space() -> None:
+    """Prints the cost of a step in space and in the plane, and the ratio of both for each bar."""
+    sims = {name: cosmic.Simulator({**WORLD, "lattice": lattice}, "layout") for name, lattice in LATTICES.items()}
+    bars = {name: len(sim.edges) for name, sim in sims.items()}
+    for name, sim in sims.items():
+        print(f"{name}: {sim.shapes['x0'][0]} nodes, {bars[name]} bars")
+    print("| | space, us | plane, us | space, ns per bar | plane, ns per bar | ratio |")
+    print("| --- | --: | --: | --: | --: | --: |")
+    for robots, dtype in ((1, np.float64), (1, np.float32), (8, np.float32)):
+        calls = {name: sweeps(sim, robots, dtype) for name, sim in sims.items()}
+        for k, sweep in enumerate(("forward", "with the gradient")):
+            least = dict.fromkeys(sims, np.inf)
+            for _ in range(9):
+                for name in sims:
+                    begin = os.times().user
+                    # The clock of user seconds has ticks of 10 ms.
+                    count = 0
+                    while count == 0 or os.times().user - begin < 0.5:
+                        calls[name][k]()
+                        count += 1
+                    seconds = (os.times().user - begin) / count
+                    least[name] = min(least[name], 1e6 * seconds / robots / STEPS)
+            each = {name: 1e3 * least[name] / bars[name] for name in sims}
+            numbers = [least["space"], least["plane"], each["space"], each["plane"]]
+            what = f"{sweep}, {robots} robot{'s' * (robots > 1)}, {'double' if dtype is np.float64 else 'single'} precision"
+            cells = " | ".join(f"{number:.1f}" for number in numbers)
+            print(f"| {what} | {cells} | {each['space'] / each['plane']:.2f} |", flush=True)
+
+
 if __name__ == "__main__":
+    if sys.argv[1:] == ["--space"]:
+        in_space()
+        sys.exit()
     costs = {"cosmic, single precision": of_cosmic(np.float32), "cosmic, double precision": of_cosmic(np.float64)}
     costs |= {"taichi, like DiffTaichi": of_taichi(), "MJX": of_mjx()}
     for name, cost in costs.items():
