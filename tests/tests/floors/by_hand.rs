@@ -34,12 +34,14 @@ fn lines_with(words: &[&str]) -> Vec<String> {
 /// straight-through estimator, and all adjoints of its kernels are generated from recordings.
 #[test]
 fn nothing_is_differentiated_by_hand() {
-    let rules = lines_with(&[
+    let mut rules = lines_with(&[
         "Fused for",
         "Rule for",
         "custom::apply",
         ".straight_through(",
     ]);
+    // Generated code has the rules of the engine, such as that of the length of a vector.
+    rules.retain(|rule| !rule.contains("laws/adjoints.rs:"));
     assert!(
         matches!(&rules[..], [one] if one.contains("projection.rs") && one.contains("soft")),
         "{rules:#?}"
