@@ -478,6 +478,9 @@ pub trait Vectorized<S: Real> {
     /// Whether the work is also compiled for scalars where a number type [has lanes](Real::KERNELS_NEED_LANES).
     #[doc(hidden)]
     const HAS_SCALARS: bool = true;
+    /// Whether the work is also compiled for registers of 512 bits. See [`Kernel::HAS_512`](crate::arrays::Kernel::HAS_512).
+    #[doc(hidden)]
+    const HAS_512: bool = true;
     /// Does the work in lanes of type `L`. Mark all functions that it calls with the attribute
     /// [`kernel`](macro@crate::kernel), which the implementation needs too.
     fn run<L: Lane<S>>(self) -> Self::Output;

@@ -11,7 +11,7 @@ use super::operation::LaneOperation;
 use super::row::{Bars, Places, Reach, StepValues, add, load};
 use super::uniform::UniformInputs;
 use crate::real::Real;
-use crate::simd::{Lane, Unchecked, WIDEST, lanes};
+use crate::simd::{Lane, Unchecked, WIDEST, lanes_with};
 
 /// An operation that applies a kernel to each edge of a graph. The first `C` inputs of the kernel are differences of
 /// node values (head minus tail). The other inputs come from arrays with one number per edge. If `SUMS` is true, each of
@@ -194,7 +194,7 @@ where
         uniforms: &[Array],
         outputs: [Array; O],
     ) -> Self {
-        let plan = EdgePlan::new(graph, lanes::<R>());
+        let plan = EdgePlan::new(graph, lanes_with::<R>(K::HAS_512));
         let len = |k| if k < C { plan.nodes } else { plan.slots };
         let lens = inputs.iter().enumerate().map(|(k, &array)| (array, len(k)));
         let reached = if SUMS {
@@ -263,6 +263,7 @@ where
     K: Kernel<I, O>,
 {
     const HAS_SCALARS: bool = false;
+    const HAS_512: bool = K::HAS_512;
     fn outputs(&self) -> Vec<Array> {
         self.outputs.to_vec()
     }

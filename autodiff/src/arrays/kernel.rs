@@ -88,6 +88,10 @@ pub trait Kernel<const I: usize, const O: usize>: Send + 'static {
     /// The number of uniform inputs, at most [`MOST_UNIFORMS`](super::MOST_UNIFORMS). All elements share them.
     const UNIFORMS: usize = 0;
 
+    /// Whether the kernel is also compiled for registers of 512 bits (AVX-512 on x86-64), where optimised builds have them.
+    /// A kernel that is used seldom can save this time of the compiler: it then runs in registers of 256 bits.
+    const HAS_512: bool = true;
+
     /// Whether programs replay a recording of the kernel for all number types. By default the kernel is compiled for
     /// floats. A replay suits a kernel whose formula is data: each of its operations is chosen once, when the kernel is
     /// recorded. [`vjp`](Kernel::vjp) is then not used.

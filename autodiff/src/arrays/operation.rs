@@ -25,6 +25,8 @@ pub(crate) trait Operation<R: Real>: Send {
 pub(crate) trait LaneOperation<R: Real>: Send {
     /// See [`Vectorized::HAS_SCALARS`].
     const HAS_SCALARS: bool = true;
+    /// See [`Kernel::HAS_512`](super::Kernel::HAS_512).
+    const HAS_512: bool = true;
     /// See [`Operation::outputs`].
     fn outputs(&self) -> Vec<Array>;
     /// See [`Operation::set_active`].
@@ -59,6 +61,7 @@ impl<R: Real, T: LaneOperation<R>> Vectorized<R> for Forward<'_, T, R> {
     const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = ();
     const HAS_SCALARS: bool = T::HAS_SCALARS;
+    const HAS_512: bool = T::HAS_512;
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
         self.0.forward_in::<L>(self.1, self.2);
@@ -71,6 +74,7 @@ impl<R: Real, T: LaneOperation<R>> Vectorized<R> for Reverse<'_, '_, T, R> {
     const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = ();
     const HAS_SCALARS: bool = T::HAS_SCALARS;
+    const HAS_512: bool = T::HAS_512;
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
         self.0.reverse_in::<L>(self.1, self.2);

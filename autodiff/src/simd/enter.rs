@@ -24,10 +24,10 @@ pub(crate) fn f64_lanes<V: Vectorized<f64>>(work: V) -> V::Output {
     match level() {
         #[cfg(any(lanes_512, all(test, lanes = "x86")))]
         // SAFETY: `level` checked that the processor has the instructions.
-        level::Level::Avx512 => unsafe { f64_avx512(work) },
+        level::Level::Avx512 if const { V::HAS_512 } => unsafe { f64_avx512(work) },
         #[cfg(lanes = "x86")]
         // SAFETY: `level` checked that the processor has the instructions.
-        level::Level::Avx2 => unsafe { f64_avx2(work) },
+        level::Level::Avx2 | level::Level::Avx512 => unsafe { f64_avx2(work) },
         #[cfg(any(lanes = "neon", lanes = "simd128"))]
         level::Level::Neon | level::Level::Simd128 => work.run::<narrow::F64x2>(),
         _ => scalars(work),
@@ -39,10 +39,10 @@ pub(crate) fn f32_lanes<V: Vectorized<f32>>(work: V) -> V::Output {
     match level() {
         #[cfg(any(all(lanes_512, lanes_f32), all(test, lanes = "x86")))]
         // SAFETY: `level` checked that the processor has the instructions.
-        level::Level::Avx512 => unsafe { f32_avx512(work) },
+        level::Level::Avx512 if const { V::HAS_512 } => unsafe { f32_avx512(work) },
         #[cfg(all(lanes = "x86", any(lanes_f32, test)))]
         // SAFETY: `level` checked that the processor has the instructions.
-        level::Level::Avx2 => unsafe { f32_avx2(work) },
+        level::Level::Avx2 | level::Level::Avx512 => unsafe { f32_avx2(work) },
         #[cfg(all(any(lanes = "neon", lanes = "simd128"), any(lanes_f32, test)))]
         level::Level::Neon | level::Level::Simd128 => work.run::<narrow::F32x4>(),
         _ => scalars(work),

@@ -47,11 +47,12 @@ impl<R: Real> Lane<R> for R {
     }
 }
 
-struct LaneCount;
+struct LaneCount<const HAS_512: bool>;
 
-impl<R: Real> Vectorized<R> for LaneCount {
+impl<R: Real, const HAS_512: bool> Vectorized<R> for LaneCount<HAS_512> {
     const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = usize;
+    const HAS_512: bool = HAS_512;
     #[inline(always)]
     fn run<L: Lane<R>>(self) -> usize {
         L::N
@@ -60,7 +61,18 @@ impl<R: Real> Vectorized<R> for LaneCount {
 
 /// The number of lanes in a register of the number type `R` on this machine.
 pub(crate) fn lanes<R: Real>() -> usize {
-    let lanes = R::vectorize(LaneCount);
+    checked(R::vectorize(LaneCount::<true>))
+}
+
+/// The number of lanes for work that [has registers of 512 bits](Vectorized::HAS_512) or not.
+pub(crate) fn lanes_with<R: Real>(has_512: bool) -> usize {
+    match has_512 {
+        true => lanes::<R>(),
+        false => checked(R::vectorize(LaneCount::<false>)),
+    }
+}
+
+fn checked(lanes: usize) -> usize {
     let fits = lanes.is_power_of_two() && lanes <= WIDEST;
     assert!(
         fits,

@@ -33,7 +33,7 @@ mod float;
 #[cfg(all(test, lanes))]
 mod tests;
 
-pub(crate) use lane::{WIDEST, lanes};
+pub(crate) use lane::{WIDEST, lanes, lanes_with};
 #[cfg(test)]
 pub(crate) use level::at_most;
 pub use level::{Level, level};

@@ -31,13 +31,25 @@ impl Kernel<2, 1> for Spring {
     }
 }
 
+/// A spring whose registers have at most 256 bits.
+#[derive(Clone, Copy)]
+struct NarrowSpring;
+
+#[kernel]
+impl Kernel<2, 1> for NarrowSpring {
+    const HAS_512: bool = false;
+    fn eval<R: Real>(&self, x: [R; 2], uniforms: &[R]) -> [R; 1] {
+        Spring.eval(x, uniforms)
+    }
+}
+
 #[derive(Clone, Copy)]
 struct Move;
 
 #[kernel]
-impl Kernel<3, 2> for Move {
-    fn eval<R: Real>(&self, [x, v, force]: [R; 3], _: &[R]) -> [R; 2] {
-        let v = v * R::lit(0.99) + force * R::lit(0.05);
+impl Kernel<4, 2> for Move {
+    fn eval<R: Real>(&self, [x, v, force, other]: [R; 4], _: &[R]) -> [R; 2] {
+        let v = v * R::lit(0.99) + (force + other) * R::lit(0.05);
         let v = R::select(x.less(-0.5), v.max(R::zero()), v);
         [x + R::lit(0.05) * v, v]
     }
@@ -51,10 +63,11 @@ impl Model for Driven {
         let [x, v] = [(); 2].map(|()| p.state(NODES));
         let hidden = p.dense_tanh(inner, &[x], bias);
         let driven = p.dense(outer, &[hidden], none);
+        let [other] = p.map_edges(graph, NarrowSpring, [x], &[driven], &[]);
         let [force] = p.map_edges(graph, Spring, [x], &[driven], &[]);
         let turned: Vec<_> = (0..NODES).map(|i| Some((i + 5) % NODES)).collect();
         let force = p.gather(force, &turned);
-        let [next_x, next_v] = p.map(Move, [x, v, force], &[]);
+        let [next_x, next_v] = p.map(Move, [x, v, force, other], &[]);
         p.advance(x, next_x);
         p.advance(v, next_v);
     }

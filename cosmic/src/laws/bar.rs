@@ -212,6 +212,7 @@ impl<L: BarForce> Kernel<6, 2> for Tension<L> {
 
 #[kernel]
 impl<L: BarForce> Kernel<7, 3> for Tension<L> {
+    const HAS_512: bool = false;
     const UNIFORMS: usize = L::COUNT;
     const IS_REPLAYED: bool = L::IS_REPLAYED;
 
@@ -232,6 +233,7 @@ pub struct MovingTension<L>(pub Tension<L>);
 in_both_dimensions! { D =>
     #[kernel]
     impl<L: BarForce> Kernel<{ 2 * D + 4 }, D> for MovingTension<L> {
+        const HAS_512: bool = D == 2;
         const UNIFORMS: usize = L::COUNT;
         const IS_REPLAYED: bool = L::IS_REPLAYED;
 

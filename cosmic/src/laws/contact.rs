@@ -372,6 +372,7 @@ impl<C: Contact, G: Surface> Kernel<7, 4> for Flying<C, G> {
 
 #[kernel]
 impl<C: Contact> Kernel<10, 6> for Flying<C> {
+    const HAS_512: bool = false;
     const UNIFORMS: usize = Push::<f64, 3>::COUNT + C::COUNT;
 
     fn eval<R: Real>(&self, node: [R; 10], given: &[R]) -> [R; 6] {

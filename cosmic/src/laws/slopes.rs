@@ -78,6 +78,7 @@ impl<L: BarForce> Slopes<L> {
 in_both_dimensions! { D =>
     #[kernel]
     impl<L: BarForce> Kernel<{ 2 * D + 4 }, 3> for Slopes<L> {
+        const HAS_512: bool = D == 2;
         const UNIFORMS: usize = L::COUNT;
         const IS_REPLAYED: bool = L::IS_REPLAYED;
 
@@ -131,6 +132,7 @@ pub struct Linear<const D: usize> {
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<{ 2 * D + 3 }, { D + D * (D + 1) / 2 }> for Linear<D> {
+        const HAS_512: bool = D == 2;
         fn eval<R: Real>(&self, bar: [R; 2 * D + 3], _: &[R]) -> [R; D + D * (D + 1) / 2] {
             let (edge, rest) = EdgeVector::<R, D>::split(&bar);
             let (tension, by_length, by_rate) = (rest[0], rest[1], rest[2]);
@@ -165,6 +167,7 @@ pub struct Impulse<const D: usize>;
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<{ 2 * D + D * (D + 1) / 2 }, D> for Impulse<D> {
+        const HAS_512: bool = D == 2;
         fn eval<R: Real>(&self, bar: [R; 2 * D + D * (D + 1) / 2], _: &[R]) -> [R; D] {
             let ([change, impulse], slopes) = Vector::<R, D>::split(&bar);
             (impulse + Symmetric::first_of(slopes) * change).array()
