@@ -91,24 +91,24 @@ fn a_crate_outside_of_the_workspace_has_a_law_of_its_own() {
     }
 }
 
-/// The dependencies of both READMEs work as they are pasted: the packages are at their paths, and the features exist. The
+/// The dependencies of the pages work as they are pasted: the packages are at their paths, and the features exist. The
 /// settings for building them are those of the workspace.
 #[test]
-fn the_dependencies_of_the_readmes_resolve() {
+fn the_dependencies_of_the_pages_resolve() {
     let repository = cosmic_tests::workspace().canonicalize().unwrap();
-    for readme in ["README.md", "autodiff/README.md"] {
-        let text = fs::read_to_string(repository.join(readme)).unwrap();
+    for page in ["README.md", "autodiff/README.md", "docs/extending.md"] {
+        let text = fs::read_to_string(repository.join(page)).unwrap();
         let block = text.split("```toml\n").nth(1).expect("a block of TOML");
         let block = block.split("```").next().expect("its end");
         if let Some((_, profile)) = block.split_once("[profile.release]") {
             let of_workspace = fs::read_to_string(repository.join("Cargo.toml")).unwrap();
             for line in profile.lines() {
-                assert!(of_workspace.contains(line), "{readme}: {line}");
+                assert!(of_workspace.contains(line), "{page}: {line}");
             }
         }
         // The reader's clone is beside the reader's crate.
         let block = block.replace("../cosmic/", &format!("{}/", repository.display()));
-        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(readme.replace('/', "_"));
+        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(page.replace('/', "_"));
         fs::create_dir_all(folder.join("src")).unwrap();
         fs::write(folder.join("src/lib.rs"), "").unwrap();
         let package = "[package]\nname = \"pasted\"\nedition = \"2024\"\n";
@@ -121,6 +121,6 @@ fn the_dependencies_of_the_readmes_resolve() {
         // In contrast to `metadata`, this needs no packages for other systems.
         resolved.args(["tree", "--offline", "--all-features"]);
         let tree = done(resolved.current_dir(&folder));
-        assert!(tree.contains("cosmic-autodiff"), "{readme}");
+        assert!(tree.contains("cosmic-autodiff"), "{page}");
     }
 }
