@@ -21,34 +21,40 @@ web/build.sh
 # The book has the folders of the repository, so that links between documents work in both.
 mkdir -p "$book/src" "$book/theme"
 cp docs/book.toml "$book"
-git ls-files -z -- '*.md' '*.svg' '*.png' '*.gif' '*.csv' '*.toml' '*.py' '*.ipynb' '*.yml' 'cosmic/*.rs' 'LICENSE-*' \
-  ':!web' ':!gpu' ':!fuzz' | xargs -0 cp --parents -t "$book/src"
+git ls-files -z -- '*.md' '*.svg' '*.png' '*.gif' '*.csv' '*.toml' '*.py' '*.ipynb' '*.yml' 'cosmic/*.rs' '*/pages/*' \
+  'LICENSE-*' ':!web' ':!gpu' ':!fuzz' | xargs -0 cp --parents -t "$book/src"
+cp -rL scenes "$book/src"
 sed -E 's#\]\(\.\./#](#; t; s#\]\(([a-z])#](docs/\1#' docs/SUMMARY.md >"$book/src/SUMMARY.md"
-# listing FOLDER PATTERN TITLE: a chapter for a folder that a document links to.
+# listing FOLDER TITLE: a chapter for a folder that a document links to.
 listing() {
   local file
-  printf -- '- [%s](%s/README.md)\n' "$3" "$1" >>"$book/src/SUMMARY.md"
-  printf '# %s\n\n' "$3" >"$book/src/$1/README.md"
-  for file in $(git ls-files -- "$1/$2"); do
+  printf -- '- [%s](%s/README.md)\n' "$2" "$1" >>"$book/src/SUMMARY.md"
+  printf '# %s\n\n' "$2" >"$book/src/$1/README.md"
+  for file in $(git ls-files -- "$1"); do
     file=$(basename "$file")
     printf -- '- [%s](%s)\n' "$file" "$file" >>"$book/src/$1/README.md"
     case $file in *.md) printf -- '  - [%s](%s/%s)\n' "${file%.md}" "$1" "$file" >>"$book/src/SUMMARY.md" ;; esac
   done
 }
 printf '\n# Reference\n\n- [Crates](crates.md)\n' >>"$book/src/SUMMARY.md"
-listing cosmic/program/tests/pages '*' 'Commands with their output'
-listing python/examples '*' 'Examples in Python'
+listing cosmic/program/tests/pages 'Commands with their output'
+listing cosmic/program/examples 'Examples in Rust'
+listing python/examples 'Examples in Python'
 {
   printf '# Crates\n\n'
   for name in autodiff autodiff_derive cosmic cosmic_optimiser cosmic_lab cosmic_program; do
     printf -- '- [`%s`](../api/%s/index.html)\n' "$name" "$name"
   done
 } >"$book/src/crates.md"
+# mdBook makes an index of every README, but does not change the links to it.
+find "$book/src" -name '*.md' ! -name SUMMARY.md -exec sed -E -i 's#(\]\([^):]*)README\.md#\1index.html#g' {} +
 # Rustdoc resolves the links of this table.
 sed -i 's#\.\./autodiff/src/kinks\.md#../../api/autodiff/real/index.html#' "$book"/src/docs/*.md
-# Every page leads to the other parts of the site.
-printf '<p><a href="{{ path_to_root }}../index.html">A robot in your browser</a> · <a href="{{ path_to_root }}crates.html">%s</a></p>\n' \
-  'The crates' >"$book/theme/header.hbs"
+# Every page leads to the other parts of the site. mdBook moves its pages up by the height of the menu.
+cat >"$book/theme/header.hbs" <<'END'
+<p style="margin: 0 0 calc(8px - var(--menu-bar-height)); padding: calc(var(--menu-bar-height) + 8px) 16px 0">
+<a href="{{ path_to_root }}../index.html">A robot in your browser</a> · <a href="{{ path_to_root }}crates.html">The crates</a></p>
+END
 
 rm -rf "$out"
 mkdir -p "$out"
