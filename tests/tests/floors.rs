@@ -215,3 +215,26 @@ fn tests_are_in_the_folders_of_tests() {
         );
     }
 }
+
+/// Every test that the table of bugs of other tools names exists.
+#[test]
+fn reports_about_other_tools_have_their_tests() {
+    let page = fs::read_to_string(workspace().join("CONTRIBUTING.md")).unwrap();
+    let section = page.split("## Bugs of other tools").nth(1).unwrap();
+    let table = section.split("\n## ").next().unwrap();
+    let rows: Vec<&str> = table.lines().filter(|line| line.contains("::")).collect();
+    assert!(rows.len() > 10, "{} rows", rows.len());
+    for row in rows {
+        let named = row.rsplit('`').nth(1).unwrap();
+        let (module, test) = named.split_once("::").unwrap();
+        let file = match module.strip_suffix(".py") {
+            Some(_) => workspace().join(module),
+            None => workspace().join(format!("autodiff/tests/{module}.rs")),
+        };
+        let code = fs::read_to_string(file).unwrap();
+        let is_test = ["fn ", "def "]
+            .iter()
+            .any(|word| code.contains(&format!("{word}{test}(")));
+        assert!(is_test, "{named}: no such test");
+    }
+}
