@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -280,34 +280,63 @@ def step() -> None:
     picture.save("step.svg")
 
 
+#: The numbers at which functions with kinks are computed; 0 and 1 are exact.
+AT = np.arange(-30, 31) / 20
+
+
+def computed(formula: str) -> tuple[Floats, Floats]:
+    """The values and slopes of a formula of `a`: the program computes the force on a node, and what it does in a step."""
+    scene = {"scene": "stability", "lattice": {"columns": 2, "rows": 2}, "physics.forces": ["node_formula"]}
+    sim = cosmic.Simulator({**scene, "node_formula.force_x": formula})
+    start = sim.initial()
+    flying = start._replace(x0=start.x0 + [0, 1], controller={"activations": np.zeros((1, len(sim.edges)))})
+    return stepped(sim, flying._replace(physics={"node_formula.a": AT}), lambda by: by.physics["node_formula.a"])
+
+
+def stepped(sim: cosmic.Simulator, robots: cosmic.Inputs, slope: Callable[[cosmic.Inputs], Any]) -> tuple[Floats, Floats]:
+    """The velocity of node 0 along the ground after a step, and its slope, so scaled that the largest slope is 1."""
+    velocity = sim.rollout(robots, observed=[1]).v[:, 0, 0, 0]
+    bar = np.zeros((len(AT), 1, *sim.shapes["x0"]))
+    bar[:, 0, 0, 0] = 1.0
+    slopes = slope(sim.vjp(robots, cosmic.Trajectory(np.zeros_like(bar), bar), observed=[1]))
+    return velocity / np.abs(slopes).max(), slopes / np.abs(slopes).max()
+
+
+def rubbed() -> tuple[Floats, Floats]:
+    """The velocity along the ground after an impact with friction, against the velocity before it, in m/s."""
+    sim = cosmic.Simulator({"scene": "coulomb", "lattice": {"columns": 2, "rows": 2}, "physics.friction": 0.5})
+    start = sim.initial()
+    speeds = np.zeros((len(AT), *start.v0.shape))
+    speeds[:, 0] = np.stack([AT, np.full(len(AT), -1.2)], -1)
+    robots = start._replace(v0=speeds, controller={"activations": np.zeros((1, len(sim.edges)))})
+    return stepped(sim, robots, lambda by: by.v0[:, 0, 0])
+
+
 def kinks() -> None:
-    """What the derivative is at a kink: functions in bold, their derivatives as thin lines with a dot at the kink."""
+    """Functions with kinks and their derivatives at and beside each kink, computed by the program."""
     picture = Picture("Conventions at kinks", 480)
-    x = np.linspace(-1.5, 1.5, 61)
-    speed = 0.6
-    drawn: list[tuple[str, Floats, list[float], str]] = [
-        ("abs(x)", np.abs(x), [0], "at 0 the derivative is 0"),
-        ("x.max(0)", np.maximum(x, 0), [0], "at 0 that of the bound: 0"),
-        ("x.clamp(-1, 1)", np.clip(x, -1, 1), [-1, 1], "at and past a bound: 0"),
-        ("friction", np.sign(x) * np.maximum(np.abs(x) - speed, 0), [-speed, speed], "0 for a stopped node"),
-        ("time of impact", np.clip(x, 0, 1), [0, 1], "1 strictly inside (0, dt)"),
-        ("select(x &lt; 0, a, b)", np.where(x < 0, 0.5 - 0.5 * x, -0.8 + 0.5 * x), [0], "that of the chosen side"),
+    drawn = [
+        ("abs(x)", computed("abs(a)"), [0.0], "at 0 the derivative is 0"),
+        ("x.max(0)", computed("max(a, 0)"), [0.0], "at 0 that of the bound: 0"),
+        ("x.min(0)", computed("min(a, 0)"), [0.0], "at 0 that of the bound: 0"),
+        ("x.clamp(-1, 1)", computed("min(max(a, -1), 1)"), [-1.0, 1.0], "at and past a bound: 0"),
+        ("select(x &lt; 0, a, b)", computed("where(a < 0, -a, a / 2 - 0.8)"), [0.0], "that of the chosen side"),
+        ("friction", rubbed(), [], "0 for a stopped node"),
     ]
-    for panel, (name, value, at, says) in enumerate(drawn):
-        left, top = 18 + 182 * (panel % 3), 34 + 226 * (panel // 3)
+    for panel, (name, (value, slope), at, says) in enumerate(drawn):
+        left, top = 18.0 + 182 * (panel % 3), 34.0 + 226 * (panel // 3)
         middle, base, unit = left + 80, top + 84, 50
         picture.text(left, top - 8, name, "b")
         picture.line([(left, base), (left + 160, base)], "rule", 1)
         picture.line([(middle, top + 6), (middle, top + 162)], "rule", 1)
-        breaks = np.flatnonzero(np.abs(np.diff(value)) > 0.5) + 1
-        for some in np.split(np.arange(len(x)), breaks):
-            picture.line(np.stack([middle + unit * x[some], base - unit * value[some]], -1), "ink", 3.5)
-            slope = np.diff(value[some]) / np.diff(x[some])
-            for part in np.split(np.arange(len(slope)), np.flatnonzero(np.abs(np.diff(slope)) > 0.1) + 1):
-                ends = x[some][[part[0], part[-1] + 1]]
-                picture.line(np.stack([middle + unit * ends, base - unit * slope[part[[0, -1]]]], -1), "long", 2)
+        # A line breaks where the function jumps, and the derivative's also at each kink.
+        for numbers, colour, width, apart in [(value, "ink", 3.5, []), (slope, "long", 2.0, at)]:
+            is_break = (np.abs(np.diff(numbers)) > 0.3) | np.isin(AT[1:], apart) | np.isin(AT[:-1], apart)
+            for part in np.split(np.arange(len(AT)), np.flatnonzero(is_break) + 1):
+                if len(part) > 1:
+                    picture.line(np.stack([middle + unit * AT[part], base - unit * numbers[part]], -1), colour, width)
         for kink in at:
-            picture.dot(middle + unit * kink, base - (unit * 0.5 if name.startswith("select") else 0), "long")
+            picture.dot(middle + unit * kink, base - unit * slope[np.searchsorted(AT, kink)], "long")
         picture.text(left, top + 184, says, "s")
     picture.text(18, 466, "thick: the value; red: the derivative, with a dot at each kink", "s")
     picture.save("kinks.svg")
