@@ -17,6 +17,10 @@ cargo clippy --workspace --all-targets --features cosmic-python/gpu -- -D warnin
 
 say 'documentation'
 RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps
+if ! docs/public.sh | diff docs/public.txt -; then
+  echo 'public items changed: is it meant? Then docs/public.sh >docs/public.txt' >&2
+  exit 1
+fi
 
 say 'the program, optimised, and the tests compiled'
 # At the same time, because the optimised build often uses only one core. With the wheel's profile, and for third-party

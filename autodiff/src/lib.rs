@@ -20,8 +20,7 @@
 //!
 //! | module | what it has |
 //! | --- | --- |
-//! | [`guide`] | how to write functions, what compiler errors mean, many time steps, the terms, and the pitfalls with their wrong numbers |
-//! | [`drivers`] | **which driver to use when**: [`gradient`], [`jacobian`], [`hessian`], [`jvp`] and others, with their costs |
+//! | [`guide`] | how to write functions, what compiler errors mean, **which [driver](guide#drivers) to use when** ([`gradient`], [`jacobian`], [`hessian`], [`jvp`] and others, with their costs), many time steps, the terms, and the pitfalls with their wrong numbers |
 //! | [`real`] | the number trait, and the value of the derivative at every kink |
 //! | [`sparse`], [`implicit`], [`custom`] | large Jacobians, solutions of equations, derivatives of your own |
 //! | [`steps`], [`data`] | thousands of time steps, sums over data, many points: recorded once, run in SIMD lanes |
@@ -72,11 +71,11 @@ mod record;
 pub mod steps;
 #[cfg(feature = "wgsl")]
 pub mod wgsl;
-pub mod drivers;
+mod drivers;
 pub mod data;
 pub mod parameters;
 pub mod interop;
-pub mod diagnose;
+mod diagnose;
 
 #[doc = include_str!("../guide.md")]
 pub mod guide {}

@@ -1,7 +1,7 @@
 //! Diagnostics: checks gradients, finds where a NaN comes from, and shows rounding errors.
 
 pub mod check;
-pub mod double_double;
+mod double_double;
 pub mod trace;
 
 pub use double_double::DoubleDouble;
