@@ -108,7 +108,7 @@ def in_mujoco(run: Path, frictions: list[float]) -> list[float]:
             walk.step(model, [data], net, step)
         # If the simulation diverges, MuJoCo resets it to time 0.
         whole = data.time > (net["steps"] * net["substeps"] - 0.5) * model.opt.timestep
-        distances.append(walk.ahead(net, data.qpos - begun) if whole else float("nan"))
+        distances.append(walk.moved(net, data.qpos - begun)[0] if whole else float("nan"))
     return distances
 
 

@@ -118,7 +118,7 @@ pub fn draw_goals(
 ) -> Goals {
     let places = draw_places(settings, GoalsSettings::COUNT, ahead, stream);
     let rest = task.lattice.state_at_rest();
-    let goal = |place: f64| from_payload(task, &rest, place);
+    let goal = |place: Vector<f64>| from_payload(task, &rest, place);
     let changes = GoalsSettings::changes(task.physics.steps);
     let later = changes.zip(&places[1..]);
     later.fold(Goals::at(goal(places[0])), |goals, (steps, &place)| {
@@ -127,7 +127,7 @@ pub fn draw_goals(
 }
 
 /// Draws a single goal for a robot in the state `start`, ahead of its payload or behind it, as `ahead` says. The goal is
-/// as far from the payload as a goal of a [sequence](draw_goals) is from the goal before it.
+/// as far from the payload, along and across, as a goal of a [sequence](draw_goals) is from the goal before it.
 pub(crate) fn draw_goal(
     task: &Task,
     start: &State<f64>,
@@ -136,17 +136,19 @@ pub(crate) fn draw_goal(
     stream: &mut ChaCha8Rng,
 ) -> Goals {
     let places = draw_places(settings, 2, ahead, stream);
-    let way = (places[1] - places[0]).abs();
-    Goals::at(from_payload(task, start, if ahead { way } else { -way }))
+    let way = places[1] - places[0];
+    let along = way.forward().abs();
+    let way = way.with_forward(if ahead { along } else { -along });
+    Goals::at(from_payload(task, start, way))
 }
 
-/// Draws the places of a sequence of goals along the ground, in metres from the payload at the start.
+/// Draws the places of a sequence of goals along the ground and across, in metres from the payload at the start.
 fn draw_places(
     settings: &GoalsSettings,
     count: usize,
     ahead: bool,
     stream: &mut ChaCha8Rng,
-) -> Vec<f64> {
+) -> Vec<Vector<f64>> {
     let (mut last, apart) = (0.0, settings.apart());
     let mut draw = |side: Option<bool>| {
         let [low, high] = settings.along;
@@ -164,17 +166,26 @@ fn draw_places(
         last = from + (to - from) * place;
         last
     };
-    (0..count)
+    let along: Vec<f64> = (0..count)
         .map(|k| draw((k == 0).then_some(ahead)))
+        .collect();
+    let [low, high] = settings.across;
+    let mut across = || match high > low {
+        true => 0.5 * (low + high) + symmetric(stream, 0.5 * (high - low)),
+        false => low,
+    };
+    let places = along.into_iter();
+    places
+        .map(|along| Vector::new([along, across(), 0.0]))
         .collect()
 }
 
-/// The point in the ground's frame that is `along` metres along the ground from the payload in the state `start`. It is as
-/// high as the payload is at rest.
-fn from_payload(task: &Task, start: &State<f64>, along: f64) -> Vector<f64> {
+/// The point in the ground's frame that is `way` away from the payload in the state `start`, along the ground and across. It
+/// is as high as the payload is at rest.
+fn from_payload(task: &Task, start: &State<f64>, way: Vector<f64>) -> Vector<f64> {
     let payload = |state: &State<f64>| task.lattice.payload_point(state, &task.ground());
     let up = payload(&task.lattice.state_at_rest()).up();
-    Vector::upright(payload(start).forward() + along, up)
+    (payload(start) + way).with_up(up)
 }
 
 /// Draws several [variations](draw) of `task`, one after the other.

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ._errors import InputError
 
-#: A position along the ground, a pair (along, above), an array with a row per robot, or a list of pairs (seconds, goal).
+#: A position along the ground, a pair (along, above) or in space (along, across), an array with a row per robot, or a list of pairs (seconds, goal).
 Goal = Union[float, npt.ArrayLike, Sequence[tuple[float, Any]], "Goals"]
 
 
@@ -21,7 +21,7 @@ class Goals(NamedTuple):
     """The numbers of steps at which the goal changes."""
     points: Any
     """The goals, shape ``(goals, 2)`` or ``(batch, goals, 2)``: along the ground and normal to it, from the world's
-    origin, m."""
+    origin, m. In space they have three components: along, across and normal."""
 
 
 def as_goals(
@@ -72,10 +72,13 @@ def _step(seconds: Any, dt: float) -> int:
 def _point(numbers: Any, origin: Sequence[float], of: Any) -> Any:
     """The components of a goal from the world's origin, on the last axis."""
     point = numbers[None] if numbers.ndim == 0 else numbers
-    if point.ndim > 2 or point.shape[-1] not in (1, 2):
+    axes = len(origin)
+    if point.ndim > 2 or not 1 <= point.shape[-1] <= axes:
+        pair = "a pair (along, above)" if axes == 2 else "(along, across), (along, across, above)"
         raise InputError(
-            "goal: expected a number, a pair (along, above), or for several robots the shape (batch, 1) or "
-            f"(batch, 2), found the shape {list(point.shape)}"
+            f"goal: expected a number, {pair}, or for several robots the shape (batch, 1) to (batch, {axes}), "
+            f"found the shape {list(point.shape)}"
         )
-    above = point[..., 1] if point.shape[-1] == 2 else 0.0 * point[..., 0]
-    return of.stack([point[..., 0] + origin[0], above + origin[1]], -1)
+    given = [point[..., k] for k in range(point.shape[-1])]
+    given += [0.0 * point[..., 0]] * (axes - len(given))
+    return of.stack([number + start for number, start in zip(given, origin)], -1)

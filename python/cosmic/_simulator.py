@@ -264,9 +264,9 @@ class Simulator:
 
         ``goal`` is where the robot should go, in a scene with ``controller.goals = "given"``; by default
         ``controller.goal``. It is a distance along the ground in metres, positive ahead, or a pair
-        ``(along, above)``. Both count from the payload in the scene's start, like ``[goals]`` of a scene
-        and ``cosmic walk --goal``. An array of shape ``(batch, 1)`` or ``(batch, 2)`` has a goal for each
-        robot. A list of pairs ``(seconds, goal)`` is a goal that changes at these times of the clock; the
+        ``(along, above)``, in space ``(along, across)`` or ``(along, across, above)``. All count from the payload in the
+        scene's start, like ``[goals]`` of a scene and ``cosmic walk --goal``. An array of shape ``(batch, 1)`` or
+        ``(batch, 2)``, in space also ``(batch, 3)``, has a goal for each robot. A list of pairs ``(seconds, goal)`` is a goal that changes at these times of the clock; the
         first time is 0.
 
         ``first`` is the number of earlier steps, for a rollout that continues another one. A rollout
@@ -339,7 +339,7 @@ class Simulator:
 
         If ``goal`` is given, it is as in :meth:`rollout`, and the result is a pair: the gradient with
         respect to the inputs, and the gradient with respect to the goal along the ground and above it, of
-        shape ``(goals, 2)`` with one row per goal, or ``(batch, goals, 2)``.
+        shape ``(goals, 2)`` with one row per goal, or ``(batch, goals, 2)``; in space with three numbers in a row.
 
         ``by`` names the arrays whose gradients are computed, such as ``("activations", "x0")``; other gradients may be 0.
         This saves time in short rollouts.
@@ -483,7 +483,7 @@ class Simulator:
         """The shapes of these arrays for one robot and a rollout with this number of steps. The arrays may have an axis of
         robots in front."""
         goals = 0 if changes is None else 1 + len(changes)
-        known = {**self.shapes, "goal": (goals, 2)}
+        known = {**self.shapes, "goal": (goals, self.shapes["x0"][1])}
         if DRIVEN in named:
             held = named[DRIVEN].ndim > 1 and named[DRIVEN].shape[-2] == 1
             known[DRIVEN] = (1 if held else steps, len(self.edges))

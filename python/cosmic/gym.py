@@ -173,7 +173,7 @@ class _Walk:
     def advance(self, held: _Floats) -> tuple[_Floats, npt.NDArray[np.bool_]]:
         """Simulates one frame with constant activations. Returns the reward of each robot, and whether it
         diverged. Robots that diverge keep their last state, and get no reward."""
-        before, goals = np.array(self.core.along(self.x)), self.towards()
+        before, goals = self.core.places(self.x), self.towards()
         lost = np.zeros(len(self.done), np.bool_)
         energy, is_metered = np.zeros(len(self.done)), "energy" in self.reward
         frames = np.minimum(self.frame_skip, self.sim.steps - self.done)
@@ -188,10 +188,11 @@ class _Walk:
             self.x[those[kept]], self.v[those[kept]] = x[kept], v[kept]
             lost[those[~kept]] = True
         self.done += frames
-        after = np.array(self.core.along(self.x))
-        terms: dict[str, _Floats] = {"distance": after - before, "energy": energy}
+        after = self.core.places(self.x)
+        terms: dict[str, _Floats] = {"distance": after[:, 0] - before[:, 0], "energy": energy}
         if goals is not None:
-            terms["goal"] = np.abs(goals[:, 0] - before) - np.abs(goals[:, 0] - after)
+            before, after = ((goals - place)[:, :-1] for place in (before, after))
+            terms["goal"] = np.linalg.norm(before, axis=1) - np.linalg.norm(after, axis=1)
         if "upright" in self.reward:
             terms["upright"] = frames * self.sim.dt * self.upright()
         made = np.zeros(len(lost))
@@ -226,9 +227,15 @@ class _Walk:
 
     def info(self) -> dict[str, Any]:
         """The numbers of all robots for the infos of an environment."""
-        of_each = {"along": np.array(self.core.along(self.x)), "time": self.done * self.sim.dt}
-        goals = self.towards()
-        return of_each if goals is None else {**of_each, "goal": goals[:, 0]}
+        places, goals = self.core.places(self.x), self.towards()
+        of_each = {"along": places[:, 0], "time": self.done * self.sim.dt}
+        if places.shape[1] > 2:
+            of_each["across"] = places[:, 1]
+        if goals is not None:
+            of_each["goal"] = goals[:, 0]
+        if goals is not None and goals.shape[1] > 2:
+            of_each["goal_across"] = goals[:, 1]
+        return of_each
 
 
 def _finite(goal: Any) -> _Floats:
@@ -288,14 +295,16 @@ class WalkEnv(gymnasium.Env[_Seen, npt.NDArray[np.float32]]):
     - An episode is a whole rollout of the scene; a robot that diverges ends it, with no reward for that
       step.
     - ``reward`` has the weights of the terms of the reward of a frame: ``distance``, the distance along
-      the ground, m; ``goal``, by how much the robot came nearer to a given goal along the ground, m;
+      the ground, m; ``goal``, by how much the robot came nearer to a given goal along the ground (in space along and
+      across), m;
       ``energy``, what the actuators gave to the robot, J, where an actuator that takes energy counts as 0;
       ``upright``, the duration of the frame times the cosine of the robot's tilt, s. The default is
       ``{"goal": 1.0}`` in a scene with given goals, and otherwise ``{"distance": 1.0}``.
     - In a scene with given goals, the observed goal is relative to the robot. ``reset`` draws the goals
       as ``[goals]`` of the scene says, or takes them from ``options={"goal": ...}``, as
       :meth:`cosmic.Simulator.rollout` does. A goal that changes within a frame counts from the next
-      frame. The info ``goal`` is its position along the ground, measured like ``along``, m.
+      frame. The info ``goal`` is its position along the ground, measured like ``along``, m; in space
+      ``goal_across`` is its position across, measured like ``across``.
     - ``scatter``: at the start, every coordinate moves at random by at most this distance, m.
     - ``render_mode``: ``"rgb_array"`` for pictures, or ``"human"`` for a window, which needs pygame.
     """

@@ -236,7 +236,7 @@ def rollout(
         array = array.astype(float)
         if array.ndim > 1:
             raise InputError(
-                f"goal: expected a number or a pair (along, above), found the shape {list(array.shape)}; "
+                f"goal: expected a number or a tuple of numbers, found the shape {list(array.shape)}; "
                 "use jax.vmap for several robots"
             )
         return array

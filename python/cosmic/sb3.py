@@ -79,7 +79,7 @@ class WalkVecEnv(VecEnv):
     @staticmethod
     def _rows(info: dict[str, Any]) -> list[dict[str, Any]]:
         """The infos of every robot."""
-        names = [name for name in ("along", "time", "goal") if name in info]
+        names = [name for name in ("along", "across", "time", "goal", "goal_across") if name in info]
         rows = zip(*(info[name].tolist() for name in names))
         return [dict(zip(names, row)) for row in rows]
 

@@ -35,7 +35,7 @@ pub(crate) struct Sizes {
 pub(crate) struct Others {
     /// The number of steps with given activations, one per edge, for robots without a controller.
     pub(crate) driven: Option<usize>,
-    /// The number of goals; 0 if robots have the scene's goal.
+    /// The number of numbers of the goals; 0 if robots have the scene's goal.
     pub(crate) goals: usize,
     /// The names and lengths of arrays that change the physics: numbers of the surroundings, or the factors
     /// [`FACTORS`](cosmic::lattice::FACTORS) of the body.
@@ -51,7 +51,7 @@ impl Others {
         numbers: &'a [R],
     ) -> (&'a [R], &'a [R], impl Iterator<Item = (&'a str, &'a [R])>) {
         let (activations, rest) = numbers.split_at(edges * self.driven.unwrap_or(0));
-        let (goals, mut rest) = rest.split_at(2 * self.goals);
+        let (goals, mut rest) = rest.split_at(self.goals);
         let physics = self.physics.iter().map(move |(name, len)| {
             let (own, later) = rest.split_at(*len);
             rest = later;
@@ -74,9 +74,9 @@ impl Sizes {
         }
     }
 
-    /// Returns the goals with these components, which are two for each goal. Only planar robots take goals.
+    /// Returns the goals with these components.
     pub(crate) fn goals<R: Number>(&self, numbers: &[R]) -> Goals<R> {
-        let mut points = Dimension::Plane.from_flat(numbers).into_iter();
+        let mut points = self.dimension.from_flat(numbers).into_iter();
         let first = points.next().unwrap_or_else(Vector::zero);
         let later = self.changes.iter().flatten().copied().zip(points);
         later.fold(Goals::at(first), |goals, (steps, point)| {

@@ -404,8 +404,9 @@ pub(crate) fn surroundings_of<R: Real>(
     let (_, goals, physics) = sizes.others.split(sizes.edges, others);
     let scene = task.simulator.surroundings();
     let with_goals = (goals.iter().enumerate()).fold(scene, |surroundings, (k, &number)| {
-        let axis = ["along", "above"][k % 2];
-        surroundings.with(&format!("goal.{}.{axis}", k / 2), number)
+        let names = sizes.dimension.names();
+        let (goal, axis) = (k / names.len(), names[k % names.len()]);
+        surroundings.with(&format!("goal.{goal}.{axis}"), number)
     });
     let numbers = physics.filter(|(name, _)| !FACTORS.contains(name));
     numbers.fold(with_goals, |surroundings, (name, numbers)| {

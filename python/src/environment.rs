@@ -116,7 +116,7 @@ impl Driven {
 
     /// Draws a sequence of goals as the scene's `[goals]` say. The first one is ahead or behind with equal probability,
     /// if the settings allow both. Returns the numbers of steps at which goals change, and the goals, an array of
-    /// shape `(goals, 2)`.
+    /// shape `(goals, 2)`, in space `(goals, 3)`.
     fn draw_goals<'py>(&self, py: Python<'py>, seed: u64) -> PyResult<(Vec<usize>, Floats<'py>)> {
         let Simulator { scene, task, .. } = self.simulator.get();
         let (settings, ahead) = (&scene.goals, seed.is_multiple_of(2));
@@ -124,21 +124,27 @@ impl Driven {
             let mut stream = stream(seed, Purpose::Errands);
             Ok(draw_goals(task, settings, ahead, &mut stream))
         })?;
-        let points = goals.iter().flat_map(Vector::in_plane).collect();
+        let dimension = task.lattice.dimension;
+        let points = goals.iter().flat_map(|goal| dimension.components(goal));
         let changes = goals.later.iter().map(|&(steps, _)| steps).collect();
-        let shape = [goals.later.len() + 1, 2];
-        Ok((changes, array(py, points, &shape)?))
+        let shape = [goals.later.len() + 1, dimension.count()];
+        Ok((changes, array(py, points.collect(), &shape)?))
     }
 
-    /// Returns the position along the ground of each robot's payload, or of the body that `objective.body` names, in
-    /// metres.
-    fn along(&self, x: PyReadonlyArray3<f64>) -> PyResult<Vec<f64>> {
+    /// Returns the position of each robot's payload, or of the body that `objective.body` names, in the ground's frame, m: an
+    /// array of shape `(robots, 2)`, in space `(robots, 3)`.
+    fn places<'py>(&self, py: Python<'py>, x: PyReadonlyArray3<f64>) -> PyResult<Floats<'py>> {
         let task = &self.simulator.get().task;
-        let (ground, rest) = (task.ground(), task.lattice.state_at_rest());
-        let states = states(task.lattice.dimension, &x, &x)?;
-        let place = |state| self.body.marker.place(&rest.x, state);
-        let along = states.iter().map(|state| ground.along(place(state)));
-        Ok(along.collect())
+        let (ground, dimension) = (task.ground(), task.lattice.dimension);
+        let rest = task.lattice.state_at_rest();
+        let place = |state| ground.vector_to_ground(self.body.marker.place(&rest.x, state));
+        let states = states(dimension, &x, &x)?;
+        let places: Vec<Vector<f64>> = states.iter().map(place).collect();
+        array(
+            py,
+            dimension.flat(&places),
+            &[places.len(), dimension.count()],
+        )
     }
 
     /// Simulates `steps` steps with constant activations, of shape `(robots, edges)`. `first` is the number of steps
@@ -202,13 +208,17 @@ impl Driven {
         x: PyReadonlyArray3<f64>,
         v: PyReadonlyArray3<f64>,
         done: Vec<usize>,
-        goals: Option<Vec<[f64; 2]>>,
+        goals: Option<Vec<Vec<f64>>>,
     ) -> PyResult<Floats<'py>> {
         let Simulator { scene, task, .. } = self.simulator.get();
         let mut settings = self.settings.clone();
-        let (states, ground) = (states(task.lattice.dimension, &x, &v)?, task.ground());
+        let dimension = task.lattice.dimension;
+        let (states, ground) = (states(dimension, &x, &v)?, task.ground());
         let goals = match goals {
-            Some(goals) => goals.into_iter().map(Vector::from).collect(),
+            Some(goals) => {
+                let goals = goals.iter();
+                goals.map(|goal| dimension.vector(goal)).collect()
+            }
             None => vec![settings.goal; states.len()],
         };
         let robots = states.iter().zip(done).zip(goals);

@@ -3,6 +3,7 @@
 use crate::arrays::{array, flattened};
 use autodiff::Real;
 use autodiff::custom::{Rule, apply};
+use cosmic::geometry::Dimension;
 use cosmic::objective::Loss;
 use cosmic::policy::Goals;
 use cosmic::simulator::{Effort, Trajectory};
@@ -93,7 +94,8 @@ impl Loss for PythonLoss {
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         let mut numbers = flattened(std::slice::from_ref(trajectory)).concat();
         let states = trajectory.steps.len();
-        let axes = trajectory.states[0].dimension.count();
+        let dimension = trajectory.states[0].dimension;
+        let axes = dimension.count();
         let shape = vec![states, numbers.len() / (2 * axes) / states, axes];
         let mut shapes = vec![shape.clone(), shape];
         for name in &self.sees {
@@ -104,7 +106,8 @@ impl Loss for PythonLoss {
         let call = Call {
             loss: self.clone(),
             shapes,
-            goals: (trajectory.goals.as_ref()).map(|goals| goals_at(goals, &trajectory.steps)),
+            goals: (trajectory.goals.as_ref())
+                .map(|goals| goals_at(dimension, goals, &trajectory.steps)),
             gradient: Arc::default(),
         };
         apply(call, &numbers)
@@ -165,10 +168,12 @@ fn powers<R: Real>(net: &[R], steps: &[usize], dt: f64) -> Vec<R> {
 }
 
 /// The goals to which a robot goes before it is in the states after these numbers of steps.
-fn goals_at<R: Real>(goals: &Goals<R>, steps: &[usize]) -> Vec<f64> {
+fn goals_at<R: Real>(dimension: Dimension, goals: &Goals<R>, steps: &[usize]) -> Vec<f64> {
     let points: Vec<_> = goals.iter().collect();
-    let goal = |&step: &usize| points[goals.place(step.saturating_sub(1))].in_plane();
-    let goals = steps.iter().flat_map(goal);
+    let goal = |&step: &usize| points[goals.place(step.saturating_sub(1))];
+    let goals = steps
+        .iter()
+        .flat_map(|step| dimension.components(goal(step)));
     goals.map(|x| x.primal()).collect()
 }
 
@@ -179,7 +184,7 @@ struct Call {
     loss: PythonLoss,
     /// The shape of each array.
     shapes: Vec<Vec<usize>>,
-    /// Two numbers for each state; `None` if goals are not inputs of a rollout.
+    /// The components of the goal for each state; `None` if goals are not inputs of a rollout.
     goals: Option<Vec<f64>>,
     /// The gradient of the last call of `value`, which gets it from Python together with the value. `partials` returns
     /// it.
@@ -202,8 +207,8 @@ impl Call {
                 seen.set_item(name, array)?;
             }
             if let Some(goals) = &self.goals {
-                let states = self.shapes[0][0];
-                arguments.push(array(py, goals.clone(), &[states, 2])?);
+                let (states, axes) = (self.shapes[0][0], self.shapes[0][2]);
+                arguments.push(array(py, goals.clone(), &[states, axes])?);
             }
             let arguments = PyTuple::new(py, arguments)?;
             let object = self.loss.object.bind(py);

@@ -129,8 +129,8 @@ impl Simulator {
     /// Returns a simulator whose robots have these arrays besides those of [`shapes`](Self::shapes), in this order:
     ///
     /// - If `driven` is a number of steps, activations of shape `(robots, driven, edges)`, in place of a controller.
-    /// - If `changes` is given, goals of shape `(robots, goals, 2)`, along the ground and normal to it, m. The goal changes
-    ///   after these numbers of steps, which ascend.
+    /// - If `changes` is given, goals of shape `(robots, goals, 2)`, along the ground and normal to it, m; in space 3, with
+    ///   across between them. The goal changes after these numbers of steps, which ascend.
     /// - The arrays `physics`, which are names with lengths.
     fn with_others(
         &self,
@@ -143,10 +143,13 @@ impl Simulator {
             if driven.is_some() {
                 sizes.blocks.clear();
             }
-            let goals = changes.as_ref().map_or(0, |changes| 1 + changes.len());
+            let axes = sizes.dimension.count();
+            let goals = changes
+                .as_ref()
+                .map_or(0, |changes| axes * (1 + changes.len()));
             if let Some(changes) = changes {
                 sizes.changes = Some(changes);
-                task = task.with_goals(&sizes.goals(&vec![0.0; 2 * goals]));
+                task = task.with_goals(&sizes.goals(&vec![0.0; goals]));
             }
             sizes.others = Others {
                 driven,
@@ -194,13 +197,14 @@ impl Simulator {
         })
     }
 
-    /// The point from which Python counts goals: the payload at the start, along the ground and normal to it, in
-    /// metres. `None` if goals are not inputs of a rollout.
+    /// The point from which Python counts goals: the payload at the start, along the ground, in space across, and normal to
+    /// the ground, in metres. `None` if goals are not inputs of a rollout.
     #[getter]
-    fn goal_origin(&self) -> Option<[f64; 2]> {
+    fn goal_origin(&self) -> Option<Vec<f64>> {
         let (lattice, ground) = (&self.task.lattice, self.task.ground());
         let origin = lattice.payload_point(&lattice.state_at_rest(), &ground);
-        self.sizes.changes.is_some().then_some(origin.in_plane())
+        let origin = || self.sizes.dimension.list(origin);
+        self.sizes.changes.is_some().then(origin)
     }
 
     /// The length of a time step, in seconds.

@@ -15,6 +15,13 @@ from common import GOALS, SEED, airborne, like, like_robot, mapped, one_of, pair
 SPAN = (256, 16)
 #: An episode has six frames; the last one is shorter.
 FRAMES: dict[str, Any] = {"frame_skip": 50}
+#: The robot of GOALS in space. Its goals are also beside it.
+GOALS_IN_SPACE: dict[str, Any] = {
+    **GOALS,
+    "lattice.kind": "cubic",
+    "lattice.depth": 2,
+    "goals": {"along": [-1.5, 1.5], "across": [-0.5, 1.0]},
+}
 #: The goal changes after 50 and 150 steps of 1 ms.
 CHANGES = [(0, 1.2), (0.05, -1.2), (0.15, (0.8, 0.1))]
 
@@ -134,6 +141,36 @@ def test_gradients_of_a_batch_of_goals_equal_single_gradients(sim: cosmic.Simula
     assert isinstance(without, cosmic.Inputs)
 
 
+def test_goals_in_space_have_three_components() -> None:
+    space = cosmic.Simulator(GOALS_IN_SPACE)
+    inputs, start = robot(space, 0), space.initial().x0[0]
+    for goal, way in [(1.2, [1.2, 0, 0]), ((1.2, 0.5), [1.2, 0.5, 0]), ((-1.2, 0.5, 0.3), [-1.2, 0.5, 0.3])]:
+        scene = {"scene": space.scene, "controller.goal": start + way}
+        assert same(space.rollout(inputs, *SPAN, goal=goal), cosmic.Simulator(scene).rollout(inputs, *SPAN))
+    with pytest.raises(cosmic.InputError, match=r"\(along, across\).*found the shape \[4\]"):
+        space.rollout(inputs, *SPAN, goal=[1.0, 2.0, 3.0, 4.0])
+    places = np.array([[0.5, 0.2], [-0.4, 0.1]])
+    batch = space.rollout(inputs, *SPAN, goal=places)
+    assert same((batch.x[1], batch.v[1]), space.rollout(inputs, *SPAN, goal=tuple(places[1])))
+    # The derivative by the goal, while the robot flies.
+    inputs = airborne(space)
+
+    def goal(place: Any) -> Any:
+        return [(0, place), (0.05, (-0.2, 0.1, 0.05))]
+
+    place = np.array([0.3, -0.2, 0.1])
+    seen = space.rollout(inputs, *SPAN, goal=goal(place))
+    bars = cosmic.Trajectory(*like(seen, 1))
+    _, by_goal = space.vjp(inputs, bars, *SPAN, goal=goal(place))
+    assert by_goal.shape == (2, 3) and np.all(by_goal != 0.0)
+    for k in range(3):
+        # As in the plane.
+        h = 1e-5 * np.eye(3)[k]
+        ahead, behind = (space.rollout(inputs, *SPAN, goal=goal(place + step)) for step in (h, -h))
+        difference = sum(np.sum((a - b) * bar) for a, b, bar in zip(ahead, behind, bars)) / 2e-5
+        assert difference == pytest.approx(by_goal[0, k], rel=1e-6)
+
+
 def test_a_goal_that_is_not_finite_affects_only_its_robot(sim: cosmic.Simulator) -> None:
     places = np.array([[1.0], [np.nan]])
     seen = sim.rollout(robot(sim, 0), *SPAN, goal=places, check=False)
@@ -217,6 +254,23 @@ def test_a_loss_gets_the_goals_of_its_states() -> None:
     assert len(np.unique(lengths[128][:, 0])) == 1
     ranked = next(goal for goal in goals if len(np.unique(goal[:, 0])) == 3)
     assert np.flatnonzero(np.diff(ranked[:, 0])).tolist() == [84, 169]
+
+
+def test_a_loss_in_space_gets_goals_with_three_components() -> None:
+    goals: list[np.ndarray] = []
+
+    def near(x: np.ndarray, v: np.ndarray, goal: np.ndarray) -> Any:
+        goals.append(goal)
+        off = x[:, 0] - goal
+        by_x = np.zeros_like(x)
+        by_x[:, 0] = 2.0 * off
+        return np.sum(off**2), by_x, np.zeros_like(v)
+
+    run = cosmic.optimize(GOALS_IN_SPACE, SEED, loss=cosmic.Loss(near), iterations=2, progress=False)
+    assert run.trajectory.shape[2] == 3
+    assert all(goal.shape == (len(goal), 3) for goal in goals)
+    across = np.unique(np.concatenate(goals)[:, 1])
+    assert len(across) > 20 and across.min() < -0.3 and across.max() > 0.6
 
 
 @contextmanager
@@ -334,6 +388,33 @@ def test_rewards_add_up_to_the_way_made_good(place: float) -> None:
     # A sum of six differences of numbers below one.
     assert made == pytest.approx(abs(goal - start) - abs(goal - end), abs=1e-14) and made != 0.0
     assert made == pytest.approx(np.sign(place) * (end - start), abs=1e-14)
+
+
+@pytest.mark.filterwarnings("error")
+def test_an_environment_in_space_has_goals_across() -> None:
+    made = gymnasium.make("cosmic.gym:cosmic/Walk-v0", robot=GOALS_IN_SPACE, **FRAMES).unwrapped
+    check_env(made, skip_render_check=True)
+    env = cosmic.gym.WalkEnv(GOALS_IN_SPACE, **FRAMES)
+    _, first = env.reset(seed=3, options={"goal": (0.8, -0.5)})
+    payload = env._walk.rest[0]
+    assert [first["goal"], first["goal_across"]] == pytest.approx(payload[:2] + [0.8, -0.5], abs=1e-15)
+    made_good, over, info = 0.0, False, first
+    while not over:
+        _, reward, _, over, info = env.step(np.ones(env.action_space.shape, np.float32))
+        made_good += reward
+    away = [np.hypot(at["goal"] - at["along"], at["goal_across"] - at["across"]) for at in (first, info)]
+    # A sum of six differences of numbers below one.
+    assert made_good == pytest.approx(away[0] - away[1], abs=1e-14) and made_good != 0.0
+    drawn = []
+    for seed in range(40):
+        env.reset(seed=seed)
+        (goals,) = env._walk.goals
+        drawn += [*(goals.points[:, 1] - payload[1])]
+    assert -0.5 <= min(drawn) < -0.4 and 0.9 < max(drawn) <= 1.0
+    many = cosmic.gym.WalkVectorEnv(3, GOALS_IN_SPACE, **FRAMES)
+    places = np.array([[0.5, 0.1], [-0.5, 0.2], [1.0, -0.3]])
+    _, infos = many.reset(options={"goal": places})
+    assert infos["goal_across"] == pytest.approx(payload[1] + places[:, 1])
 
 
 def test_drawn_goals_are_those_of_the_scene_and_of_the_seed() -> None:

@@ -1,7 +1,10 @@
 //! The reader of case files: which keys may be absent, and the errors for wrong files.
 
-use cosmic::Error;
 use cosmic::case::Case;
+use cosmic::geometry::Dimension;
+use cosmic::lattice::Truss;
+use cosmic::scene::Scene;
+use cosmic::{Error, Registry};
 use cosmic_tests::{Reference, own_reference_folder, references};
 use serde_json::{Value, json};
 
@@ -84,6 +87,70 @@ fn values_without_a_meaning_are_refused() {
     }
 }
 
+/// A case of a robot in space whose scene does not say so is refused, with the key to set. A truss in a case needs no key: the
+/// numbers of its nodes say it.
+#[test]
+fn a_case_in_space_says_so_or_is_a_truss() {
+    let written = |settings: &str| -> Value {
+        let text = format!(
+            "base = 'cube'\nlattice.columns = 3\ncontroller.hidden = 2\nphysics.steps = 4\n{settings}"
+        );
+        let case = Case::of_scene(&Scene::parse("cube", &text).unwrap(), 1).unwrap();
+        serde_json::from_str(&case.to_json()).unwrap()
+    };
+    let read = |json: &Value| Case::parse("case.json", &json.to_string());
+    let says = |json: &Value, words: &str| {
+        let error = read(json).unwrap_err();
+        assert_eq!(error.exit_code(), 2);
+        assert!(error.to_string().contains(words), "{error}");
+    };
+    let case = written("");
+    assert_eq!(read(&case).unwrap().lattice.dimension, Dimension::Space);
+    let mut planar = case.clone();
+    let scene = planar["scene"].as_object_mut().unwrap();
+    scene.retain(|key, _| !["kind", "dimension", "mirror"].contains(&&**key));
+    scene["rows"] = json!(9);
+    says(
+        &planar,
+        "`x0` has 3 numbers for each point, but the lattice of `scene` needs 2; `scene.dimension` is 2 in the plane, its default, \
+         and 3 in space",
+    );
+    planar["scene"]["dimension"] = json!(3);
+    planar["scene"]["rows"] = json!(3);
+    assert_eq!(read(&planar).unwrap().lattice.dimension, Dimension::Space);
+    // One point with two numbers.
+    let mut mixed = case.clone();
+    mixed["v0"][5] = json!([0.0, 0.0]);
+    says(&mixed, "expected 3 numbers for every point, found 2");
+    let mut rough = case.clone();
+    rough["scene"]["profile"] = json!([[0.0, 0.0], [0.5, 0.1]]);
+    says(
+        &rough,
+        "`scene.profile`: the ground of a robot in space is a plane",
+    );
+    let mut beside = some_case().json;
+    beside["scene"]["goal"] = json!([1.0, 0.5, 0.1]);
+    says(
+        &beside,
+        "`scene.goal`: a planar robot cannot reach a goal beside its plane",
+    );
+
+    let truss = r#"{"format": "cosmic-truss", "version": 1,
+        "nodes": [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]],
+        "edges": [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]}"#;
+    let truss = Truss::parse("truss.json", truss).unwrap();
+    let registry = Registry::default().with_lattice("pyramid", truss);
+    let scene = registry
+        .parse("own", "base = 'earth'\nlattice.file = 'pyramid'")
+        .unwrap();
+    let own = Case::of_scene(&scene, 1).unwrap();
+    let json: Value = serde_json::from_str(&own.to_json()).unwrap();
+    assert!(json["scene"].get("dimension").is_none() && json["scene"].get("kind").is_none());
+    let again = read(&json).unwrap();
+    assert_eq!(again.lattice.dimension, Dimension::Space);
+    assert_eq!(again.start, own.start);
+}
+
 #[test]
 fn missing_keys_are_named() {
     let without = |object: &str, key: &str| {
@@ -136,7 +203,7 @@ fn truncated_files_are_malformed_at_their_end_and_missing_ones_are_another_error
 /// A robot that is written as a case and read back is the same, because a case file has all settings of a robot.
 #[test]
 fn a_robot_written_as_a_case_reads_back_the_same() {
-    let paper = cosmic::scene::Scene::paper();
+    let paper = Scene::paper();
     let parts =
         "parts = {skeleton = 'rod', outer = 0.002, joint = 5e3, actuator = 'device', stroke = 0.1}";
     let mut scene = paper.with("parts", parts).expect("parts that can be made");

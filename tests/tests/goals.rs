@@ -13,13 +13,12 @@ use cosmic::simulator::{Span, Trajectory};
 use cosmic_lab::check::check_gradients_of;
 use cosmic_tests::few_directions;
 
+const SMALL: &str = "base = \"errand\"\nlattice.columns = 3\nlattice.rows = 2\nlattice.drop = 0.01\ncontroller.hidden = 6\n";
+const CUBIC: &str = "lattice.kind = \"cubic\"\n";
+
 /// A small robot that observes its goals, and its scene.
 fn robot(settings: &str) -> (Scene, Case) {
-    let text = format!(
-        "base = \"errand\"\nlattice.columns = 3\nlattice.rows = 2\nlattice.drop = 0.01\n\
-         lattice.mirror = false\nlattice.payload = 0\n\
-         controller.hidden = 6\n{settings}"
-    );
+    let text = format!("{SMALL}lattice.mirror = false\nlattice.payload = 0\n{settings}");
     let scene = Scene::parse("small", &text).unwrap();
     let case = Case::of_scene(&scene, 1).unwrap();
     (scene, case)
@@ -54,12 +53,17 @@ fn a_goal_may_change_while_a_robot_walks() {
 /// The gradients of the loss are right in every mode, while the payload is on its way to its goals.
 #[test]
 fn the_loss_of_errands_has_the_right_gradient() {
-    let (scene, case) = robot("loss.window = 20\nloss.every = 8");
-    let loss = Errand::of_scene(&scene);
-    let check = check_gradients_of(&loss, &case, 48, &few_directions());
-    for group in &check.groups {
-        let is_right = group.verdict == Verdict::Smooth;
-        assert!(is_right, "{}, {}", group.name, group.report);
+    for lattice in [
+        "",
+        "lattice.kind = \"cubic\"\nlattice.depth = 2\ncontroller.goal = [0.4, 0.7, 0.1]\n",
+    ] {
+        let (scene, case) = robot(&format!("{lattice}loss.window = 20\nloss.every = 8"));
+        let loss = Errand::of_scene(&scene);
+        let check = check_gradients_of(&loss, &case, 48, &few_directions());
+        for group in &check.groups {
+            let is_right = group.verdict == Verdict::Smooth;
+            assert!(is_right, "{}, {}", group.name, group.report);
+        }
     }
 }
 
@@ -106,6 +110,73 @@ fn the_loss_is_the_share_of_the_way_that_is_left() {
             "{along:?}: {}",
             left(along)
         );
+    }
+}
+
+/// In space, distances are along the ground and across: this payload covers half of the way to a goal 0.5 m away.
+#[test]
+fn the_way_to_a_goal_in_space_is_along_and_across() {
+    let (scene, case) = robot(&format!("{CUBIC}lattice.depth = 2"));
+    let (loss, start) = (Errand::of_scene(&scene), case.start.x[0]);
+    let goal = |share: f64| start + Vector::new([0.3 * share, -0.4 * share, 0.7]);
+    let place = |&step: &usize| {
+        let mut state = case.start.clone();
+        if step > 0 {
+            state.x[0] = goal(0.5);
+        }
+        state
+    };
+    let observed = loss.observed(scene.physics.steps);
+    let states = observed.iter().map(place).collect();
+    let mut seen = Trajectory::new(observed, states);
+    seen.goals = Some(Goals::at(goal(1.0)));
+    // A mean of some hundred distances of order one.
+    assert!(
+        (loss.loss(&seen) - 0.5).abs() < 1e-13,
+        "{}",
+        loss.loss(&seen)
+    );
+    // A payload that moves across at 0.25 m/s counts as 0.05 m farther away.
+    for state in &mut seen.states {
+        state.v[0] = Vector::new([0.0, 0.25, 3.0]);
+    }
+    assert!(
+        (loss.loss(&seen) - 0.6).abs() < 1e-13,
+        "{}",
+        loss.loss(&seen)
+    );
+}
+
+/// A robot in space whose sides are mirror images walks to a goal on the right as it walks to a goal on the left.
+#[test]
+fn a_mirrored_robot_in_space_walks_right_as_it_walks_left() {
+    for policy in ["gaits", "mlp"] {
+        let text = format!("{SMALL}{CUBIC}lattice.depth = 3\ncontroller.policy = \"{policy}\"");
+        let case = Case::of_scene(&Scene::parse("mirrored", &text).unwrap(), 1).unwrap();
+        let image = case.lattice.image().unwrap();
+        let payload = case.start.x[case.lattice.payload[0].node];
+        let walk = |across: f64| {
+            let way = |along: f64, across: f64| payload + Vector::new([along, across, 0.0]);
+            let goals = Goals::at(way(0.4, across)).then(60, way(-0.2, -across));
+            let task = case.task().with_goals(&goals);
+            let span = Span::from_start(vec![120]);
+            let seen = (task.simulator).rollout(&case.body(), &case.controller, &case.start, &span);
+            seen.states.into_iter().next_back().unwrap()
+        };
+        let (left, right) = (walk(0.6), walk(-0.6));
+        let mut moved = 0.0_f64;
+        for (node, &other) in image.nodes.iter().enumerate() {
+            let [x, mirrored] = [left.x[node], right.x[other]];
+            let turned = Vector::new([
+                mirrored.forward(),
+                2.0 * payload.sideways() - mirrored.sideways(),
+                mirrored.up(),
+            ]);
+            // Rounding of positions near 0.3 m, amplified in 120 steps.
+            assert!(x.distance(turned) < 1e-12, "{policy}: {x:?} {turned:?}");
+            moved = moved.max(x.distance(right.x[node]));
+        }
+        assert!(moved > 1e-5, "{policy}: {moved}");
     }
 }
 
@@ -166,5 +237,33 @@ fn goals_are_drawn_in_the_interval_and_apart() {
         }
         let ahead = places.iter().filter(|place| **place > 0.0).count();
         assert_eq!(2 * ahead, places.len());
+    }
+}
+
+/// In space, goals are also drawn across, as far as `goals.across` allows. Their places along the ground are then the same
+/// as those of a robot that only walks ahead and back.
+#[test]
+fn goals_in_space_are_drawn_across() {
+    let drawn = |across: &str| {
+        let (scene, case) = robot(&format!(
+            "{CUBIC}lattice.depth = 2\ngoals.across = {across}"
+        ));
+        let (task, start) = (case.task(), case.start.x[0]);
+        let drawn = (0..100).flat_map(|k| {
+            let goals = draw_goals(&task, &scene.goals, true, &mut stream(k, Purpose::Goals));
+            goals.iter().map(|goal| goal - start).collect::<Vec<_>>()
+        });
+        drawn.collect::<Vec<_>>()
+    };
+    let (ahead, beside) = (drawn("[0, 0]"), drawn("[-0.5, 1.0]"));
+    assert!(ahead.iter().all(|goal| goal.sideways() == 0.0));
+    let across = beside.iter().map(|goal| goal.sideways());
+    let (low, high) = across.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
+        (low.min(y), high.max(y))
+    });
+    assert!(-0.5 <= low && low < -0.45, "{low}");
+    assert!(0.95 < high && high <= 1.0, "{high}");
+    for (a, b) in ahead.chunks(3).zip(beside.chunks(3)) {
+        assert_eq!(a[0].forward(), b[0].forward());
     }
 }

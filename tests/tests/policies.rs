@@ -115,10 +115,15 @@ fn robot(name: &str, settings: &str) -> Case {
 
 fn robot_with(name: &str, settings: &str, of_cases: OfCases) -> Case {
     let registry = Registry::default().with_policy("reflex", Reflex);
+    let task = "\n[objective]\ntask = \"reach\"";
     let [goals, task] = match name {
         "gaits" | "mirrored" => [
             "goals = \"given\"\ngoal = [0.3, 0.1]\ngoal_scale = 3.0\n",
-            "\n[objective]\ntask = \"reach\"",
+            task,
+        ],
+        "steers" => [
+            "goals = \"given\"\ngoal = [0.3, -0.4, 0.1]\ngoal_scale = 3.0\n",
+            task,
         ],
         _ => [""; 2],
     };
@@ -126,6 +131,10 @@ fn robot_with(name: &str, settings: &str, of_cases: OfCases) -> Case {
         "mirrored" => ("gaits", "mirror = true\npayload = 1\n"),
         "sides" => (
             "mlp",
+            "mirror = true\npayload = 3\nkind = \"cubic\"\ndepth = 3\n",
+        ),
+        "steers" => (
+            "gaits",
             "mirror = true\npayload = 3\nkind = \"cubic\"\ndepth = 3\n",
         ),
         _ => (name, ""),
@@ -215,6 +224,8 @@ fn a_step_uses_the_observation() {
         ("gaits", on_a_slope, RAISED),
         ("sides", "", RELATIVE),
         ("sides", on_a_slope, RAISED),
+        ("steers", "", plain),
+        ("steers", on_a_slope, RAISED),
     ] {
         let case = robot_with(policy, settings, of_cases);
         let (body, ground) = (case.body(), case.task().ground());

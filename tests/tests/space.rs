@@ -77,6 +77,7 @@ fn a_planar_robot_in_space_follows_the_planar_trajectory() {
         "physics = {integrator = 'implicit', contact = 'coulomb', friction = 0.4, incline_deg = 8}",
         "physics = {integrator = 'implicit', forces = ['damper', 'stops']}\nstops.at = 0.1",
         "physics = {integrator = 'implicit', contact = 'none'}",
+        "controller = {goals = 'given', goal_scale = 3.0}\nobjective.task = 'reach'",
     ];
     for (k, settings) in worlds.into_iter().enumerate() {
         let mut planar = robot(settings);

@@ -25,9 +25,14 @@ impl<'a> ByNumber<'a> {
         let simulator = match case.scene.controller.goals {
             GoalKind::Fixed => simulator,
             GoalKind::Given => {
-                let goals = Goals::at(Vector::from([0.4, 0.1]));
-                let goals = goals.then(third, Vector::from([-0.2, 0.1]));
-                simulator.with_goals(&goals.then(2 * third, Vector::from([0.2, 0.15])))
+                let goal = |[along, across, up]: [f64; 3]| {
+                    case.lattice
+                        .dimension
+                        .onto(Vector::new([along, across, up]))
+                };
+                let goals = Goals::at(goal([0.4, 0.3, 0.1]));
+                let goals = goals.then(third, goal([-0.2, -0.4, 0.1]));
+                simulator.with_goals(&goals.then(2 * third, goal([0.2, 0.1, 0.15])))
             }
         };
         Self {
@@ -70,7 +75,7 @@ impl Function for ByNumber<'_> {
 
 /// Robots with laws that have settings. For each robot, also the numbers of its surroundings that the tests vary, by
 /// name.
-fn with_settings() -> [(Case, &'static [&'static str]); 5] {
+fn with_settings() -> [(Case, &'static [&'static str]); 6] {
     let sliding = robot(
         "[physics]\ncontact = \"coulomb\"\nfriction = 0.3\nincline_deg = 10.0\n\
          forces = [\"tether\", \"damper\", \"stiffening\", \"bending\", \"bar_formula\", \"node_formula\"]\n\
@@ -91,6 +96,10 @@ fn with_settings() -> [(Case, &'static [&'static str]); 5] {
     );
     let with_goals = robot(
         "[controller]\ngoals = \"given\"\ngoal_scale = 3.0\n[objective]\ntask = \"reach\"\n[physics]\nincline_deg = 10.0",
+    );
+    let with_goals_in_space = robot(
+        "[lattice]\nkind = \"cubic\"\ndepth = 2\n\
+         [controller]\ngoals = \"given\"\ngoal_scale = 3.0\n[objective]\ntask = \"reach\"\n[physics]\nincline_deg = 10.0",
     );
     [
         (
@@ -125,6 +134,15 @@ fn with_settings() -> [(Case, &'static [&'static str]); 5] {
         (
             with_goals,
             &["goal.0.along", "goal.1.along", "goal.2.above"],
+        ),
+        (
+            with_goals_in_space,
+            &[
+                "goal.0.across",
+                "goal.1.along",
+                "goal.2.across",
+                "goal.2.above",
+            ],
         ),
     ]
 }

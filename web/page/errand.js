@@ -13,8 +13,8 @@ export class Errand {
   #player;
   #design;
   #parts;
-  /** The goal that the robot has before it is told another one, along the ground from the world's origin, m. */
-  #own = 0;
+  /** The goal that the robot has before it is told another one: its components in the ground's frame, m. */
+  #own = [0, 0];
   /** The goal that the user chose last, while the library still computes the walk to an earlier one. */
   #next = null;
   #asks = false;
@@ -45,21 +45,23 @@ export class Errand {
     row.hidden = settings["controller.goals"] !== "given";
     const most = BEYOND * Math.max(...settings["goals.along"].map(Math.abs));
     Object.assign(slider, { min: -most, max: most, step: most / STEPS });
-    this.#own = settings["controller.goal"][0];
+    this.#own = settings["controller.goal"];
   }
 
-  /** Shows the goal in the controls. Returns the foot [x, y] of its flag; null if goals are not given. */
+  /** Shows the goal in the controls. Returns the foot [x, y, z] of its flag; null if goals are not given. */
   show() {
     const { row, slider } = this.#parts;
     slider.disabled = !this.#listens;
     if (row.hidden || this.#design.place === null) return null;
     const { world, robot: { start, payloads: [payload] } } = this.#design.place;
-    const [x, , z] = start.slice(3 * payload);
-    const along = this.#design.told?.along ?? this.#own - (x * world.cos + z * world.sin);
+    const [x, y, z] = start.slice(3 * payload);
+    const { told } = this.#design;
+    const along = told?.along ?? this.#own[0] - (x * world.cos + z * world.sin);
+    const across = told ? y : this.#own.length > 2 ? this.#own[1] : 0;
     slider.value = along;
     this.#name(along);
     const foot = world.origin + along * world.cos;
-    return [foot, levelAt(world.ground, foot)];
+    return [foot, across, levelAt(world.ground, foot)];
   }
 
   #name(along) {

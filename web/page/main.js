@@ -298,7 +298,7 @@ function flag(far) {
   if (!(to > 0.05)) return;
   const { origin, cos, ground } = player.walk.world;
   const foot = origin + to * cos;
-  player.goal = [foot, levelAt(ground, foot)];
+  player.goal = [foot, 0, levelAt(ground, foot)];
   player.goalLabel = `${isBest ? "best " : ""}${shownAs(to)}`;
 }
 

@@ -24,7 +24,7 @@ export class Player {
   withVoid = false;
   playing;
   highlight = null;
-  /** The foot [x, y] of the flag at the robot's goal; null if there is none. */
+  /** The foot [x, y, z] of the flag at the robot's goal; null if there is none. */
   goal = null;
   /** The text beside the flag. */
   goalLabel = "";

@@ -276,7 +276,8 @@ impl Work {
         let goal = task.lattice.payload_point(&rest, &ground) + Vector::upright(along, 0.0);
         task.simulator = task.simulator.with_goals(&Goals::at(goal));
         let (robot, end) = self.walk_on(robot, first, start, &task);
-        let left = end.map(|end| (goal.forward() - ground.along(end)).abs());
+        let off = |end| goal - ground.vector_to_ground(end);
+        let left = end.map(|end| task.lattice.dimension.norm_along(off(end)));
         json!({ "robot": robot, "left": left })
     }
 

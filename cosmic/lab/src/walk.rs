@@ -3,7 +3,7 @@
 use crate::table::{Column, Table};
 use cosmic::case::Case;
 use cosmic::error::{Error, Result};
-use cosmic::geometry::{Ground, Vector};
+use cosmic::geometry::{Dimension, Ground, Vector};
 use cosmic::lattice::{Body, State};
 use cosmic::policy::{Controller, Goals};
 use cosmic::record::TrajectoryFile;
@@ -33,11 +33,13 @@ pub struct Walk {
 }
 
 cosmic::keys! {
-    /// The part of a walk in which one goal holds. Positions and distances are along the ground.
+    /// The part of a walk in which one goal holds. Distances are along the ground, in space along and across.
     #[derive(Clone, Copy, Debug, PartialEq)]
     struct Leg {
         /// Place of the goal along the ground, counted from the payload at the start.
         goal: f64, "number", unit "m", columns ["goal"];
+        /// Only in space: place of the goal across, counted from the payload at the start.
+        across: Option<f64>, "number", unit "m", columns ["across"];
         /// When the goal begins.
         from: f64, "number", unit "s", columns ["from"] decimals 1;
         /// When the goal ends.
@@ -56,11 +58,11 @@ impl Leg {
     }
 }
 
-/// Returns the point to which a robot walks if its goal is `along` metres ahead of the payload at the start. Its height
-/// is that of the payload.
-pub fn place(case: &Case, along: f64) -> Vector<f64> {
+/// Returns the point to which a robot walks if its goal is this far along the ground and across, in metres, from the payload
+/// at the start. Its height is that of the payload.
+pub fn place(case: &Case, [along, across]: [f64; 2]) -> Vector<f64> {
     let ground = Ground::from(&case.scene.physics);
-    case.lattice.payload_point(&case.start, &ground) + Vector::upright(along, 0.0)
+    case.lattice.payload_point(&case.start, &ground) + Vector::new([along, across, 0.0])
 }
 
 /// Simulates a walk of `steps` steps, which may be more than the scene has.
@@ -85,7 +87,7 @@ pub fn walk(case: &Case, goals: &Goals, steps: usize) -> Result<Walk> {
         start: &case.start,
     };
     let trajectory = walker.walk(goals, (0..steps).step_by(EVERY))?;
-    let (dt, start) = (case.scene.physics.dt, walker.place());
+    let (dt, start) = (case.scene.physics.dt, walker.place().forward());
     let path = trajectory.steps.iter().map(|&step| {
         let along = task.ground().along(trajectory.position(step)) - start;
         [step as f64 * dt, along]
@@ -138,27 +140,29 @@ impl Walker<'_> {
         divergence.map_or(Ok(trajectory), |divergence| Err((&divergence).into()))
     }
 
-    /// The place of the payload along the ground at the start, in metres.
-    fn place(&self) -> f64 {
+    /// The place of the payload at the start in the ground's frame, in metres.
+    fn place(&self) -> Vector<f64> {
         let (lattice, ground) = (&self.task.lattice, self.task.ground());
-        lattice.payload_point(self.start, &ground).forward()
+        lattice.payload_point(self.start, &ground)
     }
 
     /// The legs of a [walk](Self::walk).
     fn legs(&self, goals: &Goals, trajectory: &Trajectory<f64>) -> Vec<Leg> {
         let (start, physics) = (self.place(), &self.task.physics);
-        let along = |step: usize| self.task.ground().along(trajectory.position(step)) - start;
+        let (ground, dimension) = (self.task.ground(), self.task.lattice.dimension);
+        let place = |step: usize| ground.vector_to_ground(trajectory.position(step)) - start;
         let leg = |(time, goal): (Range<usize>, Vector<f64>)| {
             let ends = [time.start, time.end];
-            let [first, last] = ends.map(along);
+            let [first, last] = ends.map(place);
             let [from, until] = ends.map(|step| step as f64 * physics.dt);
-            let goal = goal.forward() - start;
+            let goal = goal - start;
             Leg {
-                goal,
+                goal: goal.forward(),
+                across: (dimension == Dimension::Space).then_some(goal.sideways()),
                 from,
                 until,
-                way: (first - goal).abs(),
-                left: (last - goal).abs(),
+                way: dimension.norm_along(first - goal),
+                left: dimension.norm_along(last - goal),
             }
         };
         goals.times(physics.steps).map(leg).collect()
@@ -173,4 +177,5 @@ pub fn table(legs: &[Leg]) -> Table {
         .keyed(Some)
         .add(ratio, Leg::ratio)
         .done()
+        .without_empty()
 }

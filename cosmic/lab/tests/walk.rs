@@ -26,10 +26,10 @@ fn along(case: &Case, goals: &Goals, observed: [usize; 2]) -> [f64; 2] {
 #[test]
 fn a_walk_measures_the_ways_of_a_rollout() {
     let case = robot();
-    let goals = Goals::at(place(&case, 0.4)).then(40, place(&case, -0.3));
+    let goals = Goals::at(place(&case, [0.4, 0.0])).then(40, place(&case, [-0.3, 0.0]));
     let found = walk(&case, &goals, STEPS).unwrap();
     let [middle, end] = along(&case, &goals, [40, STEPS]);
-    let start = place(&case, 0.0).forward();
+    let start = place(&case, [0.0, 0.0]).forward();
     let expected = [
         (0.4, [0, 40], (0.4, middle - start)),
         (-0.3, [40, STEPS], (middle - start + 0.3, end - start)),
@@ -55,7 +55,7 @@ fn a_walk_measures_the_ways_of_a_rollout() {
 #[test]
 fn a_walk_may_be_longer_than_the_scene_says() {
     let case = robot();
-    let goals = Goals::at(place(&case, 0.4)).then(32, place(&case, -0.3));
+    let goals = Goals::at(place(&case, [0.4, 0.0])).then(32, place(&case, [-0.3, 0.0]));
     let [short, long] =
         [STEPS, 2 * STEPS].map(|steps| walk(&case, &goals, steps).unwrap().trajectory);
     assert_eq!(long.steps.last(), Some(&(2 * STEPS)));

@@ -7,8 +7,10 @@ use clap::Args;
 use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::error::{Error, Result};
+use cosmic::geometry::Dimension;
 use cosmic::numbers::plain;
 use cosmic::policy::Goals;
+use cosmic::scene::GoalsSettings;
 use cosmic_lab::report::{RobotFiles, write_walk};
 use cosmic_lab::walk::{self, Walk};
 use serde_json::json;
@@ -20,17 +22,18 @@ use std::path::PathBuf;
 /// left when it ends, and the ratio of the two distances.
 ///
 /// The run's scene must have `controller.goals = "given"`, as `errand` has. A goal is a place along the ground in
-/// metres, counted from the payload at the start: positive is ahead. Without --goal, the robot walks right, left and
-/// right: to the places that are a sixth of `goals.along` from its ends (1.2 m and -1.2 m in `errand`), for half of the
+/// metres, counted from the payload at the start: positive is ahead. In space a goal may have a second number, its place
+/// across: positive is to the left. Without --goal, the robot walks ahead, back and ahead: to the places that are a sixth
+/// of `goals.along` from its ends (1.2 m and -1.2 m in `errand`), in space also a sixth of `goals.across`, for half of the
 /// scene's time each, in whole seconds (8 s in `errand`).
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The folder of the run, or a design file with scene.toml beside it
     #[arg(value_name = "RUN")]
     run: PathBuf,
-    /// A goal, and the time at which it begins; can be repeated, as in `--goal 1.2 --goal -1@5s`. The first goal begins
-    /// at 0 s and needs no time
-    #[arg(long = "goal", value_name = "X[@TIME]", value_parser = told, allow_hyphen_values = true)]
+    /// A goal, and the time at which it begins; can be repeated, as in `--goal 1.2 --goal -1@5s`, in space also
+    /// `--goal 1.2,0.5`. The first goal begins at 0 s and needs no time
+    #[arg(long = "goal", value_name = "X[,Y][@TIME]", value_parser = told, allow_hyphen_values = true)]
     goals: Vec<GoalArgument>,
     /// How long the robot walks, s [default: the scene's time, or longer, until the last goal had half of that time]
     #[arg(long, value_name = "S", value_parser = seconds, allow_negative_numbers = true)]
@@ -52,22 +55,28 @@ struct GoalArgument {
     text: String,
     /// The place along the ground, counted from the payload at the start, m.
     along: f64,
+    /// The place across, if it is given, m.
+    across: Option<f64>,
     /// When the goal begins, s.
     time: Option<f64>,
 }
 
-/// Parses a goal, such as `1.2` or `-1@5s`.
+/// Parses a goal, such as `1.2`, `-1@5s` or `1.2,0.5`.
 fn told(text: &str) -> std::result::Result<GoalArgument, String> {
-    let (along, time) = match text.split_once('@') {
-        Some((along, time)) => (along, Some(time)),
-        None => (text, None),
+    let parts = |text: &'_ str, mark: char| match text.split_once(mark) {
+        Some((first, second)) => (first.to_owned(), Some(second.to_owned())),
+        None => (text.to_owned(), None),
     };
+    let (place, time) = parts(text, '@');
+    let (along, across) = parts(&place, ',');
     let expected =
         "expected a place from -1000 to 1000 m, and its time after `@`, as in 1.2 or -1@5s";
-    let of_time = |time: &str| seconds(time.strip_suffix('s').unwrap_or(time));
+    let of_place = |text: &str| number(text, |x| x.abs() <= 1e3, expected.to_owned());
+    let of_time = |time: String| seconds(time.strip_suffix('s').unwrap_or(&time));
     Ok(GoalArgument {
         text: text.to_owned(),
-        along: number(along, |x| x.abs() <= 1e3, expected.to_owned())?,
+        along: of_place(&along)?,
+        across: across.as_deref().map(of_place).transpose()?,
         time: time.map(of_time).transpose()?,
     })
 }
@@ -83,8 +92,8 @@ impl Arguments {
         let path = design_path(&self.run)?;
         let robot = RobotFiles::read(&path, registry)?;
         let case = robot.case(&path)?;
-        let along = robot.scene.goals.along;
-        let (goals, steps) = Plan::new(&case).walk(&self.goals, along, self.seconds)?;
+        let ranges = &robot.scene.goals;
+        let (goals, steps) = Plan::new(&case).walk(&self.goals, ranges, self.seconds)?;
         let walk = walk::walk(&case, &goals, steps)?;
         let written = match &self.out {
             None => Vec::new(),
@@ -126,16 +135,16 @@ impl<'a> Plan<'a> {
         plain(steps as f64 * self.dt, 6)
     }
 
-    /// Returns the goals and the number of steps of a walk. Without `told` goals, the robot walks to and fro within the
-    /// range `along`.
+    /// Returns the goals and the number of steps of a walk. Without `told` goals, the robot walks to and fro within these
+    /// ranges.
     fn walk(
         &self,
         told: &[GoalArgument],
-        along: [f64; 2],
+        ranges: &GoalsSettings,
         seconds: Option<f64>,
     ) -> Result<(Goals, usize)> {
         let goals = match told {
-            [] => self.to_and_fro(along),
+            [] => self.to_and_fro(ranges),
             [first, later @ ..] => self.told(first, later)?,
         };
         let last = goals.later.last().map_or(0, |&(steps, _)| steps);
@@ -160,12 +169,13 @@ impl<'a> Plan<'a> {
         Ok((goals, steps))
     }
 
-    /// Goals to the right, to the left, and to the right again.
-    fn to_and_fro(&self, [low, high]: [f64; 2]) -> Goals {
-        let [left, right] = [(5.0 * low + high) / 6.0, (low + 5.0 * high) / 6.0];
-        let place = |along| walk::place(self.case, along);
-        let goals = Goals::at(place(right)).then(self.leg, place(left));
-        goals.then(2 * self.leg, place(right))
+    /// Goals ahead, behind, and ahead again; in space on the left, on the right, and on the left again.
+    fn to_and_fro(&self, ranges: &GoalsSettings) -> Goals {
+        let [along, across] = [ranges.along, ranges.across]
+            .map(|[low, high]| [(5.0 * low + high) / 6.0, (low + 5.0 * high) / 6.0]);
+        let [behind, ahead] = [0, 1].map(|k| walk::place(self.case, [along[k], across[k]]));
+        let goals = Goals::at(ahead).then(self.leg, behind);
+        goals.then(2 * self.leg, ahead)
     }
 
     fn told(&self, first: &GoalArgument, later: &[GoalArgument]) -> Result<Goals> {
@@ -177,7 +187,14 @@ impl<'a> Plan<'a> {
             let says = "the first goal must begin at 0 s; leave out its time, or put another goal before it";
             return refuse(first, says.to_owned());
         }
-        let goal = |told: &GoalArgument| walk::place(self.case, told.along);
+        let in_plane = self.case.lattice.dimension == Dimension::Plane;
+        let beside = |told: &&GoalArgument| in_plane && told.across.is_some();
+        if let Some(told) = [first].into_iter().chain(later).find(beside) {
+            let says = "the robot is planar, so a goal is one number; write it with a decimal point, as in 1.2";
+            return refuse(told, says.to_owned());
+        }
+        let goal =
+            |told: &GoalArgument| walk::place(self.case, [told.along, told.across.unwrap_or(0.0)]);
         let mut goals = Goals::at(goal(first));
         let mut before = 0;
         for told in later {

@@ -235,6 +235,7 @@ fn a_flight_to_changing_goals_agrees_with_this_simulator() {
         "controller.policy=gaits",
         "controller.policy=mlp",
         "lattice.mirror=false lattice.payload=0 physics.incline_deg=15",
+        "lattice.kind=cubic lattice.columns=3 lattice.rows=3 physics.incline_deg=15",
     ] {
         let weightless = "physics.contact=none physics.void_edges=drop physics.gravity=0";
         let settings = weightless.split(' ').chain(own.split(' '));
@@ -248,17 +249,27 @@ fn a_flight_to_changing_goals_agrees_with_this_simulator() {
         let scene = Scene::load("errand").unwrap().set(&settings).unwrap();
         let case = Case::of_scene(&scene, 0).unwrap();
         let ([first, second], dt) = (CHANGES, scene.physics.dt);
-        let places = [1.5, -1.5, 0.4];
+        let dimension = case.lattice.dimension;
+        let places = [[1.5, 0.6], [-1.5, -0.2], [0.4, 0.0]];
+        let places = places.map(|[along, across]| dimension.onto(Vector::new([along, across, 0.0])));
+        let shown = |place: Vector<f64>, digits: usize, between: &str| {
+            let mut numbers = dimension.list(place);
+            numbers.pop();
+            let numbers = numbers.iter().map(|x| format!("{x:.digits$}"));
+            numbers.collect::<Vec<_>>().join(between)
+        };
         let ground = Ground::from(&scene.physics);
-        let start = ground.along(case.start.x[case.lattice.payload[0].node]);
+        let payload = case.start.x[case.lattice.payload[0].node];
+        let start = ground.vector_to_ground(payload);
         let goal = scene.controller.goal;
-        let [a, b, c] = places.map(|place| goal.with_forward(start + place));
+        let [a, b, c] = places.map(|place| (start + place).with_up(goal.up()));
         let goals = Goals::at(a).then(first, b).then(second, c);
         let task = case.task().with_goals(&goals);
         let span = Span::from_start(vec![0, first, second, STEPS]);
         let ours = (task.simulator).rollout(&case.body(), &case.controller, &case.start, &span);
         let [begin, change] = CHANGES.map(|steps| steps as f64 * dt);
-        let told = format!("--goal 1.5 --goal -1.5@{begin}s --goal 0.4@{change}");
+        let [x, y, z] = places.map(|place| shown(place, 1, ","));
+        let told = format!("--goal {x} --goal {y}@{begin}s --goal {z}@{change}");
         let there = Walk::of(python, &bench, "flight", &format!("--steps {STEPS} {told}"));
         let last = &ours.states.last().unwrap().x;
         let error = apart(&bench, &there, last, &ground);
@@ -267,9 +278,13 @@ fn a_flight_to_changing_goals_agrees_with_this_simulator() {
         let legs = [0, first, second, STEPS];
         for (k, place) in places.into_iter().enumerate() {
             let [from, to] = [legs[k], legs[k + 1]];
-            let away = |steps| (start + place - ground.along(ours.position(steps))).abs();
+            let away = |steps| {
+                let there = ground.vector_to_ground(ours.position(steps));
+                dimension.norm_along(start + place - there)
+            };
             let says = format!(
-                "goal {place:.4} m, {:.3} to {:.3} s: {:.4} m away at first, {:.4} m at the end\n",
+                "goal {} m, {:.3} to {:.3} s: {:.4} m away at first, {:.4} m at the end\n",
+                shown(place, 4, ", "),
                 from as f64 * dt,
                 to as f64 * dt,
                 away(from),
@@ -280,13 +295,14 @@ fn a_flight_to_changing_goals_agrees_with_this_simulator() {
         // The goal matters: with its own goal, the robot flies elsewhere.
         let own_goal = Walk::of(python, &bench, "flight", &format!("--steps {STEPS}"));
         assert!(apart(&bench, &own_goal, last, &ground) > 1e-6, "{own}");
-        let goal = format!("goal {:.4} m, 0.000", goal.forward() - start);
+        let goal = format!("goal {} m, 0.000", shown(goal - start, 4, ", "));
         assert!(own_goal.said.contains(&goal), "{}", own_goal.said);
     }
     // The player refuses goals that do not follow each other, and goals for a robot that has one of its own.
     bench.cosmic("export stability --mujoco --out fixed").ok();
     for (folder, goals, says) in [
         ("flight", "--goal 1@2", "must begin at 0 s"),
+        ("flight", "--goal 1,2,3", "at most 2 numbers"),
         (
             "flight",
             "--goal 1 --goal 2@3 --goal 1@3",

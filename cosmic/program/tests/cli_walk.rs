@@ -63,16 +63,16 @@ fn a_walk_is_drawn_with_its_goals() {
     fetches_nothing(&page);
     let data = data(&page);
     let (start, ground) = (
-        place(&case(), 0.0).forward(),
+        place(&case(), [0.0; 2]).forward(),
         case().scene.physics.ground_height,
     );
     let goals = data["goals"].as_array().unwrap();
     assert_eq!(goals.len(), 2);
     for (goal, expected) in goals.iter().zip([
-        [0.0, start + 0.05, ground, 0.05],
-        [0.4, start + 0.1, ground, 0.1],
+        [0.0, start + 0.05, 0.0, ground, 0.05, 0.0],
+        [0.4, start + 0.1, 0.0, ground, 0.1, 0.0],
     ]) {
-        (0..4).for_each(|k| near(&goal[k], expected[k]));
+        (0..6).for_each(|k| near(&goal[k], expected[k]));
     }
     // The walk takes 0.72 s: 0.4 s, and then half of the time of the scene. A frame is shown every 0.08 s.
     assert_eq!(pictures(&BENCH, "walk/walk.gif"), 10);

@@ -185,10 +185,15 @@ impl Shapes<'_> {
         let rows = raw.x0.iter().chain(&raw.v0);
         let dimension = Dimension::of_rows(rows)
             .or_else(|says| self.refuse(format!("`x0` and `v0`: {says}")))?;
-        if dimension != layout.dimension() && raw.truss.is_none() {
-            let says = "`x0`: points have three numbers in space (`scene.dimension` 3), and two in the plane";
-            return self.refuse(says.to_owned());
+        let expected = layout.dimension();
+        if dimension != expected && raw.truss.is_none() {
+            let (found, expected) = (dimension.count(), expected.count());
+            return self.refuse(format!(
+                "`x0` has {found} numbers for each point, but the lattice of `scene` needs {expected}; \
+                 `scene.dimension` is 2 in the plane, its default, and 3 in space"
+            ));
         }
+        self.dimension(dimension, scene)?;
         let positions: Vec<_> = raw.x0.iter().map(|x| dimension.vector(x)).collect();
         let edges = raw.edges.clone();
         self.fits("entries in `l0`", raw.l0.len(), edges.len())?;
@@ -222,6 +227,21 @@ impl Shapes<'_> {
             payload: Payload::at(payload),
             ..Lattice::between(positions, edges)
         })
+    }
+
+    /// Refuses what only robots in space can have, or only robots in the plane.
+    fn dimension(&self, dimension: Dimension, scene: &Scene) -> Result<()> {
+        match dimension {
+            Dimension::Plane if scene.controller.goal.sideways() != 0.0 => self.refuse(
+                "`scene.goal`: a planar robot cannot reach a goal beside its plane; leave out the second number"
+                    .to_owned(),
+            ),
+            Dimension::Space if !scene.physics.ground.resolved().is_flat() => self.refuse(
+                "`scene.profile`: the ground of a robot in space is a plane; leave out `profile`"
+                    .to_owned(),
+            ),
+            _ => Ok(()),
+        }
     }
 
     /// The lattice as the case wants it: as it is, or as its own mirror image.

@@ -34,6 +34,14 @@ impl Dimension {
         }
     }
 
+    /// The names of the components of a point in the ground's frame, as in the [surroundings](crate::simulator::Surroundings).
+    pub const fn names(self) -> &'static [&'static str] {
+        match self {
+            Self::Plane => &["along", "above"],
+            Self::Space => &["along", "across", "above"],
+        }
+    }
+
     /// Applies a function to the components of a vector.
     #[must_use]
     pub fn map<T: Copy>(self, mut vector: Vector<T>, mut of: impl FnMut(T) -> T) -> Vector<T> {
@@ -49,6 +57,14 @@ impl Dimension {
         match self {
             Self::Plane => vector.with_sideways(R::zero()),
             Self::Space => vector,
+        }
+    }
+
+    /// The length of the part of a vector along the ground. Where that part is zero, the derivative is 0.
+    pub fn norm_along<R: Real>(self, vector: Vector<R>) -> R {
+        match self {
+            Self::Plane => vector.forward().abs(),
+            Self::Space => vector.norm_along(),
         }
     }
 

@@ -14,9 +14,9 @@ use crate::simulator::Trajectory;
 /// time ends, as a mean over the goals of a rollout. 0 means that the robot is at its goal and stays there, 1 that it
 /// came no nearer.
 ///
-/// The way to a goal is its distance along the ground from the goal before it; the way to the first goal is its distance
-/// from the payload at the start of the rollout. What is left is the distance of the payload from the goal, plus its
-/// speed along the ground multiplied by a time. Both are means over the last part of the goal's time, for which
+/// The way to a goal is its distance along the ground, in space along and across, from the goal before it; the way to the
+/// first goal is its distance from the payload at the start of the rollout. What is left is the distance of the payload
+/// from the goal, plus its speed along the ground multiplied by a time. Both are means over the last part of the goal's time, for which
 /// `loss.window` and `loss.every` hold. At most half of the time counts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Errand {
@@ -70,17 +70,21 @@ impl Loss for Errand {
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
         let goals = trajectory.goals.as_ref();
         let goals = goals.expect("the task `reach` with given goals needs rollouts with goals");
-        let mut before = self.ground.along(trajectory.position(0));
+        let dimension = trajectory.at(0).dimension;
+        let mut before = self.ground.vector_to_ground(trajectory.position(0));
         let mut left = Vec::new();
         for (time, goal) in goals.times(trajectory.last_step()) {
-            let along = |step: usize| self.ground.along(trajectory.position(step));
-            let speed = |step: usize| self.ground.along(trajectory.velocity(step));
-            let (place, settle) = (goal.forward(), R::lit(self.settle));
-            let off = |step: usize| (along(step) - place).abs() + speed(step).abs() * settle;
+            let place = |step: usize| self.ground.vector_to_ground(trajectory.position(step));
+            let velocity = |step: usize| self.ground.vector_to_ground(trajectory.velocity(step));
+            let settle = R::lit(self.settle);
+            let off = |step: usize| {
+                let speed = dimension.norm_along(velocity(step));
+                dimension.norm_along(place(step) - goal) + speed * settle
+            };
             let offs: Vec<R> = self.read(time).map(off).collect();
             let mean = R::sum_of(&offs) * R::lit(1.0 / offs.len() as f64);
-            left.push(mean / (place - before).abs());
-            before = place;
+            left.push(mean / dimension.norm_along(goal - before));
+            before = goal;
         }
         R::sum_of(&left) * R::lit(1.0 / left.len() as f64)
     }

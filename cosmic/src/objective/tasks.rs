@@ -7,6 +7,7 @@ use autodiff::Real;
 
 use super::{Displacement, Loss};
 use crate::design::Material;
+use crate::geometry::Vector;
 use crate::scene::{ObjectiveSettings, Scene, TaskKind};
 use crate::simulator::Trajectory;
 
@@ -18,8 +19,8 @@ pub struct Objective {
     /// The loss of the task "far". It also has the ground, and the settings that decide which states all of these
     /// losses read.
     pub far: Displacement,
-    /// The place of the fixed goal along the ground, from the world's origin, in metres.
-    pub goal: f64,
+    /// The fixed goal in the ground's frame, from the world's origin, in metres. Its height does not count.
+    pub goal: Vector<f64>,
     /// The largest actuation strain of an actuator. It tells the share of actuator in a mixture.
     pub stroke: f64,
 }
@@ -27,27 +28,26 @@ pub struct Objective {
 impl Objective {
     /// The loss of a scene's task.
     pub fn of_scene(scene: &Scene) -> Self {
-        let goal = scene.controller.goal.forward();
         Self {
             settings: scene.objective.clone(),
             far: Displacement {
                 ground: (&scene.physics).into(),
                 settings: scene.loss.clone(),
             },
-            goal,
+            goal: scene.controller.goal,
             stroke: Material::Actuator.of(&scene.materials.max_strain),
         }
     }
 
     /// How far the robot is from the goal of the task "reach" after a number of steps, m^2. It is the squared distance
-    /// along the ground from the payload to the goal, plus the square of the distance that the payload would cover in
+    /// along the ground (in space along and across) from the payload to the goal, plus the square of the distance that the payload would cover in
     /// the time `settle`. So a payload that is near but fast has a large loss.
     fn off_target<R: Real>(&self, seen: &Trajectory<R>, step: usize) -> R {
         let place = seen.position(step);
-        let along = self.far.ground.point_to_ground(place).forward();
+        let place = self.far.ground.point_to_ground(place);
         let way = seen.velocity(step) * R::lit(self.settings.settle());
-        let off = along - R::lit(self.goal);
-        off * off + way.dot(way)
+        let off = (place - Vector::lit(self.goal)).along();
+        off.dot(off) + way.dot(way)
     }
 
     /// The energy that the actuators give to the robot, per mass of the robot, J/kg. A bar that is an actuator in part

@@ -30,9 +30,9 @@ pub enum Mean<'a, R> {
 /// has these columns: x of all nodes, y of all nodes, x velocity of all nodes, y velocity of all nodes, `sin(omega t)`,
 /// `cos(omega t)`. A goal that does not move with the robot is folded into the biases. With [`Mean::InStep`] the
 /// columns for positions read the weighted offsets of the nodes from their weighted mean, and the columns for
-/// velocities read the weighted velocities. If the goal is relative to the mean position, there are two more columns,
-/// which read the mean position. If the goal is given to the rollout, there are two more columns for all kinds of mean,
-/// which read the observed goal.
+/// velocities read the weighted velocities. If the goal is relative to the mean position, there are more columns, one for
+/// each component, which read the mean position. If the goal is given to the rollout, there are as many more columns for
+/// all kinds of mean, which read the observed goal.
 #[derive(Clone, Debug)]
 pub struct Fold<'a, R> {
     settings: &'a ControllerSettings,

@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use autodiff::{Kernel, Real};
 
-use crate::geometry::Vector;
-use crate::kernel;
+use crate::geometry::{Dimension, Vector};
+use crate::{in_both_dimensions, in_dimension, kernel};
 
 /// The goals of a robot, one after the other. A goal is a point in the ground's frame, measured from the world's origin:
-/// along the ground and normal to it, in metres.
+/// along the ground, in space across, and normal to it, in metres.
 ///
 /// Robots of one batch may have different goals, but change them at the same steps.
 #[derive(Clone, Debug, PartialEq)]
@@ -105,7 +105,7 @@ impl Goals {
     }
 
     /// The input of a step with which it [picks](Pick) its goal: a pair of ones for the goal that holds, a pair of
-    /// zeros for every other goal. A single goal needs no input.
+    /// zeros for every other goal. A single goal needs no input. In space only the first number of a pair counts.
     pub(crate) fn holds(&self, steps: usize) -> impl Iterator<Item = [f64; 2]> {
         let (count, place) = (self.count(), self.place(steps));
         let legs = (0..count).map(move |k| [f64::from(u8::from(k == place)); 2]);
@@ -145,27 +145,39 @@ impl Kernel<2, 1> for Offset {
 
 /// The kernel that computes how a robot observes a goal: the offset `d` of the goal, as `s d / sqrt(1 + s^2 |d|^2)` with
 /// the scale `s`. A near goal is observed as `s d`, and of a far goal only the direction. The inputs are the component
-/// of `d` in question and the other one.
+/// of `d` in question and the other ones.
 pub(crate) struct Towards {
     /// The scale of the goal, 1/m.
     pub(crate) scale: f64,
 }
 
-#[kernel]
-impl Kernel<2, 1> for Towards {
-    fn eval<R: Real>(&self, [this, other]: [R; 2], _: &[R]) -> [R; 1] {
-        let scale = R::lit(self.scale);
-        let (this, other) = (scale * this, scale * other);
-        [this / (R::one() + this * this + other * other).sqrt()]
+in_both_dimensions! { D =>
+    #[kernel]
+    impl Kernel<D, 1> for Towards {
+        fn eval<R: Real>(&self, offset: [R; D], _: &[R]) -> [R; 1] {
+            let (scale, mut scaled) = (R::lit(self.scale), offset);
+            for k in 0..D {
+                scaled[k] = scale * offset[k];
+            }
+            let mut square = R::one();
+            for k in 0..D {
+                square += scaled[k] * scaled[k];
+            }
+            [scaled[0] / square.sqrt()]
+        }
     }
 }
 
 /// How a robot observes a goal with the offset `offset`: see [`Towards`].
-pub(super) fn towards<R: Real>(offset: Vector<R>, scale: f64) -> Vector<R> {
+pub(super) fn towards<R: Real>(dimension: Dimension, offset: Vector<R>, scale: f64) -> Vector<R> {
     let kernel = Towards { scale };
-    let [along, up] = [offset.forward(), offset.up()];
-    Vector::upright(
-        kernel.eval([along, up], &[])[0],
-        kernel.eval([up, along], &[])[0],
-    )
+    let offset = dimension.list(offset);
+    let seen: Vec<R> = in_dimension!(dimension, D => {
+        let component = |first: usize| {
+            let turned: [R; D] = std::array::from_fn(|k| offset[(first + k) % D]);
+            kernel.eval(turned, &[])[0]
+        };
+        (0..D).map(component).collect()
+    });
+    dimension.vector(&seen)
 }

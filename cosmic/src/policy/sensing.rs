@@ -85,7 +85,7 @@ pub fn observation<R: Real>(
     let mut observation = Vec::with_capacity(settings.observation_length(state.dimension, x.len()));
     observation.extend(phases(settings).map(|ahead| R::lit((phase + ahead).sin())));
     let dimension = state.dimension;
-    observation.extend(dimension.components(goal(settings, mean, ground)));
+    observation.extend(dimension.components(goal(settings, (dimension, mean), ground)));
     observation.extend(offsets.flat_map(|d| dimension.components(d * offset)));
     observation.extend(velocities.flat_map(|v| dimension.components(v * velocity)));
     observation
@@ -106,14 +106,18 @@ pub(super) fn phases(settings: &ControllerSettings) -> impl Iterator<Item = f64>
 
 /// The observed goal: the goal of the settings, or its offset from the mean position if the settings make it relative.
 /// The result is multiplied by the scale of the goal. A goal that is given to a rollout is observed as its offset, which
-/// is bounded. Goal and mean position are measured from the world's origin, along the ground and normal to it, like the
-/// displacement.
-fn goal<R: Real>(settings: &ControllerSettings, mean: Vector<R>, ground: &Ground) -> Vector<R> {
+/// is bounded. Goal and mean position are measured from the world's origin, along the ground, in space across, and normal
+/// to it, like the displacement.
+fn goal<R: Real>(
+    settings: &ControllerSettings,
+    (dimension, mean): (Dimension, Vector<R>),
+    ground: &Ground,
+) -> Vector<R> {
     let scale = R::lit(settings.goal_scale);
     let goal = Vector::lit(settings.goal);
     let offset = || goal - ground.vector_to_ground(mean);
     match (settings.goals, settings.goal_relative) {
-        (GoalKind::Given, _) => towards(offset(), settings.goal_scale),
+        (GoalKind::Given, _) => towards(dimension, offset(), settings.goal_scale),
         (_, true) => offset() * scale,
         (_, false) => goal * scale,
     }

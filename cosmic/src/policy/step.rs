@@ -10,6 +10,7 @@ use super::goals::{Offset, Towards};
 use super::image;
 use super::sensing::Sight;
 use crate::geometry::{Axes, Dimension};
+use crate::in_dimension;
 use crate::lattice::{Mirror, Sides};
 use crate::laws::Motion;
 use crate::scene::{ControllerSettings, Senses};
@@ -66,7 +67,7 @@ pub(crate) struct Seen {
     pub(crate) clock: Array,
     /// The presence of each node (its weight in means and observations), from 0 to 1; `None` if all nodes are present.
     pub(crate) presence: Option<Array>,
-    /// The goal of the step, two numbers; `None` if the goal is a number of the controller.
+    /// The components of the goal of the step; `None` if the goal is a number of the controller.
     pub(crate) goal: Option<Array>,
 }
 
@@ -372,8 +373,8 @@ impl<'a> PolicyStep<'a> {
         self.program
     }
 
-    /// Records the observed goal if it is not recorded yet: two numbers, along the ground and normal to it. `None` if the
-    /// goal is a number of the controller or is not observed.
+    /// Records the observed goal if it is not recorded yet: its components along the ground, in space across, and normal to
+    /// it. `None` if the goal is a number of the controller or is not observed.
     pub fn observed_goal(&mut self) -> Option<Array> {
         let observation = self.observation();
         self.seen.goal.and(observation.last().copied())
@@ -430,11 +431,17 @@ impl<'a> PolicyStep<'a> {
         let kernel = Towards {
             scale: self.goal_scale,
         };
+        let dimension = self.seen.nodes.x.dimension();
         let p = self.program();
         let [offset] = p.map(Offset, [goal, mean], &[]);
-        let other = p.gather(offset, &[Some(1), Some(0)]);
-        let [seen] = p.map(kernel, [offset, other], &[]);
-        seen
+        in_dimension!(dimension, D => {
+            let turned: [Array; D] = std::array::from_fn(|by| match by {
+                0 => offset,
+                _ => p.gather(offset, &std::array::from_fn::<_, D, _>(|k| Some((k + by) % D))),
+            });
+            let [seen] = p.map(kernel, turned, &[]);
+            seen
+        })
     }
 
     fn shape_of(&self, name: &str) -> Shape {

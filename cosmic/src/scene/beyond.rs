@@ -2,6 +2,7 @@
 
 use super::Scene;
 use super::item_name::ItemName;
+use crate::geometry::Dimension;
 use crate::settings;
 use crate::settings::{DEVIATION, within};
 use serde::Serialize;
@@ -111,6 +112,11 @@ settings! {
         /// follow one another, and the payload at the start and the first goal, are at least a quarter of this range apart.
         along: [f64; 2] = [-1.5, 1.5], allowed within(-1e3, 1e3), unit "m",
             auto "`[-1.5 m, 1.5 m]` times `l / 0.5 m`", source "beyond the paper";
+        /// In space: the two places across between which goals are drawn, counted from the payload at the start. With
+        /// `[0, 0]` every goal is straight ahead or behind.
+        across: [f64; 2] = [0.0, 0.0], allowed within(-1e3, 1e3), unit "m",
+            read "for a robot in space" if |s: &Scene| s.lattice.dimension() == Dimension::Space,
+            source "beyond the paper";
     }
 }
 
@@ -121,7 +127,7 @@ impl GoalsSettings {
     /// Number of goals, one after the other, of a rollout in which robots are ranked.
     pub const COUNT: usize = 3;
 
-    /// Least distance from one goal to the next, and from the payload at the start to the first goal, in metres.
+    /// Least distance along the ground from one goal to the next, and from the payload at the start to the first goal, m.
     pub fn apart(&self) -> f64 {
         let [low, high] = self.along;
         0.25 * (high - low)

@@ -290,6 +290,7 @@ fn spans(scene: &Scene, found: &mut Conflicts) {
     for (key, [first, last]) in [
         ("volume.solid", volume.solid),
         ("volume.actuator", volume.actuator),
+        ("goals.across", scene.goals.across),
         ("schedule.horizon_over", iterations(schedule.horizon_over)),
         ("binarisation.threshold_over", iterations(thresholds)),
     ] {
@@ -325,8 +326,7 @@ fn goals(scene: &Scene, found: &mut Conflicts) {
     );
 }
 
-/// What a robot in space cannot have: ground that is not a plane, and given goals. A planar robot cannot have a goal beside
-/// its plane.
+/// The ground of a robot in space is a plane. A planar robot cannot have goals beside its plane.
 fn space(scene: &Scene, found: &mut Conflicts) {
     let (physics, controller) = (&scene.physics, &scene.controller);
     let key = if scene.lattice.is_truss() {
@@ -340,17 +340,18 @@ fn space(scene: &Scene, found: &mut Conflicts) {
             ["controller.goal", key],
             "a planar robot cannot reach a goal beside its plane: leave out the second of the three numbers".to_owned(),
         );
+        let [low, high] = scene.goals.across;
+        found.require(
+            [low, high] == [0.0, 0.0],
+            ["goals.across", key],
+            format!("a planar robot cannot reach goals beside its plane (from {low} to {high} m): leave out `across`"),
+        );
         return;
     }
     found.require(
         physics.ground.profile == ProfileKind::Flat,
         ["ground.profile", key],
         "the ground of a robot in space is a plane: set ground.profile = \"flat\"".to_owned(),
-    );
-    found.require(
-        controller.goals == GoalKind::Fixed,
-        ["controller.goals", key],
-        "robots in space take no given goals so far: set controller.goals = \"fixed\"".to_owned(),
     );
 }
 

@@ -27,7 +27,7 @@ pub(super) struct Parameters<A> {
     /// For a robot without feedback: the positions and velocities that the policy sees in every step; `None` for a
     /// robot with feedback, whose policy sees the current ones.
     pub(super) seen: Option<[Axes<A>; 2]>,
-    /// The goals of the rollout in order, two numbers each, m. They are measured from the point of the ground from which
+    /// The components of the goals of the rollout in order, m. They are measured from the point of the ground from which
     /// positions are measured. Empty if the goal is a number of the controller.
     pub(super) goals: Vec<A>,
     /// The parameters of the mechanics.

@@ -108,8 +108,8 @@ impl Simulator {
     }
 
     /// A copy of this simulator in which robots have these goals, in place of `controller.goal`. Their numbers are
-    /// [surroundings](Self::surroundings) named `goal.0.along`, `goal.0.above`, `goal.1.along` and so on, in metres, so
-    /// that robots of one batch may have other goals, and rollouts can be differentiated with respect to them.
+    /// [surroundings](Self::surroundings) named `goal.0.along`, in space `goal.0.across`, `goal.0.above`, `goal.1.along` and
+    /// so on, in metres, so that robots of one batch may have other goals, and rollouts can be differentiated with respect to them.
     ///
     /// # Panics
     /// If goals are not inputs of a rollout (`controller.goals = "given"`).

@@ -7,7 +7,8 @@ use autodiff::{Array, Graph, Model, Program, Real};
 use super::effort::{Effort, Meter};
 use super::mechanics::{Actuation, Mechanics};
 use super::parameters::{ParameterSink, Parameters};
-use crate::geometry::{Axes, Ground, Vector};
+use super::surroundings::Surroundings;
+use crate::geometry::{Axes, Dimension, Ground, Vector};
 use crate::lattice::{Body, Lattice, Mirror};
 use crate::laws::{Motion, StepInput};
 use crate::policy::{
@@ -116,7 +117,7 @@ impl Robot {
             rest_length: p.state(self.graph.slots()),
             clock: p.input(2),
             presence: None,
-            goal: self.goals.as_ref().map(|_| p.state(2)),
+            goal: (self.goals.as_ref()).map(|_| p.state(self.mechanics.dimension.count())),
         };
         let (_, given) = driver.record(p, settings, seen, self.outputs());
         driver.given = given.into();
@@ -223,9 +224,10 @@ impl Robot {
 
     /// This robot with its surroundings: the numbers of its mechanics, then those of its goals.
     fn with_inputs(self) -> Self {
+        let dimension = self.mechanics.dimension;
         let goals = self.goals.iter().flat_map(Goals::iter).enumerate();
         let of_goals = goals.flat_map(|(k, goal)| {
-            let numbers = [("along", goal.forward()), ("above", goal.up())];
+            let numbers = (dimension.names().iter()).zip(dimension.components(goal));
             numbers.map(move |(name, value)| StepInput {
                 name: format!("goal.{k}.{name}"),
                 value,
@@ -272,8 +274,11 @@ impl Robot {
         let mechanics = self.mechanics.parameters(p);
         let first = self.mechanics.inputs.len();
         let origin = Vector::lit(self.mechanics.origin());
-        let goals = (0..self.goals.as_ref().map_or(0, Goals::count))
-            .map(|k| p.of_surroundings(2, |s| (s.goal(first, k) - origin).in_plane().to_vec()));
+        let dimension = self.mechanics.dimension;
+        let goals = (0..self.goals.as_ref().map_or(0, Goals::count)).map(|k| {
+            let goal = |s: &Surroundings<P::Number>| s.goal(dimension, first, k) - origin;
+            p.of_surroundings(dimension.count(), |s| dimension.list(goal(s)))
+        });
         Parameters {
             goals: goals.collect(),
             mechanics,
@@ -357,6 +362,10 @@ impl Robot {
         // Only one goal holds and all others add zeros, so the sums have the bits of that goal.
         let pairs = given.goals.iter().zip(legs);
         let sum = pairs.fold(None, |sum: Option<Array>, (&goal, &holds)| {
+            let holds = match self.mechanics.dimension {
+                Dimension::Plane => holds,
+                Dimension::Space => p.gather(holds, &[Some(0); 3]),
+            };
             let [sum] = match sum {
                 None => p.map(Hold, [goal, holds], &[]),
                 Some(sum) => p.map(Pick, [sum, goal, holds], &[]),

@@ -119,7 +119,8 @@ impl Simulator {
     /// The goals in these surroundings.
     fn goals_in<R: Real>(&self, surroundings: &Surroundings<R>) -> Option<Goals<R>> {
         let goals = self.robot.goals.as_ref()?;
-        let goal = |k: usize| surroundings.goal(self.robot.mechanics.inputs.len(), k);
+        let mechanics = &self.robot.mechanics;
+        let goal = |k| surroundings.goal(mechanics.dimension, mechanics.inputs.len(), k);
         let later = goals.later.iter().enumerate();
         Some(Goals {
             first: goal(0),

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use autodiff::Real;
 
-use crate::geometry::Vector;
+use crate::geometry::{Dimension, Vector};
 use crate::laws::StepInput;
 
 /// The surroundings of robots: gravity, friction and the settings of a scene's laws. Each number has the name of its
@@ -92,9 +92,9 @@ impl<R: Real> Surroundings<R> {
     }
 
     /// Goal number `k` of the goals whose numbers are those from `first` on.
-    pub(super) fn goal(&self, first: usize, k: usize) -> Vector<R> {
-        let numbers = &self.numbers[first + 2 * k..];
-        Vector::upright(numbers[0], numbers[1])
+    pub(super) fn goal(&self, dimension: Dimension, first: usize, k: usize) -> Vector<R> {
+        let axes = dimension.count();
+        dimension.vector(&self.numbers[first + axes * k..][..axes])
     }
 
     /// True if the surroundings have numbers with the names of `inputs`.

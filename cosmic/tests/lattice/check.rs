@@ -1,4 +1,4 @@
-use cosmic::geometry::{Segment, Vector};
+use cosmic::geometry::{Dimension, Segment, Vector};
 use cosmic::lattice::{EdgeRules, Payload, Truss};
 use proptest::prelude::*;
 use std::collections::BTreeSet;
@@ -49,6 +49,22 @@ fn unusual_trusses_are_read() {
     assert_eq!(fine.nodes[0], [1.0, 0.0]);
     assert_eq!(ends(2), [[0.0, 0.0], [1.0, 0.0]]);
     assert_eq!(ends(4), [[5.0, 5.0], [5.0, 6.0]]);
+}
+
+/// The numbers of the nodes tell whether a truss is in the plane or in space.
+#[test]
+fn a_truss_with_three_coordinates_is_in_space() {
+    let cube = r#"{"format": "cosmic-truss", "version": 1,
+        "nodes": [[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]],
+        "edges": [[0, 1], [0, 2], [0, 3], [1, 2]]}"#;
+    let truss = Truss::parse("cube.json", cube).unwrap();
+    assert_eq!(truss.dimension, Dimension::Space);
+    assert_eq!(truss.nodes[2], Vector::new([0.0, 0.1, 0.0]));
+    let declared = cube.replacen("\"nodes\"", "\"dimension\": 3, \"nodes\"", 1);
+    let refused = Truss::parse("cube.json", &declared)
+        .unwrap_err()
+        .to_string();
+    assert!(refused.contains("unknown field `dimension`"), "{refused}");
 }
 
 proptest! {

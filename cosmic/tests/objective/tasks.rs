@@ -1,3 +1,4 @@
+use cosmic::geometry::{Dimension, Vector};
 use cosmic::lattice::{Body, Marker, State};
 use cosmic::objective::{Loss, Objective};
 use cosmic::scene::{Named, Scene, TaskKind};
@@ -64,6 +65,26 @@ fn each_task_has_its_loss() {
     assert_eq!(loss(TaskKind::Reach), 0.5 * (9.0 + 1.0 + 1.0));
     // The second bar is half an actuator and has given 20 J: the robot of 2 kg spends 5 J/kg, at 0.025 m for each.
     assert_eq!(loss(TaskKind::Economy), -3.0 + 0.125);
+}
+
+/// In space, the fixed goal may be beside the robot: this one is 3 m ahead and 4 m to the left, and its height does not count.
+#[test]
+fn a_fixed_goal_in_space_is_along_and_across() {
+    let objective = Objective {
+        goal: Vector::new([4.0, 5.0, 7.0]),
+        ..objective(TaskKind::Reach)
+    };
+    let at = |x: [f64; 3], v: [f64; 3]| State {
+        dimension: Dimension::Space,
+        x: vec![Vector::new(x)],
+        v: vec![Vector::new(v)],
+    };
+    let rest = at([1.0, 1.0, 0.5], [0.0; 3]);
+    let seen = |last: State<f64>| Trajectory::new(vec![0, 1], vec![rest.clone(), last]);
+    assert_eq!(objective.loss(&seen(rest.clone())), 25.0);
+    // A speed of 2 m/s across counts as 1 m in 0.5 s.
+    let moved = at([4.0, 1.0, 0.5], [0.0, 2.0, 0.0]);
+    assert_eq!(objective.loss(&seen(moved)), 0.5 * (25.0 + 16.0 + 1.0));
 }
 
 #[test]

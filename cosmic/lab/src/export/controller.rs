@@ -21,11 +21,11 @@ pub(super) struct Folded<'c> {
 /// The part of `controller.json` that only robots with given goals have.
 #[derive(Serialize)]
 pub(super) struct GoalFields {
-    goal: [f64; 2],
+    goal: Vec<f64>,
     goal_scale: f64,
     mean: Vec<f64>,
-    origin: [f64; 2],
-    start: f64,
+    origin: Vec<f64>,
+    start: Vec<f64>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     gates: Vec<[f64; 3]>,
 }
@@ -106,14 +106,14 @@ impl<'c> Folded<'c> {
     /// What a robot with given goals needs besides the network. `nodes` are the nodes of the model.
     pub(super) fn seen(&self, ground: &Ground, nodes: &[usize]) -> Option<GoalFields> {
         let mean = self.mean.as_ref()?;
-        let settings = &self.case.scene.controller;
+        let (settings, dimension) = (&self.case.scene.controller, self.case.lattice.dimension);
         let payload = self.case.lattice.payload_point(&self.case.start, ground);
         Some(GoalFields {
-            goal: settings.goal.in_plane(),
+            goal: dimension.list(settings.goal),
             goal_scale: settings.goal_scale,
             mean: nodes.iter().map(|&node| mean[node]).collect(),
-            origin: (ground.vertical() * ground.height).in_plane(),
-            start: payload.forward(),
+            origin: dimension.list(ground.vertical() * ground.height),
+            start: dimension.list(payload),
             gates: self.network.gates.clone(),
         })
     }

@@ -9,8 +9,8 @@ def load(folder):
 
 
 def observed(net, data, goal):
-    """How a robot observes a goal (along the ground and above it, from the world's origin, m): as a bounded offset."""
-    offset = net["goal_scale"] * (goal - net["origin"] - net["mean"] @ data.qpos.reshape(-1, 2))
+    """How a robot observes a goal, a point in the ground's frame from the world's origin (m): as a bounded offset."""
+    offset = net["goal_scale"] * (goal - net["origin"] - net["mean"] @ data.qpos.reshape(-1, len(goal)))
     return offset / np.sqrt(1 + offset @ offset)
 
 
@@ -31,7 +31,7 @@ def step(model, robots, net, n, goal=None):
         sensed = np.hstack([sensed, [observed(net, data, net["goal"] if goal is None else goal) for data in robots]])
     hidden = np.tanh(sensed @ net["w1"].T + net["b1"])
     if "gates" in net:
-        hidden *= np.vander(sensed[:, -2], 3, increasing=True) @ net["gates"].T
+        hidden *= np.vander(sensed[:, -len(net["goal"])], 3, increasing=True) @ net["gates"].T
     for data, target in zip(robots, net["strain"] * np.tanh(hidden @ net["w2"].T + net["b2"])):
         if "force" not in net:
             data.ctrl = target
@@ -43,24 +43,31 @@ def step(model, robots, net, n, goal=None):
             mujoco.mj_step2(model, data)
 
 
-def ahead(net, way):
-    """How far along the ground the robot gets if its coordinates change by `way`, m."""
-    return way[::len(way) // len(net["nodes"])] @ net["weights"]
+def moved(net, way):
+    """How far the robot gets along the ground, and in space across, if its coordinates change by `way`, m."""
+    axes = len(way) // len(net["nodes"])
+    return np.array([way[k::axes] @ net["weights"] for k in range(axes - 1)])
 
 
 def told(text):
     """A goal of --goal, such as 1.2 or -1@5: when it begins (s), and its place (m from the payload at the start)."""
     place, _, begin = text.removesuffix("s").partition("@")
-    return float(begin or 0), float(place)
+    return float(begin or 0), [float(number) for number in place.split(",")]
+
+
+def point(net, place):
+    """The goal that is at this place, as high as the goal of controller.json."""
+    return np.append(net["start"][:-1] + np.pad(place, (0, len(net["start"]) - 1 - len(place))), net["goal"][-1])
 
 
 def ways(net, goals, path):
     """For each goal: its place (m), when it begins and ends (s), and how far away the robot is then (m)."""
     last = len(path) - 1
     ends = [min(begin, last) for begin, _ in goals[1:]] + [last]
-    away = lambda goal, n: abs(goal[0] - net["start"] - ahead(net, path[n] - path[0]))
+    place = lambda goal: (goal - net["start"])[:-1]
+    away = lambda goal, n: np.linalg.norm(place(goal) - moved(net, path[n] - path[0]))
     spans = [(goal, n, end) for (n, goal), end in zip(goals, ends) if n < last]
-    return [(goal[0] - net["start"], n * net["dt"], end * net["dt"], away(goal, n), away(goal, end)) for goal, n, end in spans]
+    return [(place(goal), n * net["dt"], end * net["dt"], away(goal, n), away(goal, end)) for goal, n, end in spans]
 
 
 if __name__ == "__main__":
@@ -68,15 +75,18 @@ if __name__ == "__main__":
     options.add_argument("--view", action="store_true", help="show the robot in MuJoCo's viewer")
     options.add_argument("--steps", type=int, help="number of control steps [default: that of the scene]")
     options.add_argument("--path", help="write qpos to this CSV file, one row before each step and one at the end")
-    options.add_argument("--goal", type=told, action="append", default=[], metavar="X@TIME", help="where the robot is to "
-                         "go (m along the ground from where it starts), and from when on (s); can be repeated")
+    options.add_argument("--goal", type=told, action="append", default=[], metavar="X[,Y]@TIME", help="where the robot "
+                         "is to go (m along the ground, in space also across, from where it starts), and from when on (s); can be "
+                         "repeated")
     # A goal may begin with a minus sign, as options do.
     words = "\0".join(sys.argv[1:]).replace("--goal\0", "--goal=").split("\0")
     given = options.parse_args([word for word in words if word])
     model, net = load(pathlib.Path(__file__).parent)
     if given.goal and "goal" not in net:
         options.error("--goal: the goal of this robot is a number of its controller")
-    goals = [(round(begin / net["dt"]), np.array([net["start"] + place, net["goal"][1]])) for begin, place in given.goal]
+    if any(len(place) >= len(net["start"]) for _, place in given.goal):
+        options.error(f"--goal: a goal of this robot has at most {len(net['start']) - 1} numbers")
+    goals = [(round(begin / net["dt"]), point(net, place)) for begin, place in given.goal]
     goals = goals or [(0, net.get("goal"))]
     if goals[0][0] != 0 or any(after <= before for (before, _), (after, _) in zip(goals, goals[1:])):
         options.error("--goal: the first goal must begin at 0 s, and every other one after the goal before it")
@@ -93,6 +103,7 @@ if __name__ == "__main__":
             time.sleep(max(0.0, began + data.time - time.time()))
     if given.path:
         np.savetxt(given.path, path, delimiter=",", fmt="%.17g")
-    print(f"{ahead(net, path[-1] - path[0]):.4f} m along the ground in {data.time:.3f} s")
+    print(f"{moved(net, path[-1] - path[0])[0]:.4f} m along the ground in {data.time:.3f} s")
     for place, begin, end, way, left in ways(net, goals, path) if "goal" in net else []:
-        print(f"goal {place:.4f} m, {begin:.3f} to {end:.3f} s: {way:.4f} m away at first, {left:.4f} m at the end")
+        place = ", ".join(f"{number:.4f}" for number in place)
+        print(f"goal {place} m, {begin:.3f} to {end:.3f} s: {way:.4f} m away at first, {left:.4f} m at the end")

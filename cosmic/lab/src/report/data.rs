@@ -56,10 +56,11 @@ fn of_walks(motion: &Motion, robot: &RobotFiles, walks: &[Option<Frames>]) -> Va
     })
 }
 
-/// Returns the data of a goal: its time, the point of the ground below it, and its place along the ground.
-fn goal(flag: &Flag) -> [f64; 4] {
-    let [x, y] = flag.foot.in_plane();
-    [flag.from, x, y, flag.along]
+/// Returns the data of a goal: its time, the three coordinates of the point of the ground below it, and its place along the
+/// ground and across.
+fn goal(flag: &Flag) -> [f64; 6] {
+    let ([x, y, z], [along, across]) = (flag.foot.array(), flag.place);
+    [flag.from, x, y, z, along, across]
 }
 
 /// Returns the data of one run, for a page on which several runs share one ground. Distances are measured along the

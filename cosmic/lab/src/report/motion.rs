@@ -56,8 +56,8 @@ pub struct Flag {
     pub from: f64,
     /// The point of the ground below the goal, in the world.
     pub foot: Vector<f64>,
-    /// The place of the goal along the ground, in metres from the payload at the start.
-    pub along: f64,
+    /// The place of the goal along the ground and across, in metres from the payload at the start.
+    pub place: [f64; 2],
 }
 
 /// The places at which a node touches the ground without a break: where it lands, and how it slides from there.
@@ -128,8 +128,8 @@ impl<'r> Motion<'r> {
             let x = start.forward() + along * ground.tangent().forward();
             Flag {
                 from: time.start as f64 * self.trajectory.dt,
-                foot: Vector::from([x, self.ground_height(x)]),
-                along,
+                foot: Vector::new([x, goal.sideways(), self.ground_height(x)]),
+                place: [along, goal.sideways() - start.sideways()],
             }
         };
         let goals = self.goals.iter();

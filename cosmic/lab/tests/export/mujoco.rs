@@ -24,13 +24,13 @@ struct Exported {
     strain: Vec<f64>,
     omega: f64,
     dt: f64,
-    goal: Option<[f64; 2]>,
+    goal: Option<Vec<f64>>,
     #[serde(default)]
     goal_scale: f64,
     #[serde(default)]
     mean: Vec<f64>,
     #[serde(default)]
-    origin: [f64; 2],
+    origin: Vec<f64>,
     #[serde(default)]
     gates: Vec<[f64; 3]>,
 }
@@ -55,10 +55,12 @@ impl Exported {
         let mut inputs = [flat(&x), flat(&v), vec![sin, cos]].concat();
         let mean = x.iter().zip(&self.mean);
         let mean = mean.fold(Vector::zero(), |sum, (&x, &weight)| sum + x * weight);
-        let offset = (goal - Vector::from(self.origin) - mean) * self.goal_scale;
-        let seen = offset * (1.0 / (1.0 + offset.dot(offset)).sqrt());
+        let mut first = 0.0;
         if self.goal.is_some() {
-            inputs.extend(seen.in_plane());
+            let offset = (goal - state.dimension.vector(&self.origin) - mean) * self.goal_scale;
+            let seen = offset * (1.0 / (1.0 + offset.dot(offset)).sqrt());
+            inputs.extend(state.dimension.components(seen));
+            first = seen.forward();
         }
         let layer = |weights: &[Vec<f64>], biases: &[f64]| Layer {
             weights: weights.concat(),
@@ -69,7 +71,7 @@ impl Exported {
             gates: self.gates.clone(),
             second: layer(&self.w2, &self.b2),
         };
-        let activation = network.activation(&inputs, seen.forward());
+        let activation = network.activation(&inputs, first);
         let pairs = activation.iter().zip(&self.strain);
         pairs
             .map(|(activation, strain)| activation * strain)
@@ -90,6 +92,7 @@ fn the_exported_controller_has_the_library_s_controls() {
     const SLOPE: &str = "lattice.mirror = false\nlattice.payload = 0\nphysics.incline_deg = 12.0\n";
     const GIVEN: &str =
         "controller.goals = \"given\"\ncontroller.goal_scale = 2.0\nobjective.task = \"reach\"\n";
+    const CUBIC: &str = "lattice.kind = \"cubic\"\nlattice.depth = 3\n";
     const OPEN: &str = "controller.policy = \"clock\"\n";
     for (base, settings, is_given) in [
         ("errand", [SMALL, ""], true),
@@ -108,6 +111,8 @@ fn the_exported_controller_has_the_library_s_controls() {
         ("baseline_short", [GIVEN, SLOPE], true),
         ("baseline_short", [OPEN, ""], false),
         ("stability", [SMALL, OPEN], false),
+        ("errand", [SMALL, CUBIC], true),
+        ("cube", [GIVEN, SLOPE], true),
         ("cube", [SMALL, ""], false),
         ("cube", [SMALL, SLOPE], false),
         ("cube", [SMALL, OPEN], false),
@@ -118,7 +123,9 @@ fn the_exported_controller_has_the_library_s_controls() {
         // No number may be zero, neither a bias nor the change of a learned clock's frequency.
         let numbers = case.controller.numbers_mut().iter_mut().enumerate();
         numbers.for_each(|(k, number)| *number += 0.05 * (k as f64).cos());
-        let [first, second, third] = [[1.5, 0.1], [-1.5, 0.2], [0.4, 0.0]].map(Vector::from);
+        let dimension = case.lattice.dimension;
+        let goals = [[1.5, 0.4, 0.1], [-1.5, -0.7, 0.2], [0.4, 0.2, 0.0]];
+        let [first, second, third] = goals.map(|goal| dimension.onto(Vector::new(goal)));
         let goals = Goals::at(first).then(24, second).then(40, third);
         let task = match is_given {
             true => case.task().with_goals(&goals),

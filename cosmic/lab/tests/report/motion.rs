@@ -84,7 +84,7 @@ fn flags_are_where_and_when_their_goals_are() {
         let [x, y] = flag.foot.in_plane();
         assert_eq!(y, motion.ground_height(x));
         // A place in the world is a few operations away from the place along the ground.
-        assert!((flag.along - along).abs() < 1e-14);
+        assert!((flag.place[0] - along).abs() < 1e-14 && flag.place[1] == 0.0);
         assert!((x - (start + tangent * along).forward()).abs() < 1e-14);
     }
 }

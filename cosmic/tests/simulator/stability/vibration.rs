@@ -2,7 +2,10 @@ use crate::small::lattice;
 use cosmic::design::{Design, Material};
 use cosmic::geometry::{Dimension, Vector};
 use cosmic::lattice::{Body, Lattice, Marker};
-use cosmic::scene::{LatticeKind, LatticeSettings, MaterialSettings, PhysicsSettings, stable_step};
+use cosmic::scene::{
+    Integrator, LatticeKind, LatticeSettings, MaterialSettings, PhysicsSettings, stable_step,
+};
+use cosmic::simulator::StepLimit;
 use cosmic::simulator::stability::Vibration;
 use nalgebra::{DMatrix, DVector};
 
@@ -49,6 +52,61 @@ fn assert_found(lattice: &Lattice, layouts: usize) {
         worst = if off.abs() > worst.abs() { off } else { worst };
     }
     assert!(worst.abs() < 1e-9, "relative error {worst:e}");
+}
+
+/// The stable step of a robot in space follows from the largest eigenvalue of `M^-1 K`, whose entries come from the bars here,
+/// also while the bars are strained.
+#[test]
+fn the_stable_step_of_a_cube_is_that_of_a_dense_eigenvalue_solver() {
+    let mut settings = LatticeSettings {
+        kind: LatticeKind::Cubic,
+        columns: 3,
+        depth: 3,
+        rows: 2,
+        ..LatticeSettings::default()
+    };
+    for (k, body_diagonals) in [false, true].into_iter().enumerate() {
+        settings.body_diagonals = body_diagonals;
+        let physics = PhysicsSettings {
+            damping: 0.0,
+            ..PhysicsSettings::default()
+        };
+        let lattice = Lattice::new(&settings, &physics);
+        let material = |edge: usize| Material::ALL[(edge * edge + edge / 3 + k) % 3];
+        let design = Design::Layout((0..lattice.edges.len()).map(material).collect());
+        let body = Body::new(&design, &lattice, &MaterialSettings::default(), &physics);
+        let moved = |(node, &x): (usize, &Vector<f64>)| {
+            let turn = |by: f64| 0.01 * (by * node as f64).sin();
+            x + Vector::new([turn(1.1), turn(2.3), turn(3.7)])
+        };
+        let positions: Vec<_> = lattice.positions.iter().enumerate().map(moved).collect();
+        let mut matrix = DMatrix::<f64>::zeros(3 * body.mass.len(), 3 * body.mass.len());
+        for (edge, &[i, j]) in lattice.edges.iter().enumerate() {
+            let d = DVector::from_row_slice(&(positions[j] - positions[i]).array());
+            let across = 1.0 - lattice.rest_length[edge] / d.norm();
+            let n = d.normalize();
+            let block = (&n * n.transpose()) * (1.0 - across) + DMatrix::identity(3, 3) * across;
+            let block = block * body.stiffness[edge];
+            for (a, b, sign) in [(i, i, 1.0), (j, j, 1.0), (i, j, -1.0), (j, i, -1.0)] {
+                let mut part = matrix.view_mut((3 * a, 3 * b), (3, 3));
+                part += &block * (sign / (body.mass[a] * body.mass[b]).sqrt());
+            }
+        }
+        let expected = matrix.symmetric_eigenvalues().max().sqrt();
+        let vibration = Vibration::new(&lattice, &body, &physics, &positions);
+        let limit = StepLimit::exact(&vibration, &physics);
+        // An explicit step is stable below `2 / omega`. The softening of a micrometre changes lengths by a fraction of 1e-10.
+        assert!(
+            (limit.step() * expected / 2.0 - 1.0).abs() < 1e-8,
+            "{limit:?} {expected}"
+        );
+        assert!(StepLimit::safe(&vibration, 1.0, &physics).step() <= limit.step());
+        let implicit = PhysicsSettings {
+            integrator: Integrator::Implicit,
+            ..physics
+        };
+        assert!(StepLimit::exact(&vibration, &implicit).step() > 1e3 * limit.step());
+    }
 }
 
 /// Of two separate springs, the stiffer one determines the frequency, even if it is stiffer by a tiny fraction

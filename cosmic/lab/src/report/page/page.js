@@ -92,16 +92,16 @@ function player() {
     const { iteration } = walker();
     const which = view.shown === last ? "" : `   iteration ${iteration}`;
     const goal = goalAt(view.now);
-    const to = goal ? `   goal ${decimals(goal[3], 2)} m` : "";
+    const to = goal ? `   goal ${goal.slice(4, robot.axes + 3).map(place => decimals(place, 2)).join(", ")} m` : "";
     const label = `${decimals(view.now, 1)} s   ${decimals(moment.metres, 2)} m${to}${which}`;
-    stage.draw({ ...moment, highlight: highlight(), label, colours, goal: goal?.slice(1, 3) });
+    stage.draw({ ...moment, highlight: highlight(), label, colours, goal: goal?.slice(1, 4) });
     time.value = view.now;
     time.setAttribute("aria-valuetext", label);
   });
   return stage;
 }
 
-// The goal at a time: [its beginning, the x and y of the ground below it, its place along the ground].
+// The goal at a time: [its beginning, the x, y and z of the ground below it, its place along the ground and across].
 const goalAt = time => goals.filter(([from]) => from <= time).pop() ?? null;
 
 const forceAt = (frame, bar) => forces.counts[frame][bar] * forces.unit;

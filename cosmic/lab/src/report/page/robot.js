@@ -40,7 +40,7 @@ class Stage extends Drawing {
   // Optional: `top`, the height that must be in view; `level`, the point whose height on the drawing is that of the camera
   // (default: the camera); `trail`, the path of the payload [x, y, z, …]; `highlight`, an edge; `label`, a text for the
   // upper left corner; `shape`, positions from which strains are computed instead; `colours`, one for each edge, instead of
-  // materials and strains; `goal`, the foot [x, z] of a flag, and `goalLabel`, the text at the flag; `ghost`, the positions
+  // materials and strains; `goal`, the foot [x, y, z] of a flag, and `goalLabel`, the text at the flag; `ghost`, the positions
   // and edges of another robot, which is drawn faintly; `arrow`, how far [x, y] (pixels) an arrow from the robot points.
   paint({ positions, edges, camera, top = -Infinity, level = camera, trail = [], highlight = null, label = "", shape = positions, colours = null, goal = null, goalLabel = "", ghost = null, arrow = null }, width, height) {
     const eye = new Eye(this.orbit?.view ?? this.#world.view);
@@ -66,7 +66,7 @@ class Stage extends Drawing {
       paintGrid(this, sight, width, height);
       paintShadows(this, sight, positions, edges, thick);
     }
-    if (goal) this.#paintFlag(place(goal[0], 0, goal[1]), goalLabel, width, height);
+    if (goal) this.#paintFlag(place(...goal), goalLabel, width, height);
     if (finish !== undefined && eye.isSide) this.#paintFinish(place(finish, 0, levelAt(ground, finish)), width, height);
     if (finish !== undefined && !eye.isSide) this.#paintFinishLine(finish, place);
     const node = i => place(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]);
