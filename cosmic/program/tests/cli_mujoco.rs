@@ -251,7 +251,8 @@ fn a_flight_to_changing_goals_agrees_with_this_simulator() {
         let ([first, second], dt) = (CHANGES, scene.physics.dt);
         let dimension = case.lattice.dimension;
         let places = [[1.5, 0.6], [-1.5, -0.2], [0.4, 0.0]];
-        let places = places.map(|[along, across]| dimension.onto(Vector::new([along, across, 0.0])));
+        let places =
+            places.map(|[along, across]| dimension.onto(Vector::new([along, across, 0.0])));
         let shown = |place: Vector<f64>, digits: usize, between: &str| {
             let mut numbers = dimension.list(place);
             numbers.pop();

@@ -265,7 +265,7 @@ impl LayoutRules {
 }
 
 /// The number of floppy modes of hinged bars. It is the number of coordinates of the nodes, minus the rigid motions (three
-/// in the plane, six in space), minus the rank of the matrix of the bars' directions. `live` are the nodes with a bar, ascending.
+/// in the plane; six in space, or five if all nodes are in one line), minus the rank of the matrix of the bars' directions. `live` are the nodes with a bar, ascending.
 fn floppy_modes(lattice: &Lattice, bars: &[[usize; 2]], live: &[usize]) -> usize {
     if bars.is_empty() {
         return 0;
@@ -275,7 +275,16 @@ fn floppy_modes(lattice: &Lattice, bars: &[[usize; 2]], live: &[usize]) -> usize
             .expect("`live` has both nodes of every bar")
     };
     let (dimension, axes) = (lattice.dimension, lattice.dimension.count());
-    let rigid = axes * (axes + 1) / 2;
+    let straight = |node: &usize| {
+        let [from, along] = [
+            lattice.places[live[0]],
+            lattice.places[live[1]] - lattice.places[live[0]],
+        ];
+        let (along, off) = (along.unit(), lattice.places[*node] - from);
+        along.across(off).norm() < RANK
+    };
+    let in_line = dimension == Dimension::Space && live.iter().all(straight);
+    let rigid = axes * (axes + 1) / 2 - usize::from(in_line);
     let mut matrix = DMatrix::<f64>::zeros(bars.len(), axes * live.len());
     for (row, &[i, j]) in bars.iter().enumerate() {
         let direction = dimension.components(lattice.direction([i, j]));

@@ -48,9 +48,27 @@ pub(super) struct Conflict {
     pub(super) says: String,
 }
 
+/// The largest number of nodes of a generated lattice.
+const MOST_NODES: usize = 4096;
+
+/// Finds the lattice too large, if it is. The settings that follow from a lattice take too long for a larger one.
+pub(super) fn size(scene: &Scene) -> Option<Conflict> {
+    let (lattice, nodes) = (&scene.lattice, scene.lattice.nodes());
+    (!lattice.is_truss() && nodes > MOST_NODES).then(|| Conflict {
+        keys: ["lattice.depth", "lattice.columns"],
+        says: format!(
+            "a lattice of {} has {nodes} nodes; at most {MOST_NODES} are allowed",
+            lattice.name()
+        ),
+    })
+}
+
 /// Finds every conflict between the settings of a scene.
 pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
-    let mut found = Conflicts(Vec::new());
+    let mut found = Conflicts(size(scene).into_iter().collect());
+    if !found.0.is_empty() {
+        return found.0;
+    }
     for rule in [
         phases, horizons, starts, volumes, trusses, payloads, mirrors, spans, goals, terrain,
         parts, space,

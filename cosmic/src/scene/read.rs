@@ -3,7 +3,7 @@
 use super::base::TOP_KEYS;
 use super::diagnostic::{Fault, SceneText, malformed, suggest};
 use super::keys::sections;
-use super::{Scene, TrussFile};
+use super::{Scene, TrussFile, check};
 use crate::error::{Error, Result};
 use crate::reading::with_decimal_point;
 use crate::registry::Registry;
@@ -173,8 +173,11 @@ impl<'s, 't> Reader<'s, 't> {
     /// the scene, or the errors found.
     fn finished(mut self) -> Result<Scene> {
         if self.faults.is_empty() && !self.sources.is_empty() {
+            self.conflicts(check::size(&self.scene));
+        }
+        if self.faults.is_empty() && !self.sources.is_empty() {
             self.follow();
-            self.conflicts();
+            self.conflicts(check::conflicts(&self.scene));
         }
         if self.faults.is_empty() {
             return Ok(self.scene);

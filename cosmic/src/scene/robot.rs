@@ -23,7 +23,7 @@ settings! {
         rows: usize = 6, allowed within(2.0, 64.0),
             read "without a `file`" if Scene::is_generated,
             source "paper: 6";
-        /// Number of nodes across.
+        /// Number of nodes across. A lattice has at most 4096 nodes.
         depth: usize = 3, allowed within(2.0, 64.0),
             read "with `kind = \"cubic\"`" if |s: &Scene| s.lattice.is_cubic(),
             source "beyond the paper";

@@ -1,11 +1,12 @@
 //! The parts of reading a scene that need more than one key: the base and the version, missing keys, numbers that
 //! follow from others, and contradictions.
 
+use super::Scene;
 use super::base::{Base, FORMAT, TOP_KEYS, VERSION};
+use super::check::Conflict;
 use super::diagnostic::{Fault, suggest};
 use super::read::{KeyPlace, Reader, abridged};
 use super::toml_file::key_of_sweep;
-use super::{Scene, check};
 use crate::error::in_shell;
 use crate::settings::{SettingValue, within};
 use toml::Spanned;
@@ -158,10 +159,10 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Records an error for every conflict between settings. The error points at the first setting of the conflict that
-    /// a source sets.
-    pub(super) fn conflicts(&mut self) {
-        for conflict in check::conflicts(&self.scene) {
+    /// Records an error for every one of these conflicts between settings. The error points at the first setting of the
+    /// conflict that a source sets.
+    pub(super) fn conflicts(&mut self, conflicts: impl IntoIterator<Item = Conflict>) {
+        for conflict in conflicts {
             let mut keys = conflict.keys.iter();
             let place = keys.find_map(|key| self.places.get(*key));
             let KeyPlace { source, span } = place.cloned().unwrap_or_default();

@@ -2,7 +2,7 @@
 
 use super::keys::Setting;
 use super::{ActuatorPart, ProfileKind, Scene, SkeletonPart};
-use crate::geometry::Vector;
+use crate::geometry::{Dimension, Vector};
 use crate::lattice::Lattice;
 use crate::numbers::{rounded, shortened};
 use crate::settings::Named;
@@ -12,7 +12,11 @@ impl Scene {
     /// robot whose volume is in the middle of the bounds on the volume.
     pub fn robot(&self) -> String {
         let lattice = Lattice::new(&self.lattice, &self.physics);
-        let [long, high] = self.extent().map(|x| rounded(x, 3)).in_plane();
+        let [long, wide, high] = self.extent().map(|x| rounded(x, 3)).array();
+        let wide = match lattice.dimension {
+            Dimension::Plane => String::new(),
+            Dimension::Space => format!(", {wide} m wide"),
+        };
         let solid = 0.5 * self.volume.solid.iter().sum::<f64>();
         let of_bar = |&length: &f64| {
             let [_, skeleton, actuator] = self.materials.of_length(length).density;
@@ -23,7 +27,7 @@ impl Scene {
         let payload = lattice.payload.iter();
         let payload: f64 = (payload.map(|p| p.mass.unwrap_or(self.physics.payload_mass))).sum();
         format!(
-            "{}, {} nodes, {} edges; {long} m long, {high} m high; about {} kg and a payload of {} kg",
+            "{}, {} nodes, {} edges; {long} m long{wide}, {high} m high; about {} kg and a payload of {} kg",
             self.lattice.name(),
             lattice.nodes(),
             lattice.edges.len(),

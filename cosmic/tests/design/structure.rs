@@ -1,8 +1,8 @@
 use crate::small::lattice;
 use cosmic::design::Material::{Actuator, Skeleton, Void};
 use cosmic::design::{LayoutRules, MOST_RANKED, Material, Structure};
-use cosmic::geometry::Vector;
-use cosmic::lattice::Lattice;
+use cosmic::geometry::{Dimension, Vector};
+use cosmic::lattice::{Lattice, Truss};
 use cosmic::scene::DesignSettings;
 
 /// The layout in which only these edges are bars.
@@ -132,4 +132,35 @@ fn loose_bars_are_faults_that_can_be_cut_or_bridged() {
     assert_eq!(free(no_ends), 1);
     let feet = DesignSettings { feet: 3, ..asked };
     assert_eq!(free(feet), 3 - Structure::new(&lattice, &cut).feet);
+}
+
+/// In space, nodes in one line can turn about it, which is no motion of theirs.
+#[test]
+fn floppy_modes_in_space_are_counted_without_the_rigid_motions() {
+    let floppy = |nodes: &[[f64; 3]], edges: &[[usize; 2]]| {
+        let truss = Truss {
+            dimension: Dimension::Space,
+            nodes: nodes.iter().copied().map(Vector::new).collect(),
+            edges: edges.to_vec(),
+            ..Truss::default()
+        };
+        let lattice = Lattice::of_truss(&truss, truss.nodes.clone());
+        let all = vec![Skeleton; edges.len()];
+        Structure::new(&lattice, &all).floppy_modes
+    };
+    let [a, b, c, d] = [
+        [0.0, 0.0, 0.0],
+        [0.1, 0.0, 0.1],
+        [0.2, 0.0, 0.2],
+        [0.0, 0.1, 0.0],
+    ];
+    assert_eq!(floppy(&[a, b], &[[0, 1]]), Some(0));
+    // The node in the middle moves in the two directions across.
+    assert_eq!(floppy(&[a, b, c], &[[0, 1], [1, 2]]), Some(2));
+    assert_eq!(floppy(&[a, b, c], &[[0, 1], [1, 2], [0, 2]]), Some(2));
+    assert_eq!(floppy(&[a, b, d], &[[0, 1], [1, 2], [0, 2]]), Some(0));
+    // Two triangles turn about their common edge.
+    let e = [0.1, 0.2, 0.1];
+    let triangles = [[0, 1], [1, 2], [0, 2], [1, 3], [2, 3]];
+    assert_eq!(floppy(&[a, b, d, e], &triangles), Some(1));
 }
