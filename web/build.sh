@@ -18,7 +18,8 @@ if [ "${1:-}" = --check ]; then
   RUSTFLAGS="$flags" cargo clippy --quiet --locked --target "$target" -- -D warnings
   exit 0
 fi
-RUSTFLAGS="$flags" cargo build --release --quiet --locked --target "$target"
+# Only the last crate is stripped, so that a change here does not compile the others again.
+RUSTFLAGS="$flags" cargo rustc --release --quiet --locked --target "$target" -- -C strip=symbols
 
 rm -rf dist
 mkdir -p dist/new
@@ -27,13 +28,16 @@ folder=$(cargo metadata --no-deps --format-version 1 | sed 's/.*"target_director
 cp "$folder/$target/release/cosmic_web.wasm" dist/new/cosmic.wasm
 mv dist/new/{index.html,sw.js,preview.png} dist
 
+bytes=$(wc -c < dist/new/cosmic.wasm)
+sed -i "s#BYTES = 0;#BYTES = $bytes;#" dist/new/worker.js
+
 # The name of the folder is a hash of its files, so that servers may let browsers keep them forever.
 version=v-$(cat dist/new/* | sha256sum | cut -c1-12)
 mv dist/new "dist/$version"
 sed -i -E "s#(href|src)=\"([a-z]+\.[a-z]+)\"#\1=\"$version/\2\"#" dist/index.html
 # Previews need a full address: SITE=https://example.org/robot ./build.sh
 sed -i "s#SITE/#${SITE:+$SITE/}#" dist/index.html
-modules=$(cd dist && printf '<link rel="modulepreload" href="%s">' "$version"/{main,client,design,player,scene,strip,hello}.js)
+modules=$(cd dist && printf '<link rel="modulepreload" href="%s">' "$version"/{main,client,design,player,scene,strip,cast}.js)
 sed -i "s#</head>#$modules\n</head>#" dist/index.html
 files=$(cd dist && printf '"%s", ' "$version"/*)
 sed -i "s#VERSION\"#$version\"#; s#/\* FILES \*/#$files#" dist/sw.js

@@ -34,7 +34,7 @@ say 'the page in browsers'
 program=${CARGO_TARGET_DIR:-../target}/release/cosmic
 # If one check fails, the other still runs.
 status=0
-node hello.mjs --check || status=1
+node cast.mjs --check || status=1
 node test/page.mjs --program "$program" ${1:+--shots "$1"} || status=1
 
 say 'the page of a run'

@@ -1,4 +1,5 @@
-// The three choices under the stage: the ground, the gravity and the size of the robot. Each is a list of settings.
+// The choices of a world and of a size: lists for the ground, the gravity and the size of the robot, and switches for the
+// worlds that are most fun. Each choice is a list of settings.
 
 const STEPS = { "ground.profile": "steps", "ground.from": "0.6", "ground.count": "12", "ground.spacing": "0.3", "ground.rise": "0.015" };
 const ROUGH = { "ground.profile": "rough", "ground.from": "0.6", "ground.count": "60", "ground.spacing": "0.1", "ground.roughness": "0.02" };
@@ -22,13 +23,25 @@ export const CHOICES = {
 
 export class Chips {
   #fields;
+  #switches;
 
   /**
    * @param fields are the lists `ground`, `gravity` and `size`.
+   * @param switches are buttons with a list and a choice in `data-kind` and `data-choice`. A switch of the ground that is on
+   * goes back to flat ground.
    * @param onchoose is called with the name of the list, the choice, and its settings: keys and values.
    */
-  constructor(fields, onchoose) {
-    this.#fields = fields;
+  constructor(fields, switches, onchoose) {
+    [this.#fields, this.#switches] = [fields, switches];
+    for (const button of switches) {
+      button.addEventListener("click", () => {
+        const { kind, choice } = button.dataset;
+        const isOn = button.getAttribute("aria-pressed") === "true";
+        if (isOn && kind !== "ground") return;
+        const name = isOn ? "flat" : choice;
+        onchoose(kind, name, CHOICES[kind][name]);
+      });
+    }
     for (const [name, field] of Object.entries(fields)) {
       for (const choice of Object.keys(CHOICES[name])) field.add(new Option(choice, choice));
       field.addEventListener("change", () => {
@@ -47,6 +60,10 @@ export class Chips {
       if (found) other?.remove();
       else if (!other) field.add(new Option("other", ""));
       field.value = found?.[0] ?? "";
+    }
+    for (const button of this.#switches) {
+      const { kind, choice } = button.dataset;
+      button.setAttribute("aria-pressed", this.#fields[kind].value === choice);
     }
   }
 }

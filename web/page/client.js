@@ -13,9 +13,12 @@ export class Client {
   /** Whether the worker has loaded the library. */
   #loaded = false;
 
-  /** @param onstop is called with a message if a panic or a lack of memory stops the worker. */
-  constructor(onstop) {
-    this.onstop = onstop;
+  /**
+   * @param onstop is called with a message if a panic or a lack of memory stops the worker.
+   * @param onload is called with the fraction of the library that is loaded, 1 at the end.
+   */
+  constructor(onstop, onload = () => {}) {
+    Object.assign(this, { onstop, onload });
     this.start();
   }
 
@@ -30,7 +33,7 @@ export class Client {
     this.#end("the worker was restarted");
     this.#loaded = false;
     this.#worker = new Worker(new URL("worker.js", import.meta.url), { type: "module" });
-    this.#worker.onmessage = ({ data }) => data.loaded ? this.#load() : this.#answer(data);
+    this.#worker.onmessage = ({ data }) => data.loaded === undefined ? this.#answer(data) : this.#load(data.loaded);
     this.#worker.onerror = event => this.#stop(event.message || "the worker cannot be loaded");
   }
 
@@ -48,9 +51,10 @@ export class Client {
     });
   }
 
-  #load() {
-    this.#loaded = true;
+  #load(share) {
+    this.#loaded = share === 1;
     this.#begun();
+    this.onload(share);
   }
 
   /** Notes that the worker now begins its oldest request. */

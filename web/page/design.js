@@ -6,15 +6,71 @@ import { toBytes, toText } from "./packed.js";
 
 /** A node counts as on the ground if it is less than this many mean lengths of a bar above it. */
 const NEAR = 0.02;
+/** How much of a walk stays before the piece that follows it, seconds. */
+const KEPT = 4;
+/** The gradient is asked for after every attempt whose number is a multiple of this. */
+const WEIGHED = 4;
 
 /** A robot with its walk, from an answer of the library. */
 export class Walk extends Walker {
   /** Where the walk began on the axis, m along the ground. */
   #before = 0;
+  #jump = null;
+  /** The frames before the walk was lengthened. */
+  #own = null;
+  /** The time at which the frames begin, s, and the number of frames before the last piece of the walk. */
+  began = 0;
+  lead = 0;
 
   constructor({ robot, world }, { materials, mixtures, walk, along, diverged }) {
     super(robot, world, mixtures, walk);
-    Object.assign(this, { materials, along, diverged });
+    Object.assign(this, { materials, along, diverged, took: this.duration });
+  }
+
+  /**
+   * Lets the walk go on with a piece that begins with its last frame. Its first frames are forgotten, so that a long walk
+   * stays small. Returns the duration of the forgotten part, s.
+   */
+  lengthen({ walk: piece }) {
+    const before = this.walk;
+    this.#own ??= { walk: before, before: this.#before };
+    const jump = this.jump;
+    const kept = Math.min(before.counts.length - 1, Math.round(KEPT / before.every));
+    const first = before.counts.length - 1 - kept;
+    const dropped = first * before.every;
+    const { metres } = this.at(dropped);
+    const at = before.counts[0].map((_, k) => before.counts.slice(0, first + 1).reduce((sum, moved) => sum + moved[k], 0));
+    this.frames = { ...before, counts: [at, ...before.counts.slice(first + 1), ...piece.counts.slice(1)] };
+    [this.#before, this.began, this.lead] = [metres, this.began + dropped, kept];
+    this.#jump = Math.max(jump, this.#highest(kept));
+    return dropped;
+  }
+
+  /** Goes back to the frames that the walk had before it was lengthened. */
+  rewind() {
+    if (!this.#own) return;
+    this.frames = this.#own.walk;
+    [this.#before, this.began, this.lead, this.#jump, this.#own] = [this.#own.before, 0, 0, null, null];
+  }
+
+  /** The greatest height of the whole body above the ground so far, m. */
+  get jump() {
+    this.#jump ??= this.#highest(0);
+    return this.#jump;
+  }
+
+  #highest(from) {
+    if (!this.walk) return 0;
+    const { ground } = this.world;
+    const body = [...this.body];
+    let most = 0;
+    for (let frame = from; frame < this.walk.counts.length; frame++) {
+      const positions = this.placesAt(frame);
+      let least = Infinity;
+      for (const i of body) least = Math.min(least, positions[3 * i + 2] - levelAt(ground, positions[3 * i]));
+      most = Math.max(most, least);
+    }
+    return most;
   }
 
   /**
@@ -56,7 +112,7 @@ export class Walk extends Walker {
     const last = this.walk.counts.length - 1;
     const near = NEAR * rest.reduce((sum, length) => sum + length, 0) / rest.length;
     const stands = frame => {
-      const { positions } = super.at(frame * this.walk.every);
+      const positions = this.placesAt(frame);
       return [...this.body].some(i => positions[3 * i + 2] < levelAt(ground, positions[3 * i]) + near);
     };
     for (let frame = last; frame > last / 4; frame--) if (stands(frame)) return frame;
@@ -86,6 +142,8 @@ export class Design {
   /** The designs that links can lead back to: a map from scene and seed to the attempts, the seconds, the designed robot,
    * and the links of its edits. */
   #kept = new Map();
+  /** What was measured before the page was opened: a map from robots in the form that links have. */
+  known = new Map();
   /** Whether another robot is about to take the place of the finished one. */
   isReplacing = false;
   /** Scene and seed of this design. */
@@ -97,6 +155,11 @@ export class Design {
    * the kinds of settings that differ, each with its `name` and its `settings`; `settings` are all of them. */
   elsewhere = null;
   seconds = 0;
+  /** What more material in each bar of the robot in design would bring: { gains, seconds }, in metres for a whole bar within
+   * the first seconds; null if it is not known. */
+  gains = null;
+  /** The robot to beat: { walk, link, far }, where `far` is the distance to quote, m; null if there is none. */
+  rival = null;
 
   /**
    * @param onchange is called after every change.
@@ -144,7 +207,7 @@ export class Design {
     if (isKept && this.state === "finished" && this.key === key) return this.restore(link);
     const run = ++this.#run;
     this.#change("preparing");
-    const designed = isKept ? kept.designed : { link, measured: null };
+    const designed = isKept ? kept.designed : { link, measured: this.known.get(link) ?? null };
     const { world, robot } = await this.#client.ask({ do: "open", scene, bytes: toBytes(designed.link) });
     if (run !== this.#run) return;
     this.world = world;
@@ -216,8 +279,39 @@ export class Design {
     this.seconds += (performance.now() - begun) / 1000;
     this.robots.push({ walk: new Walk(this.world, robot), record });
     this.#stayHome();
+    const isUndecided = ["co_design", "attraction"].includes(record.phase);
+    if (!isUndecided) this.gains = null;
+    else if (this.iteration % WEIGHED === 0) await this.weigh();
+    if (run !== this.#run) return false;
     this.onchange(this.state);
     return done;
+  }
+
+  /** Asks for the gradient of the distance after the last attempt. `tried` is a bar and a share of material: the answer then
+   * also says how much farther the robot gets with this share more. Resolves to null if the robot has no such gradient. */
+  async weigh(tried = null) {
+    const run = this.#run;
+    try {
+      const weighed = await this.#client.ask({ do: "gains", tried });
+      if (run !== this.#run) return null;
+      this.gains = weighed;
+      return weighed;
+    } catch (error) {
+      if (error instanceof Refused) return null;
+      throw error;
+    }
+  }
+
+  /** Gets to know the robot of a link to a scene as the one to beat; null if there is none. */
+  async meet(scene, link) {
+    const key = JSON.stringify(scene);
+    if (link === null) this.rival = null;
+    if (link === null || (this.rival?.link === link && this.rival.key === key)) return;
+    const run = ++this.#run;
+    this.#change("preparing");
+    const { world, robot } = await this.#client.ask({ do: "open", scene, bytes: toBytes(link) });
+    const { measured } = await this.#client.ask({ do: "judge" });
+    if (run === this.#run) this.rival = { walk: new Walk(world, robot), link, key, far: measured.distance?.p50 ?? robot.along };
   }
 
   async #deliver(run) {
@@ -261,6 +355,7 @@ export class Design {
     const [robot, link] = await ask().finally(() => { this.isReplacing = false; });
     if (run !== this.#run) return;
     const { designed } = this.delivered;
+    designed.walk.rewind();
     this.delivered = { ...(isOther ? { walk: new Walk(this.world, robot), link, measured: null } : designed), designed };
     if (isOther && link !== null) this.#kept.get(this.key)?.edits.add(link);
     this.#stayHome();
@@ -307,6 +402,15 @@ export class Design {
     if (run === this.#run) this.#send(robot, {}, onpushed);
   }
 
+  /** Lets the walk on the stage go on from its last frame. Resolves to the seconds by which its beginning is forgotten; null
+   * if it cannot go on. */
+  async lengthen(walk) {
+    const run = this.#run;
+    const { robot } = await this.#client.ask({ do: "push", velocity: [0, 0, 0], frame: walk.walk.counts.length - 1 - walk.lead });
+    if (run !== this.#run || walk !== (this.told ?? this.delivered)?.walk || robot.walk === null) return null;
+    return walk.lengthen(robot);
+  }
+
   /**
    * Lets the latest robot walk on in another world, from a frame of its walk. `there` has the `changes` and the `settings`
    * of that world.
@@ -335,6 +439,7 @@ export class Design {
 
   #change(state) {
     this.state = state;
+    if (!["working", "paused"].includes(state)) this.gains = null;
     this.onchange(state);
   }
 }

@@ -10,6 +10,8 @@ export class Editor {
   /** The bars, ordered from left to right and from bottom to top by their positions at rest. */
   #order = [];
   #bar = null;
+  /** The materials before each edit. */
+  #before = [];
   #busy = Promise.resolve();
 
   /**
@@ -34,6 +36,7 @@ export class Editor {
   open(design) {
     this.#design = design;
     this.#bar = null;
+    this.#before = [];
     this.#parts.fieldset.disabled = design === null;
     this.#canvas.classList.toggle("editable", design !== null);
     if (design === null) {
@@ -105,6 +108,7 @@ export class Editor {
     // Edits wait for one another, so that a quick second click edits the result of the first click.
     this.#busy = this.#busy.then(async () => {
       const materials = [...design.delivered.walk.materials];
+      this.#before.push([...materials]);
       materials[bar] = material;
       await this.#apply(materials);
       if (this.#design === design) this.#choose(bar);
@@ -116,6 +120,18 @@ export class Editor {
     this.#busy = this.#busy.then(async () => {
       await this.#apply(null);
       if (this.#design === design && this.#bar !== null) this.#choose(this.#bar);
+    });
+  }
+
+  /** Takes the last edit back. Without edits since the robot was opened, shows the designed robot. */
+  takeBack() {
+    const design = this.#design;
+    this.#busy = this.#busy.then(async () => {
+      const now = String(design.delivered.walk.materials);
+      let before = null;
+      // Back in the history of the browser may have taken edits back already.
+      do before = this.#before.pop() ?? null; while (before !== null && String(before) === now);
+      await this.#apply(before);
     });
   }
 

@@ -2,14 +2,15 @@
 /* global Stage: of robot.js; Ternary, Curve: of charts.js; decimals, levelAt: of drawing.js */
 
 import { keepAddress, keepRobot, linked } from "./address.js";
+import { ENOUGH, Parade, mayBegin, robotOf } from "./cast.js";
 import { Chips } from "./chips.js";
 import { Client, Refused, Stopped } from "./client.js";
 import { Design } from "./design.js";
 import { Editor } from "./editor.js";
 import { Errand } from "./errand.js";
 import { filmKind, save } from "./film.js";
+import { Gains } from "./gains.js";
 import { GroundEditor } from "./ground.js";
-import { GREETING, hello, mayBegin } from "./hello.js";
 import { toBytes, toText } from "./packed.js";
 import { Player } from "./player.js";
 import { progressOf } from "./progress.js";
@@ -20,15 +21,17 @@ import { DEFAULT, OWN, Scene } from "./scene.js";
 import { Strip } from "./strip.js";
 import { Visit } from "./visit.js";
 import { takeFilm, takeLink } from "./take.js";
-import { headline, sentence, shownAs, showVerdict } from "./words.js";
+import { headline, metres, sentence, shownAs, showVerdict } from "./words.js";
 
 const $ = id => document.getElementById(id);
 /** After this many milliseconds, a computation can be cancelled. */
 const LONG = 2000;
+/** A robot that rises less than this above the ground does not jump, in metres. */
+const JUMPS = 0.02;
 /** The distance of the first column of a lattice from the origin of the ground, in metres. */
 const ORIGIN = 0.1;
 /** The buttons that cannot be used before there is a robot. */
-const LATER = ["design", "race", "back", "ahead", "latest", "save-film", "save-design", "save-scene"];
+const LATER = ["design", "challenge", "takeback", "race", "back", "ahead", "latest", "save-film", "save-design", "save-scene"];
 /** `?panic=5` makes the library panic after iteration 5, for tests. */
 const panicAfter = new URLSearchParams(location.search).get("panic");
 
@@ -38,12 +41,14 @@ const ternary = new Ternary($("ternary"));
 const curve = new Curve($("curve"), x => look(Math.round(x)));
 const strip = new Strip($("strip"), look);
 const player = new Player(stage, tellTime, tellPlay);
-const client = new Client(stopped);
+player.lengthen = lengthen;
+const client = new Client(stopped, tellLoaded);
 const design = new Design(client, changed, panicAfter === null ? null : Number(panicAfter));
 const scene = new Scene(client, $("settings"), mayChange, sceneKnown);
 const ground = new GroundEditor($("ground"), points => scene.setGround(points));
 const chips = new Chips(
   { ground: $("chip-ground"), gravity: $("chip-gravity"), size: $("chip-size") },
+  [...document.querySelectorAll("#worlds button")],
   chooseWorld,
 );
 const toLatest = () => { looked = null; };
@@ -60,6 +65,10 @@ const editor = new Editor({
     materials: [...document.getElementsByName("material")],
   },
 });
+const gains = new Gains({
+  canvas: $("stage"), stage, player, design, text: $("gain"), onerror: error => refusal.show(error),
+  isShown: () => looked === null && ["working", "paused"].includes(design.state),
+});
 const errand = new Errand({
   canvas: $("stage"), stage, player, design, ontell: toLatest, onerror: error => refusal.show(error),
   parts: { row: $("errand"), slider: $("goal"), place: $("place") },
@@ -69,50 +78,55 @@ const race = new Race($("lanes"));
 /** The iteration that the user chose to see; null for the last iteration or the delivered robot. */
 let looked = null;
 let recording = null;
+/** How much of the library is loaded, from 0 to 1. */
+let loaded = 0;
 /** The timer for the next update of the main button. */
 let waiting;
-/** The walk of the finished robot that is on the stage until the page's own design takes it; null afterwards. */
-let greeting = null;
-/** That robot in the form that links have. */
-let greeter = null;
-/** The other world that the chips show; null for the robot's own world. */
+/** What the status says first when the page's own design takes the stage, and until when (milliseconds). */
+let farewell = { words: "", until: 0 };
+/** The other world that the switches show; null for the robot's own world. */
 let elsewhere = null;
+const parade = new Parade($("parade"), { player, onpick: adopt });
+
+/** Lets finished robots walk on the stage until the page's own design walks. */
 async function greet() {
-  if (linked || new URLSearchParams(location.search).has("wait")) return;
-  const finished = await hello();
-  if (finished === null || design.iteration > 0) return;
-  greeting = finished.walk;
-  greeter = new URLSearchParams(finished.link.slice(1)).get("robot");
-  player.show(greeting, { restart: true });
-  tellPlay();
-  $("time").max = greeting.duration;
-  $("attempt-title").textContent = "a finished robot";
-  $("along-title").textContent = "distance so far";
-  $("iteration").textContent = "";
-  const next = mayBegin() ? "The next one is designed while you watch." : "Press “Design a robot” for another one.";
-  $("status").textContent = designs ? `This robot is finished. ${next}` : "This robot is finished.";
-  if (mayBegin()) setTimeout(endGreeting, GREETING);
+  if (linked || new URLSearchParams(location.search).has("wait") || !(await parade.open())) return;
+  $("robot").classList.add("greets");
+  const next = mayBegin() ? "Meanwhile the page designs one of its own." : "Press “Design a robot” for another one.";
+  const touch = "These robots are finished. Touch one to make it yours.";
+  $("status").textContent = designs ? `${touch} ${next}` : "These robots are finished. Touch one to see it walk.";
 }
 
-/** Makes the robot that greets a finished robot of the page, which can be touched, in place of the page's own design. */
-async function adopt() {
-  if (greeting === null || !designs || scene.name !== DEFAULT || scene.changed.size > 0) return;
-  const { time } = player;
-  greeting = null;
-  scene.robot = greeter;
+function endGreeting() {
+  parade.close();
+  $("robot").classList.remove("greets");
+}
+
+/** Makes a robot of the parade a finished robot of the page. */
+async function adopt({ walk, link, time, measured } = parade.robots[0] ?? {}) {
+  if (!parade.isOpen) return;
+  endGreeting();
+  player.show(walk, { restart: true });
+  player.seek(time);
+  if (!designs) {
+    $("along").textContent = shownAs(walk.along);
+    $("status").textContent = "This robot is finished.";
+    return;
+  }
+  design.known.set(robotOf(link), measured);
+  history.pushState(null, "", link);
+  scene.read();
   await scene.check();
   player.seek(time);
 }
 
-/** Gives the stage to the page's own design. */
-function endGreeting() {
-  if (greeting === null) return;
-  // A lattice that does not walk yet is less to see than the finished robot.
-  const walks = design.iteration > 0;
-  if (!walks) return setTimeout(endGreeting, 250);
-  greeting = null;
-  changed(design.state);
-  if (design.world !== null) show({ restart: true });
+/** Gives the stage to the page's own design once it walks far enough, or is finished. */
+function giveWay(state) {
+  const far = design.best?.walk.along ?? 0;
+  if (!parade.isOpen || !(far > ENOUGH || state === "finished")) return;
+  if (parade.rest > 0) return setTimeout(() => changed(design.state), parade.rest);
+  farewell = { words: `The page’s own design walks ${shownAs(far)} now, so it takes the stage. `, until: performance.now() + 8000 };
+  endGreeting();
 }
 
 async function begin() {
@@ -152,7 +166,7 @@ async function navigate() {
     history.pushState(null, "", scene.link);
     return;
   }
-  greeting = null;
+  endGreeting();
   scene.read();
   try {
     await openAddress();
@@ -181,6 +195,10 @@ async function sceneKnown(error) {
 
 /** Asks before a change that would discard a design in progress. */
 async function mayChange() {
+  if (parade.isOpen) {
+    endGreeting();
+    changed(design.state);
+  }
   const busy = ["working", "paused", "measuring"].includes(design.state) && design.iteration > 0;
   // A computation that hangs can be left without a question.
   if (!busy || client.busyFor >= LONG) return true;
@@ -206,10 +224,12 @@ async function prepare() {
   editor.open(null);
   try {
     if (scene.robot === null) {
+      await meetRival();
       await design.prepare(scene.asked, scene.seed, scene.key);
     } else {
       if (toBytes(scene.robot) === null) throw new Refused("the robot in this link is not complete; copy the whole link");
       const { visited } = scene;
+      await meetRival();
       await design.open(scene.asked, scene.robot, scene.key);
       await visit.arrive(visited);
       await design.judge();
@@ -221,6 +241,13 @@ async function prepare() {
     refuse(error);
     return false;
   }
+}
+
+/** Opens the robot to beat, if there is one. */
+async function meetRival() {
+  if (scene.rival !== null && toBytes(scene.rival) === null) throw new Refused("the robot to beat in this link is not complete; copy the whole link");
+  await design.meet(scene.asked, scene.rival);
+  if (design.rival !== null) design.rival.claimed = scene.claimed;
 }
 
 /** Shows the error of a scene that cannot be used. */
@@ -246,11 +273,19 @@ const waits = state => state === "preparing" || state === "measuring" || (state 
 
 function tellButton(state) {
   const words = { preparing: "Preparing …", working: "Pause", measuring: "Measuring …", paused: "Resume", finished: design.elsewhere ? "Design for this world" : "Design another" };
+  if (state === "empty" && loaded < 1) words.empty = `Loading, ${Math.round(100 * loaded)} %`;
   const long = waits(state) && client.busyFor >= LONG;
   $("design").textContent = long ? "Cancel" : words[state] ?? "Design a robot";
   $("design").disabled = !long && ["empty", "stopped", "preparing", "measuring"].includes(state);
   clearTimeout(waiting);
   if (waits(state) && !long) waiting = setTimeout(() => tellButton(design.state), LONG / 4);
+}
+
+/** Says how much of the library is loaded. */
+function tellLoaded(share) {
+  loaded = share;
+  tellButton(design.state);
+  if ($("status").textContent.startsWith("Loading") && share < 1) $("status").textContent = `Loading the program that designs robots: ${Math.round(100 * share)} %`;
 }
 
 function changed(state) {
@@ -263,11 +298,13 @@ function changed(state) {
     if (scene.checked !== null) chips.show(visit.settings);
   }
   $("save-design").disabled = state !== "finished";
+  $("challenge").disabled = $("takeback").disabled = true;
   $("save-scene").disabled = scene.checked === null;
   // The winner of a race is opened from its link.
   $("race").disabled = scene.checked === null || scene.takesGoals;
   $("save-film").disabled = design.world === null || filmKind() === null || recording !== null;
-  if (greeting !== null) {
+  giveWay(state);
+  if (parade.isOpen) {
     strip.draw({ robots: design.robots, attempts: design.world?.iterations ?? 1, shown: Math.max(0, design.iteration) });
     return;
   }
@@ -291,7 +328,8 @@ function flag(far) {
   player.goal = errand.show();
   player.goalLabel = "";
   const designed = delivered?.designed.walk ?? null;
-  player.ghost = delivered ? (delivered.walk === designed ? null : designed) : best?.walk ?? null;
+  player.lane = design.rival && design.told === null ? `to beat: ${shownAs(design.rival.far)}` : null;
+  player.ghost = design.rival ? design.rival.walk : delivered ? (delivered.walk === designed ? null : designed) : best?.walk ?? null;
   if (player.goal !== null || place === null) return;
   const isBest = looked === null && delivered === null;
   const to = isBest ? best?.walk.along : far;
@@ -303,7 +341,7 @@ function flag(far) {
 }
 
 function show(how = {}) {
-  greeting = null;
+  endGreeting();
   const { walk } = shown();
   const isDelivered = looked === null && design.delivered !== null;
   const goesOn = walk === design.told?.walk;
@@ -312,7 +350,6 @@ function show(how = {}) {
   flag(far);
   if (!player.playing) player.paint();
   tellPlay();
-  $("time").max = walk.duration;
   $("along").textContent = shownAs(far);
   $("along-title").textContent = title;
   const number = looked ?? design.iteration;
@@ -320,13 +357,24 @@ function show(how = {}) {
   $("strip").classList.toggle("empty", came);
   $("attempt-title").textContent = came ? "a finished robot" : "attempt";
   $("iteration").textContent = came ? "" : `${number} / ${design.world.iterations}`;
+  tellJump(walk);
   $("back").disabled = number === 0;
   $("ahead").disabled = $("latest").disabled = looked === null;
+  $("takeback").disabled = !isShown() || design.delivered.walk === design.delivered.designed.walk;
+  $("challenge").disabled = !isShown() || design.told !== null || design.delivered.link === null;
+  $("robot").classList.toggle("tinted", gains.show());
   $("stage").classList.toggle("earlier", looked !== null);
   ternary.draw({ mixtures: walk.mixtures, delivered: walk.materials, highlight: player.highlight });
   drawCurve();
   describe(walk);
   tellStatus(design.state);
+}
+
+/** Shows how high a finished robot jumps. */
+function tellJump(walk) {
+  const jumps = isShown() && walk.along !== null && walk.jump >= JUMPS;
+  $("jumps").hidden = !jumps;
+  if (jumps) $("jump").textContent = metres(walk.jump);
 }
 
 function look(iteration) {
@@ -351,7 +399,7 @@ function drawCurve() {
 
 function describe(walk) {
   const far = walk.along === null ? "its walk diverges" : `it walks ${shownAs(walk.along)}`;
-  $("stage").setAttribute("aria-label", `Robot of ${walk.count(1)} bones and ${walk.count(2)} muscles; ${far} in ${walk.duration.toFixed(1)} s. Shift with arrow keys turns the view, Home resets it`);
+  $("stage").setAttribute("aria-label", `Robot of ${walk.count(1)} bones and ${walk.count(2)} muscles; ${far} in ${walk.took.toFixed(1)} s. Shift with arrow keys turns the view, Home resets it`);
   const solid = walk.materials.length - walk.count(0);
   $("ternary").setAttribute("aria-label", `Mixtures of ${walk.materials.length} bars: ${solid} are mostly solid, ${walk.count(2)} of them actuators`);
 }
@@ -359,14 +407,17 @@ function describe(walk) {
 function tellStatus(state) {
   // Screen readers do not read texts that change with every iteration.
   $("status").setAttribute("aria-live", state === "working" ? "off" : "polite");
-  $("status").textContent = sentence(state, design, looked);
+  const first = performance.now() < farewell.until && looked === null ? farewell.words : "";
+  $("status").textContent = first + sentence(state, design, looked);
   showVerdict($("verdict"), (isShown() && design.told === null && design.delivered.measured?.verdict) || []);
 }
 
 function tellTime(time) {
-  $("time").value = time;
-  $("clock").textContent = `${time.toFixed(1)} s`;
-  if (greeting !== null) $("along").textContent = shownAs(greeting.at(time).metres);
+  const { began, duration } = player.walk;
+  // The slider has no times that the walk has forgotten.
+  if (Number($("time").max) !== began + duration) Object.assign($("time"), { min: began, max: began + duration });
+  $("time").value = began + time;
+  $("clock").textContent = `${(began + time).toFixed(1)} s`;
 }
 
 // Controls.
@@ -382,7 +433,7 @@ function togglePlay() {
 
 async function pressDesign() {
   if ($("design").textContent === "Cancel") return cancel();
-  greeting = null;
+  if (parade.isOpen) endGreeting();
   if (design.state === "working") return design.pause();
   if (design.elsewhere) return changeAndDesign(() => scene.set(...Object.entries(design.elsewhere.settings)));
   if (design.state === "finished") return newSeed(scene.seed + 1);
@@ -396,6 +447,19 @@ async function work() {
     await design.work();
   } catch (error) {
     refusal.show(error);
+  }
+}
+
+/** Lets the finished robot walk on beyond the end of its walk, as long as somebody looks. Films end with the walk. */
+async function lengthen(walk) {
+  if (!isShown() || recording !== null || walk !== shown().walk || walk.along === null || design.isReplacing) return undefined;
+  try {
+    const dropped = await design.lengthen(walk);
+    tellJump(walk);
+    return dropped;
+  } catch (error) {
+    refusal.show(error);
+    return null;
   }
 }
 
@@ -466,9 +530,16 @@ async function saveFilm() {
   }
 }
 
+/** Gives out a link that asks others to beat the finished robot. */
+async function challenge() {
+  const { delivered } = design;
+  const far = delivered.measured?.distance?.p50 ?? delivered.walk.along;
+  const url = new URL(scene.challenge(delivered.link, far), location.href);
+  await takeLink({ url, holds: `this robot and its distance, ${shownAs(far)}. It opens with a race against it`, tell });
+}
+
 async function share() {
-  // The robot that greets is the one to share.
-  await adopt();
+  if (parade.isOpen) return takeLink({ holds: "this parade of finished robots", tell });
   keepAddress(scene);
   if (location.hash === "") history.replaceState(null, "", scene.link);
   const world = Object.keys(scene.visited).length > 0 ? " and the world in which it walks" : "";
@@ -482,7 +553,7 @@ function connect() {
   const on = (id, does, event = "click") => $(id).addEventListener(event, does);
   on("design", pressDesign);
   on("play", togglePlay);
-  on("time", () => player.seek(Number($("time").value)), "input");
+  on("time", () => player.seek(Number($("time").value) - player.walk.began), "input");
   on("speed", () => { player.speed = Number($("speed").value); }, "change");
   on("scene", async () => {
     await scene.choose($("scene").value);
@@ -512,7 +583,8 @@ function connect() {
   });
   on("save-film", saveFilm);
   on("link", share);
-  on("stage", adopt, "pointerdown");
+  on("challenge", challenge);
+  on("takeback", () => editor.takeBack());
   on("home", goHome);
   on("stay", () => $("leave").close("stay"));
   on("go", () => $("leave").close("go"));
@@ -543,12 +615,15 @@ if (filmKind() === null) $("saved").textContent = "This browser cannot record an
 if (designs) begin();
 /** How long the scripts of frames take, for tests. */
 globalThis.playerCost = player.cost;
+globalThis.parade = parade;
 /** Pushes the robot, and says what the stage shows, for tests. */
 globalThis.push = ([along, above]) => push.push([along, 0, above]);
 globalThis.onStage = () => {
   const { walk, goal, goalLabel, playing, time } = player;
+  if (walk === null) return {};
   const { world, body, duration } = walk;
   const foot = ({ positions }) => Math.min(...[...body].map(i => positions[3 * i + 2] - levelAt(world.ground, positions[3 * i])));
-  return { view: stage.orbit.view, box: stage.box, goal, goalLabel, playing, time, along: walk.along, origin: world.origin, cos: world.cos, foot: foot(walk.at(player.still.matches ? time : duration)) };
+  const { metres } = walk.at(time);
+  return { metres, frames: walk.walk?.counts.length, lane: player.lane, tints: player.tints, view: stage.orbit.view, box: stage.box, goal, goalLabel, playing, time: walk.began + time, along: walk.along, origin: world.origin, cos: world.cos, foot: foot(walk.at(player.still.matches ? time : duration)) };
 };
 if ("serviceWorker" in navigator && isSecureContext) navigator.serviceWorker.register("sw.js").catch(() => {});

@@ -10,6 +10,23 @@ const [WIDE, NARROW, ASPECT] = [1 / 3, 1 / 2, 1.7];
 const TALLEST = 0.68;
 /** The seconds after which most of the change from one robot to the next is done. */
 const BLEND = 0.12;
+/** With two lanes, the stage shows this many times as much of the world. */
+const LANES = 1.7;
+/** This many seconds before its end, a walk is lengthened. */
+const AHEAD = 0.6;
+
+/** The world of a `Stage` with a `width` that suits a walk and its canvas. */
+export function framed({ world, robot }, { clientWidth, clientHeight }) {
+  const { start, payloads } = robot;
+  const aspect = clientWidth / clientHeight;
+  const seen = new Eye(viewOf(robot)).seeAll(start);
+  const [across, tall] = [0, 1].map(axis => {
+    const places = seen.map(place => place[axis]);
+    return Math.max(...places) - Math.min(...places);
+  });
+  const wide = across * Math.min(2.4 / aspect, 2) / (aspect > ASPECT ? WIDE : NARROW);
+  return { ...world, payloads, width: Math.max(wide, tall * Math.min(2.4, 2 * aspect) / TALLEST) };
+}
 
 export class Player {
   #stage;
@@ -30,11 +47,22 @@ export class Player {
   goalLabel = "";
   /** Another robot's walk, which is drawn faintly; null if there is none. */
   ghost = null;
+  /** What is written at the ghost's lane; null if the ghost has no lane, but walks with the robot. */
+  #lane = null;
+  /** What more material in each bar would bring, from -1 to 1; null if it is not known. */
+  tints = null;
   /** How far the user has dragged the robot, [x, y] in pixels; null if it is not dragged. */
   arrow = null;
   /** Whether the walk goes on from another one, and whether it stops at its end and does not begin again. */
   #goesOn = false;
   #stops = false;
+  /** A walk that cannot go on. */
+  #ends = null;
+  /** Lengthens the walk; resolves to the seconds that its beginning loses, to null if it ends, or to
+   * undefined if it is to begin again. Null if all walks begin again. */
+  lengthen = null;
+  /** The lengthening in progress. */
+  #lengthening = null;
   /** The number of walks that are being computed. The robot stands still until then. */
   #awaited = 0;
   /** For tests: the number of frames, and the total and the longest time of their scripts in milliseconds. */
@@ -59,13 +87,23 @@ export class Player {
     }).observe(stage.canvas);
   }
 
+  get lane() {
+    return this.#lane;
+  }
+
+  set lane(lane) {
+    const fits = (lane === null) === (this.#lane === null);
+    this.#lane = lane;
+    if (!fits && this.#walk) this.#fit();
+  }
+
   get walk() {
     return this.#walk;
   }
 
-  /** The number of the frame of the walk that is shown. */
+  /** The number of the frame that is shown, in the last piece of the walk. */
   get frame() {
-    return this.#walk?.at(this.time).frame ?? 0;
+    return this.#walk ? Math.max(0, this.#walk.at(this.time).frame - this.#walk.lead) : 0;
   }
 
   /**
@@ -80,6 +118,7 @@ export class Player {
     // With reduced motion, nothing moves by itself, so the robot is shown at the end of its walk, on the ground.
     if (this.still.matches && !this.playing && !restart) this.time = walk.landing;
     this.#walk = walk;
+    this.#ends = null;
     if (!same) this.#fit();
     this.withVoid = withVoid;
     const blends = (goesOn || (same && !restart)) && this.playing;
@@ -92,20 +131,10 @@ export class Player {
     if (!this.playing) this.paint();
   }
 
-  /** Chooses how much of the world the stage shows: `width` in the world of a `Stage`. */
   #fit() {
-    const { world, robot: { start, payloads } } = this.#walk;
-    const { clientWidth, clientHeight } = this.#stage.canvas;
-    const aspect = clientWidth / clientHeight;
-    const view = viewOf(this.#walk.robot);
-    this.#stage.orbit.home = view;
-    const seen = new Eye(view).seeAll(start);
-    const [across, tall] = [0, 1].map(axis => {
-      const places = seen.map(place => place[axis]);
-      return Math.max(...places) - Math.min(...places);
-    });
-    const wide = across * Math.min(2.4 / aspect, 2) / (aspect > ASPECT ? WIDE : NARROW);
-    this.#stage.world = { ...world, payloads, width: Math.max(wide, tall * Math.min(2.4, 2 * aspect) / TALLEST) };
+    this.#stage.orbit.home = viewOf(this.#walk.robot);
+    const world = framed(this.#walk, this.#stage.canvas);
+    this.#stage.world = { ...world, width: world.width * (this.#lane === null ? 1 : LANES) };
   }
 
   /** Whether a void bar is near the robot, and not stretched to a node that was left behind. */
@@ -121,6 +150,7 @@ export class Player {
   async goOn(ask) {
     this.#awaited += 1;
     try {
+      await this.#lengthening;
       await ask(this.frame, () => { this.playing = !this.still.matches; });
     } finally {
       this.#awaited -= 1;
@@ -150,13 +180,21 @@ export class Player {
     // In the editor void bars can be clicked, so they are not drawn fainter than others.
     const near = this.withVoid ? walk.edges.filter(edge => edge[3] === 0 && this.#isNear(edge)) : [];
     const edges = [...moment.edges, ...near.map(([i, j, rest, , e]) => [i, j, rest, 0, e, 1])];
-    this.#stage.draw({ ...moment, ...this.#shown, edges, highlight: this.highlight, goal: this.goal, goalLabel: this.goalLabel, ghost: this.#ghostNow, arrow: this.arrow });
+    this.#stage.draw({ ...moment, ...this.#shown, edges, highlight: this.highlight, goal: this.goal, goalLabel: this.goalLabel, ghost: this.#ghostNow, tints: this.tints, arrow: this.arrow });
     this.ontime(this.time);
   }
 
   get #ghostNow() {
     if (this.ghost === null || this.#goesOn || this.ghost === this.#walk) return null;
-    return { positions: this.ghost.at(this.time).positions, edges: this.ghost.bars };
+    return { positions: this.ghost.at(this.time).positions, edges: this.ghost.bars, lane: this.#lane };
+  }
+
+  /** Lets the walk go on for another piece. */
+  async #goFurther() {
+    const walk = this.#walk;
+    const dropped = await this.lengthen(walk);
+    if (dropped === null) this.#ends = walk;
+    else if (dropped !== undefined && walk === this.#walk) this.time = Math.max(0, this.time - dropped);
   }
 
   #tick(passed) {
@@ -164,6 +202,12 @@ export class Player {
     const begun = performance.now();
     this.time += passed * this.speed;
     this.#stage.orbit.sway(passed);
+    const left = this.#walk.duration - this.time;
+    const goesFurther = this.lengthen !== null && !this.#stops && this.ghost === null && this.#ends !== this.#walk;
+    if (goesFurther && left < AHEAD * this.speed && this.#lengthening === null) {
+      this.#lengthening = this.#goFurther().finally(() => { this.#lengthening = null; });
+    }
+    if (left < 0 && this.#lengthening !== null) this.time = this.#walk.duration;
     if (this.time > this.#walk.duration) {
       this.time = this.#stops ? this.#walk.duration : 0;
       this.#blend = 0;

@@ -60,6 +60,9 @@ export class Scene {
   robot = null;
   /** The other world in which that robot walks: a map from kinds of settings to the names of choices. */
   visited = {};
+  /** The robot to beat in the form that links have, and the distance that its link claims, m; null if there is none. */
+  rival = null;
+  claimed = null;
   /** The settings that replace the scene's own: a map from keys to values in TOML. */
   changed = new Map();
   /** Whether the library still checks the scene. */
@@ -109,6 +112,17 @@ export class Scene {
       link.set("robot", this.robot);
       for (const [kind, name] of Object.entries(this.visited)) link.set(kind, name);
     }
+    if (this.rival !== null) link.set("rival", this.rival);
+    if (this.claimed !== null) link.set("beat", this.claimed.toFixed(2));
+    return `#${link}`;
+  }
+
+  /** The link that asks others to beat a finished robot, whose distance is `far`. Their design begins with another seed. */
+  challenge(robot, far) {
+    const link = new URLSearchParams(this.key);
+    link.set("seed", String(this.seed + 1));
+    link.set("rival", robot);
+    link.set("beat", far.toFixed(2));
     return `#${link}`;
   }
 
@@ -126,15 +140,16 @@ export class Scene {
   }
 
   async setSeed(seed) {
-    return this.#change(() => { this.seed = seed; });
+    return this.#change(() => { this.seed = seed; }, true);
   }
 
   /** Makes a change if the user agrees. Resolves to whether it was made. */
-  async #change(make) {
+  async #change(make, keepsRival = false) {
     const agreed = await this.#mayChange();
     if (agreed) {
       this.robot = null;
       this.visited = {};
+      if (!keepsRival) this.rival = this.claimed = null;
       make();
       await this.check();
     } else {
@@ -229,6 +244,9 @@ export class Scene {
       const at = setting.indexOf("=");
       if (at > 0) this.changed.set(setting.slice(0, at), setting.slice(at + 1));
     }
+    this.rival = link.get("rival");
+    const claimed = Number(link.get("beat") ?? NaN);
+    this.claimed = this.rival !== null && Number.isFinite(claimed) ? claimed : null;
     this.visited = {};
     for (const kind of VISITS) {
       const name = link.get(kind);

@@ -26,17 +26,18 @@ export async function takeFilm({ canvas, player, signal, name, tell }) {
 
 /** Shares the address of the page: with the system's dialog on telephones, otherwise by copying it. `holds` says what the
  * link holds; null if it holds no robot. */
-export async function takeLink({ holds, tell }) {
-  const what = holds ? `The link has ${location.href.length} characters and holds ${holds}.` : "The link designs this robot again.";
+export async function takeLink({ url = location, holds, tell }) {
+  const what = holds ? `The link has ${url.href.length} characters and holds ${holds}.` : "The link designs this robot again.";
   try {
     if (navigator.share && matchMedia("(pointer: coarse)").matches) {
-      await navigator.share({ title: document.title, url: location.href });
+      await navigator.share({ title: document.title, url: url.href });
     } else {
-      await navigator.clipboard.writeText(location.href);
+      await navigator.clipboard.writeText(url.href);
       tell(`The link is copied. ${what}`);
     }
   } catch (error) {
     if (error.name === "AbortError") return;
-    tell("The browser does not allow the page to copy. The link is in the address bar.");
+    const isHere = url === location;
+    tell(`The browser does not allow the page to copy. ${isHere ? "The link is in the address bar." : `The link is ${url.href}`}`);
   }
 }

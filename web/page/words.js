@@ -10,7 +10,7 @@ const HOW = {
   fine_tuning: "the body is ready, and the robot learns to use it",
 };
 
-const metres = x => `${decimals(x, 2)} m`;
+export const metres = x => `${decimals(x, 2)} m`;
 const range = (low, high) => metres(low) === metres(high) ? metres(low) : `${decimals(low, 2)} to ${metres(high)}`;
 const isKnown = distance => distance !== null && [distance.p10, distance.p50, distance.p90].every(Number.isFinite);
 
@@ -60,7 +60,7 @@ function finished(design) {
   const { delivered, seconds, iteration } = design;
   const { walk, designed } = delivered;
   if (walk.along === null) return walk === designed.walk ? `This robot falls apart: ${walk.diverged}.` : `Changed by you: ${walk.diverged}.`;
-  const far = `${metres(walk.along)} in ${walk.duration.toFixed(1)} s`;
+  const far = `${metres(walk.along)} in ${walk.took.toFixed(1)} s`;
   if (walk !== designed.walk) return `Changed by you: in this walk it covers ${far}; before, it covered ${metres(designed.walk.along ?? 0)}.${spread(delivered)}`;
   const touch = "Click a bar, drag the robot, or choose another ground.";
   if (!design.hasAttempts) return `This robot is finished. It walks ${far}.${spread(delivered)} ${touch}`;
@@ -78,16 +78,26 @@ function visits({ walk }, { elsewhere, delivered }) {
   if (walk.along === null) return `The same robot ${here}: ${walk.diverged}.`;
   const median = delivered.measured?.distance?.p50;
   const home = Number.isFinite(median) ? `${metres(median)} (the median)` : metres(delivered.walk.along ?? 0);
-  return `The same robot, now ${here}: it walks ${metres(walk.along)} in ${walk.duration.toFixed(1)} s. In its own world it walks ${home}.`;
+  return `The same robot, now ${here}: it walks ${metres(walk.along)} in ${walk.took.toFixed(1)} s. In its own world it walks ${home}.`;
 }
 
 function told({ walk, along, left }) {
   if (along === null) {
     if (walk.along === null) return `After your push: ${walk.diverged}.`;
-    return `You pushed the robot. It walks on from there: ${metres(walk.along)} in ${walk.duration.toFixed(1)} s.`;
+    return `You pushed the robot. It walks on from there: ${metres(walk.along)} in ${walk.took.toFixed(1)} s.`;
   }
   if (left === null) return `Told to go to ${metres(along)}: ${walk.diverged}.`;
-  return `Told to go to ${metres(along)}. After ${walk.duration.toFixed(1)} s the robot is ${metres(left)} away from it.`;
+  return `Told to go to ${metres(along)}. After ${walk.took.toFixed(1)} s the robot is ${metres(left)} away from it.`;
+}
+
+/** What the race against the robot to beat has come to. */
+function race({ rival, delivered }, state) {
+  if (rival === null) return "";
+  const { far, claimed } = rival;
+  const claims = claimed !== null && Math.abs(claimed - far) > 0.01 ? ` (the link says ${metres(claimed)}, but this is what it walks)` : "";
+  const own = state === "finished" ? delivered.measured?.distance?.p50 ?? delivered.walk.along : null;
+  if (own === null) return `To beat: ${metres(far)}${claims}. `;
+  return own > far ? `You beat it: ${metres(own)} against ${metres(far)}${claims}. Share the link. ` : `Not beaten yet: ${metres(own)} against ${metres(far)}${claims}. “Design another” tries again. `;
 }
 
 /** The sentence for a state of the design. `looked` is the attempt that the user looks at, or null. */
@@ -96,7 +106,7 @@ export function sentence(state, design, looked) {
   if (design.told !== null && ["ready", "paused", "finished"].includes(state)) {
     return design.told.visits ? visits(design.told, design) : told(design.told);
   }
-  return {
+  return race(design, state) + {
     empty: "",
     preparing: "Preparing the robot …",
     cancelled: "Cancelled. Press “Design a robot” to start again.",
@@ -104,7 +114,9 @@ export function sentence(state, design, looked) {
     paused: `Paused after attempt ${design.iteration}.`,
     measuring: "Trying the robot from slightly different starts …",
     stopped: "The computation stopped.",
-  }[state] ?? (state === "finished" ? finished(design) : working(design));
+    finished: state === "finished" && finished(design),
+    working: state === "working" && working(design),
+  }[state];
 }
 
 /** Shows a verdict: a list of clauses [words, items]. An item is { text, level }; its level ("good", "doubtful" or "bad")

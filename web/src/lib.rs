@@ -10,6 +10,7 @@
 
 mod view;
 mod packed;
+mod gains;
 mod work;
 mod session;
 mod request;

@@ -20,6 +20,9 @@ enum Request {
     Begin { scene: Asked, seed: u64 },
     /// Does one iteration of the design.
     Iterate { shown: bool },
+    /// Returns what more material in each bar of the robot in design would bring within the horizon of the next iteration.
+    /// If `tried` is the number of a bar and a share, also how much farther the robot gets with this share more in it.
+    Gains { tried: Option<(usize, f64)> },
     /// Chooses the robot to deliver, after the last iteration. If `packed`, it is the robot that its link holds.
     Deliver { packed: bool },
     /// Gives the delivered robot other materials. Without `materials`, restores those of the design.
@@ -102,6 +105,7 @@ fn carry_out(session: &mut Session, request: Request) -> Result<Value> {
         }
         Request::Begin { scene, seed } => session.begin(&scene.read()?, seed),
         Request::Iterate { shown } => session.iterate(shown),
+        Request::Gains { tried } => session.gains(tried),
         Request::Deliver { packed } => session.deliver(packed),
         Request::Edit { materials } => session.edit(materials),
         Request::Restore { bytes } => session.restore(bytes),

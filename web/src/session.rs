@@ -1,5 +1,6 @@
 //! The requests of the page on an optimisation in progress, and on the robot that it delivers.
 
+use crate::gains;
 use crate::work::{MEASURED, Robot, Whole, Work, clearance, nothing, solid_nodes};
 use cosmic::codesign::{CoDesign, Progress};
 use cosmic::design::{Design, Material};
@@ -36,6 +37,13 @@ impl Session {
         let robot = if shown { work.present() } else { Value::Null };
         let done = work.codesign.is_done(&work.progress);
         Ok(json!({ "record": record, "robot": robot, "done": done }))
+    }
+
+    /// The gradient of the robot's distance after the last iteration: how many metres farther it gets for each share of
+    /// solid material that a bar has more. `tried` asks for a rollout with such a bar.
+    pub(crate) fn gains(&mut self, tried: Option<(usize, f64)>) -> Answer {
+        let work = self.work()?;
+        gains::gains(&work.codesign, &work.progress, tried)
     }
 
     /// Chooses the robot to deliver and measures it. If `packed`, the robot is the one that a link holds: its policy is in

@@ -2,7 +2,7 @@
 import { execFileSync } from "node:child_process";
 import { existsSync, readFileSync } from "node:fs";
 import { ready, says, text } from "./browsers.mjs";
-import { SMALL, open, unfold, boxOf, check, wait, press, value, until, linkHas, set, saved, close } from "./helpers.mjs";
+import { SMALL, library, open, unfold, boxOf, check, wait, press, value, until, linkHas, set, saved, close } from "./helpers.mjs";
 
 /** The most milliseconds that the script of a frame should take on average. */
 const FRAME = 4;
@@ -230,9 +230,24 @@ export async function framed(browser, address) {
   }
 }
 
+/** A seed whose robot the library calls unreliable. Which one it is changes with every change of the physics. */
+function unreliableSeed(link) {
+  const engine = library();
+  const settings = new URLSearchParams(link.slice(1)).getAll("set");
+  for (let seed = 1; seed <= 40; seed++) {
+    engine.ask({ do: "begin", scene: { scene: "stability", settings }, seed });
+    while (!engine.ask({ do: "iterate", shown: false }).done);
+    if (engine.ask({ do: "deliver", packed: true }).measured.reliability.verdict === "unreliable") return seed;
+  }
+  return null;
+}
+
 /** The page calls a robot unreliable if robots that vary a little walk much less far. */
 export async function unreliable(browser, address) {
-  const few = SMALL.replace("seed=1", "seed=11").replace("iterations%3D120", "iterations%3D20").replace("from%3D40", "from%3D4").replace("at%3D80", "at%3D8");
+  let few = SMALL.replace("iterations%3D120", "iterations%3D20").replace("from%3D40", "from%3D4").replace("at%3D80", "at%3D8");
+  const seed = unreliableSeed(few);
+  check(seed !== null, `seed ${seed} is unreliable`);
+  few = few.replace("seed=1", `seed=${seed}`);
   const { page, faults } = await open(browser, address + few);
   await ready(page);
   await press(page, "design");

@@ -2,6 +2,7 @@
 import { readFileSync, readdirSync, statSync } from "node:fs";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
+import { Engine } from "../page/engine.js";
 import { open as openPage, text } from "./browsers.mjs";
 
 export const here = path => fileURLToPath(new URL(path, import.meta.url));
@@ -13,8 +14,9 @@ export const SMALL = linkTo("stability", [
 ]);
 /** The settings of a small robot that goes where it is told. */
 export const TOLD = ["lattice.columns=3", "lattice.rows=3", "controller.hidden=4", "physics.steps=2048", "schedule.iterations=12", "schedule.horizon=[128, 256]", "loss.window=64"];
-/** The finished robot that greets, and its link. */
-export const HELLO = JSON.parse(readFileSync(here("../page/hello.json")));
+/** The finished robots of the parade, each with its link, and the first of them. */
+export const CAST = JSON.parse(readFileSync(here("../page/cast.json")));
+export const HELLO = CAST[0];
 
 /** Opens the page without its greeting and without a design of its own, and unfolds the details. */
 export async function open(browser, address, how) {
@@ -23,6 +25,12 @@ export async function open(browser, address, how) {
   const opened = await openPage(browser, url.href, how);
   await unfold(opened.page);
   return opened;
+}
+
+/** The library of the page, in this process. */
+export function library() {
+  const built = readdirSync(here("../dist"), { recursive: true }).find(name => name.endsWith("cosmic.wasm"));
+  return new Engine(new WebAssembly.Module(readFileSync(here(`../dist/${built}`))));
 }
 
 export const unfold = page => page.evaluate(() => { document.getElementById("details").open = true; });

@@ -9,6 +9,7 @@ import { installed, launch, ready } from "./browsers.mjs";
 import { cancelled, designing, editing, files, framed, motionless, playing, scenes, stopping, unreliable } from "./controls.mjs";
 import { SMALL, check, close, failed, here, open } from "./helpers.mjs";
 import { asks, headlines, links, refusedLinks } from "./links.mjs";
+import { beating, gaining, loading, picking, switches, takingBack, tinting } from "./moments.mjs";
 import { serve } from "./serve.mjs";
 import { shots, stranger, without } from "./strangers.mjs";
 import { errand, goingOn, judging, moon, space, visiting, worlds } from "./worlds.mjs";
@@ -36,6 +37,10 @@ async function everywhere(browser, address, folder) {
   await moon(browser, address);
   await headlines(browser, address);
   await links(browser, address);
+  await switches(browser, address);
+  await takingBack(browser, address);
+  await beating(browser, address);
+  await tinting(browser, address);
   await asks(browser, address);
 }
 
@@ -48,6 +53,8 @@ async function inChromium(address) {
     await framed(browser, address);
     await space(browser, address);
     await stranger(browser, address);
+    await picking(browser, address);
+    await loading(browser, address);
     await without(browser, address);
     if (given.shots) await shots(browser, address, given.shots, ["light", "dark"]);
   } finally {
@@ -80,6 +87,7 @@ async function inFirefox(address) {
 goingOn();
 visiting();
 judging();
+gaining();
 const server = await serve(here("../dist"));
 for (const [browser, test] of [["chrome", inChromium], ["firefox", inFirefox]]) {
   if (given.browser && given.browser !== browser) continue;

@@ -8,9 +8,9 @@ const here = path => fileURLToPath(new URL(path, import.meta.url));
 const server = await serve(here("../dist"));
 const browser = await launch("chrome");
 const { page } = await open(browser, server.address, { width: 1200, height: 630, features: [{ name: "prefers-color-scheme", value: "light" }] });
-// The picture shows the stage alone, while the robot walks.
-await page.addStyleTag({ content: "header p, #strip, .actions, #status, #saved, details, .key { display: none !important } #stage { height: 520px !important } h1 { font-size: 2.4rem !important }" });
-await page.waitForFunction(() => Number.parseFloat(document.getElementById("along").textContent) > 1);
+// The picture shows the stage alone, while the parade walks.
+await page.addStyleTag({ content: "header p, #strip, #worlds, .actions, #status, #saved, details, .key { display: none !important } #stage { height: 520px !important } h1 { font-size: 2.4rem !important }" });
+await page.waitForFunction(() => globalThis.parade?.cost?.frames > 90);
 await page.screenshot({ path: here("../page/preview.png") });
 await browser.close();
 server.close();

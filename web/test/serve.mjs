@@ -7,14 +7,23 @@ import { fileURLToPath } from "node:url";
 
 const TYPES = { ".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".wasm": "application/wasm", ".svg": "image/svg+xml", ".json": "application/json", ".png": "image/png" };
 
-/** Serves a folder. Returns the address and a function that stops the server. */
-export async function serve(folder, port = 0) {
+/** The bytes of a piece. */
+const PIECE = 2 ** 17;
+
+/** Serves a folder, the library in pieces with a `pause` (milliseconds) between them. Returns the address and a function that
+ * stops the server. */
+export async function serve(folder, port = 0, pause = 0) {
   const server = createServer(async (request, response) => {
     const path = normalize(decodeURIComponent(new URL(request.url, "http://here").pathname));
     const file = join(folder, path.endsWith("/") ? `${path}index.html` : path);
     try {
       const bytes = await readFile(file);
-      response.writeHead(200, { "content-type": TYPES[extname(file)] ?? "application/octet-stream" }).end(bytes);
+      response.writeHead(200, { "content-type": TYPES[extname(file)] ?? "application/octet-stream" });
+      for (let at = 0; pause > 0 && file.endsWith(".wasm") && at < bytes.length; at += PIECE) {
+        response.write(bytes.subarray(at, at + PIECE));
+        await new Promise(resolve => setTimeout(resolve, pause));
+      }
+      response.end(pause > 0 && file.endsWith(".wasm") ? undefined : bytes);
     } catch {
       response.writeHead(404).end();
     }

@@ -5,17 +5,20 @@ import { pathToFileURL } from "node:url";
 import { open as openPage, ready, text } from "./browsers.mjs";
 import { here, SMALL, HELLO, open, unfold, check, wait, value, until, close } from "./helpers.mjs";
 
-/** A stranger opens the page: a finished robot walks at once, and then a design begins by itself. */
+/** The most milliseconds that the scripts of a frame should take. */
+const FRAME = 4;
+
+/** A stranger opens the page: finished robots walk at once, a design begins by itself, and takes the stage when it walks. */
 export async function stranger(browser, address) {
   for (const slower of [1, 4]) {
     const page = await browser.newPage();
     if (slower > 1) await page.emulateCPUThrottling(slower);
     await page.evaluateOnNewDocument(() => {
-      const far = () => Number.parseFloat(document.getElementById("along")?.textContent ?? "");
       const first = {};
       globalThis.first = first;
       const look = () => {
-        if (first.step === undefined && far() > 0.02) first.step = performance.now();
+        if (first.step === undefined && globalThis.parade?.cost?.frames > 5) first.step = performance.now();
+        if (first.stage === undefined && globalThis.parade?.robots?.length > 0 && !globalThis.parade.isOpen) first.stage = [performance.now(), document.getElementById("along").textContent, document.getElementById("status").textContent];
         if (first.attempt === undefined && document.getElementById("strip")?.getAttribute("aria-valuenow") > 0) first.attempt = performance.now();
         if (first.walk === undefined && /: 0\.[1-9]|: [1-9]/.test(document.getElementById("strip")?.getAttribute("aria-valuetext") ?? "")) first.walk = performance.now();
         requestAnimationFrame(look);
@@ -26,21 +29,28 @@ export async function stranger(browser, address) {
     await page.waitForFunction(() => globalThis.first.step !== undefined && globalThis.first.walk !== undefined, { timeout: 120_000 });
     const seconds = time => (time / 1000).toFixed(1);
     const first = await page.evaluate(() => globalThis.first);
-    console.log(`     a processor ${slower} times slower: the finished robot walks after ${seconds(first.step)} s, the first attempt is over after ${seconds(first.attempt)} s, the design walks 0.1 m after ${seconds(first.walk)} s`);
-    check(first.step < first.attempt, "the finished robot walks before the library has designed anything");
+    console.log(`     a processor ${slower} times slower: the parade walks after ${seconds(first.step)} s, the first attempt is over after ${seconds(first.attempt)} s, the design walks 0.1 m after ${seconds(first.walk)} s`);
+    check(first.step < first.attempt, "the parade walks before the library has designed anything");
+    const { frames, total } = await page.evaluate(() => globalThis.parade.cost);
+    // The time is not checked, because it depends on the machine.
+    console.log(`     a frame of the parade takes ${(total / frames).toFixed(2)} ms of script, and should take at most ${FRAME}`);
     await page.waitForFunction(() => document.getElementById("design").textContent === "Design another", { timeout: 240_000 });
-    check(/^Finished after 120 attempts/.test(await text(page, "status")), `and the design begins by itself: ${await text(page, "status")}`);
+    const { stage } = await page.evaluate(() => globalThis.first);
+    console.log(`     after ${seconds(stage[0])} s: ${stage[1]}; ${stage[2]}`);
+    check(/^The page’s own design walks ([1-9]\.\d+) m now/.test(stage[2]), "it takes the stage when it walks a metre, with a sentence");
+    check(/Finished after 120 attempts/.test(await text(page, "status")), `and the design begins by itself: ${await text(page, "status")}`);
     await page.close();
   }
   const { page: first, faults: wrong } = await openPage(browser, address);
-  await first.waitForFunction(() => Number.parseFloat(document.getElementById("along").textContent) > 0.2, { timeout: 20_000 });
+  await first.waitForSelector("#parade button:nth-child(6)");
   await first.select("#chip-gravity", "Moon");
   await until(first, "the finished robot that greets walks on with the gravity of the Moon", () => document.getElementById("status").textContent.startsWith("The same robot, now with the gravity of the Moon"));
   await close(first, wrong);
   const { page, faults } = await openPage(browser, address, { features: [{ name: "prefers-reduced-motion", value: "reduce" }] });
   await ready(page);
   await wait(1500);
-  check(await text(page, "design") === "Design a robot" && await text(page, "attempt-title") === "a finished robot", "with reduced motion no design begins by itself, and the finished robot stands");
+  check(await text(page, "design") === "Design a robot" && !(await page.$eval("#parade", parade => parade.hidden)), "with reduced motion no design begins by itself");
+  check(await page.evaluate(() => globalThis.parade.cost.frames) === 0, "and the robots of the parade stand");
   await close(page, faults);
 }
 
@@ -57,7 +67,9 @@ export async function without(browser, address) {
   const old = await browser.newPage();
   await old.evaluateOnNewDocument(() => { delete globalThis.WebAssembly; });
   await old.goto(address);
-  await until(old, "without WebAssembly the finished robot walks", () => Number.parseFloat(document.getElementById("along").textContent) > 0.3);
+  await until(old, "without WebAssembly the parade walks", () => globalThis.parade?.cost?.frames > 5);
+  await old.click("#parade button:nth-child(2)");
+  await until(old, "and a touch shows one of its robots", () => document.getElementById("parade").hidden && globalThis.onStage().playing && globalThis.onStage().time > 0.5);
   check((await text(old, "honest")).includes("WebAssembly") && !(await old.$("#stopped[open]")), "and the page says why no robot can be designed");
   await old.close();
   const { page: kept } = await open(browser, address + SMALL);

@@ -7,6 +7,9 @@ const HOLDS = 0.3;
 const SEEN = 0.02;
 // The fraction of the drawing's height that stays free above the robot: the camera rises with a robot that jumps higher.
 const ABOVE = 0.1;
+// How far the lane of a ghost is above the robot's ground, as a fraction of the drawing's height; and, in views from above,
+// behind the robot, as a fraction of the width of the world.
+const LANE = [0.42, 0.3];
 
 // A robot on its ground. Lengths are metres in the frame of the world, and points are (along, across, above).
 class Stage extends Drawing {
@@ -41,8 +44,9 @@ class Stage extends Drawing {
   // (default: the camera); `trail`, the path of the payload [x, y, z, …]; `highlight`, an edge; `label`, a text for the
   // upper left corner; `shape`, positions from which strains are computed instead; `colours`, one for each edge, instead of
   // materials and strains; `goal`, the foot [x, y, z] of a flag, and `goalLabel`, the text at the flag; `ghost`, the positions
-  // and edges of another robot, which is drawn faintly; `arrow`, how far [x, y] (pixels) an arrow from the robot points.
-  paint({ positions, edges, camera, top = -Infinity, level = camera, trail = [], highlight = null, label = "", shape = positions, colours = null, goal = null, goalLabel = "", ghost = null, arrow = null }, width, height) {
+  // and edges of another robot, which is drawn faintly, and, if it has its own `lane`, the words there; `tints`, from -1 to 1 for every
+  // edge, a colour beside its bar; `arrow`, how far [x, y] (pixels) an arrow from the robot points.
+  paint({ positions, edges, camera, top = -Infinity, level = camera, trail = [], highlight = null, label = "", shape = positions, colours = null, goal = null, goalLabel = "", ghost = null, tints = null, arrow = null }, width, height) {
     const eye = new Eye(this.orbit?.view ?? this.#world.view);
     const scale = Math.min(2.4 * height, 2 * width) / this.#world.width;
     const base = (0.8 - 0.3 * eye.tilt) * height;
@@ -70,7 +74,7 @@ class Stage extends Drawing {
     if (finish !== undefined && eye.isSide) this.#paintFinish(place(finish, 0, levelAt(ground, finish)), width, height);
     if (finish !== undefined && !eye.isSide) this.#paintFinishLine(finish, place);
     const node = i => place(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]);
-    if (ghost) this.#paintGhost(ghost, place, height);
+    if (ghost) this.#paintGhost(ghost, { place, isSide: eye.isSide, middle: camera[0], half: width / scale / 2 }, width, height);
     this.pen.globalAlpha = 0.7;
     const path = [];
     for (let k = 0; k < trail.length; k += 3) path.push(place(trail[k], trail[k + 1], trail[k + 2]));
@@ -78,6 +82,7 @@ class Stage extends Drawing {
     this.line(path, this.colour("payload"), 1.5);
     this.#drawn = edges.map(([i, j, , , e]) => [node(i), node(j), e]);
     const chosen = this.#drawn.find(([, , e]) => e === highlight);
+    if (tints) this.#paintTints(tints, thick);
     this.pen.globalAlpha = 0.35;
     if (chosen) this.line(chosen.slice(0, 2), this.colour("accent"), 3 * thick + 6);
     const bars = edges.map((edge, k) => this.#bar(edge, this.#drawn[k], { shape, colours }, thick));
@@ -110,11 +115,41 @@ class Stage extends Drawing {
     this.line([barb(0.5), tip, barb(-0.5)], this.colour("accent"), 4);
   }
 
-  #paintGhost({ positions, edges }, place, height) {
-    this.pen.globalAlpha = 0.16;
-    const node = i => place(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]);
+  #paintGhost({ positions, edges, lane = null }, { place, isSide, middle, half }, width, height) {
+    const [up, behind] = lane === null ? [0, 0] : isSide ? [LANE[0] * height, 0] : [0, LANE[1] * this.#world.width];
+    const there = (x, y, z) => place(x, y + behind, z).map((at, axis) => (axis === 1 ? at - up : at));
+    const node = i => there(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]);
+    if (lane !== null) {
+      const ground = this.#groundLine(there, middle, half);
+      this.line(ground, this.colour("rule"), 1.5);
+      const [x, y] = node(this.#world.payloads[0] ?? 0);
+      const [low, high] = [14, width - 14];
+      this.text(lane, low, ground[0][1] + 18, "muted", "left", "600 13px");
+      // A chevron at the edge shows where a robot out of view is.
+      const [tip, back] = x < 0 ? [low, 12] : [high, -12];
+      if (x < 0 || x > width) this.line([[tip + back, y - 12], [tip, y], [tip + back, y + 12]], this.colour("muted"), 4);
+    }
+    this.pen.globalAlpha = lane === null ? 0.16 : 0.5;
     for (const [i, j, , , , weight] of edges) this.line([node(i), node(j)], this.colour("ink"), Math.max(1.4, height / 130) * weight);
     this.pen.globalAlpha = 1;
+  }
+
+  // Paints the tints beside the bars: `--good` where more material is better, `--fourth` where less is.
+  #paintTints(tints, thick) {
+    for (const [from, to, e] of this.#drawn) {
+      this.pen.globalAlpha = 0.6 * Math.sqrt(Math.abs(tints[e]));
+      this.line([from, to], this.colour(tints[e] > 0 ? "good" : "fourth"), 3 * thick);
+    }
+    this.pen.globalAlpha = 1;
+  }
+
+  // The line of the ground around the middle of the drawing.
+  #groundLine(place, middle, half) {
+    const { ground } = this.#world;
+    const [left, right] = [middle - half, middle + half];
+    const ends = [left, right].map(x => [x, levelAt(ground, x)]);
+    const corners = ground.filter(([x]) => left < x && x < right);
+    return [ends[0], ...corners, ends[1]].map(([x, z]) => place(x, 0, z));
   }
 
   // Paints a finish line across the ground: a chequered strip.
@@ -166,9 +201,7 @@ class Stage extends Drawing {
   #paintGround(place, middle, half, scale, height) {
     const { ground, cos, origin } = this.#world;
     const [left, right] = [middle - half, middle + half];
-    const ends = [left, right].map(x => [x, levelAt(ground, x)]);
-    const corners = ground.filter(([x]) => left < x && x < right);
-    const line = [ends[0], ...corners, ends[1]].map(([x, z]) => place(x, 0, z));
+    const line = this.#groundLine(place, middle, half);
     this.fill([...line, [2 * half * scale, height + 1], [0, height + 1]], this.colour("earth"));
     const named = roundStep(64 / scale);
     const parts = String(named).replace(/[0.]/g, "")[0] === "2" ? 4 : 5;
@@ -253,6 +286,17 @@ class Walker {
       for (const [i, j] of bars) if (body.has(i) || body.has(j)) body.add(i).add(j);
     }
     return body;
+  }
+
+  // Replaces the frames of the walk.
+  set frames(walk) {
+    this.walk = walk;
+    this.#unpacked = null;
+  }
+
+  // The positions in a frame of the walk.
+  placesAt(frame) {
+    return this.#frames.places[frame];
   }
 
   // The duration of the walk in seconds.

@@ -1,0 +1,104 @@
+// The cast: finished robots that walk in a parade while the library loads and the page's own design learns to walk.
+/* global Stage: of robot.js; decimals, everyFrame: of drawing.js; viewOf: of painter.js */
+
+import { Walk } from "./design.js";
+import { framed } from "./player.js";
+
+/** The parade ends when the page's own design walks farther than this, m, but not before this time, milliseconds. */
+export const ENOUGH = 1;
+const GREETING = 4000;
+
+/** Whether the page may begin a design by itself. */
+export function mayBegin() {
+  const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  const saves = navigator.connection?.saveData === true || matchMedia("(prefers-reduced-data: reduce)").matches;
+  return !still && !saves && !new URLSearchParams(location.search).has("wait");
+}
+
+/** The robot of a link in the form that links have. */
+export const robotOf = link => new URLSearchParams(link.slice(1)).get("robot");
+
+export class Parade {
+  #place;
+  #player;
+  #onpick;
+  #began = 0;
+  /** The robots: { name, link, walk, measured, stage, time }. */
+  robots = [];
+  /** For tests: the number of frames and the total time of their scripts in milliseconds. */
+  cost = { frames: 0, total: 0 };
+
+  /**
+   * @param place is the element for the robots. They walk while `player.playing`.
+   * @param onpick is called with the robot that the user touches.
+   */
+  constructor(place, { player, onpick }) {
+    [this.#place, this.#player, this.#onpick] = [place, player, onpick];
+  }
+
+  get isOpen() {
+    return !this.#place.hidden;
+  }
+
+  /** How much longer the robots should be seen, milliseconds. */
+  get rest() {
+    return GREETING - (performance.now() - this.#began);
+  }
+
+  /** Loads the robots and shows them. Resolves to whether they could be loaded. */
+  async open() {
+    let cast;
+    try {
+      cast = await (await fetch(new URL("cast.json", import.meta.url))).json();
+    } catch {
+      return false;
+    }
+    this.#place.hidden = false;
+    this.#began = performance.now();
+    this.robots = cast.map(robot => this.#add(robot));
+    everyFrame(passed => { if (this.isOpen) this.#tick(passed); });
+    return true;
+  }
+
+  close() {
+    this.#place.hidden = true;
+    this.#place.replaceChildren();
+  }
+
+  #add({ name, link, world, robot, measured }) {
+    const walk = new Walk(world, { ...robot, diverged: null });
+    const canvas = document.createElement("canvas");
+    const button = Object.assign(document.createElement("button"), { type: "button" });
+    const far = document.createElement("b");
+    const label = document.createElement("span");
+    far.textContent = `${decimals(walk.along, 1)} m`;
+    label.append(name, " ", far);
+    button.append(canvas, label);
+    button.title = "Make this robot yours";
+    this.#place.append(button);
+    const stage = new Stage(canvas, walk.world);
+    const one = { name, link, walk, measured, stage, time: this.#player.still.matches ? walk.landing : 0 };
+    const fit = () => {
+      stage.world = { ...framed(walk, canvas), view: viewOf(walk.robot) };
+      this.#draw(one);
+    };
+    new ResizeObserver(fit).observe(canvas);
+    button.addEventListener("click", () => this.#onpick(one));
+    return one;
+  }
+
+  #draw({ walk, stage, time }) {
+    stage.draw({ ...walk.at(time), trail: [] });
+  }
+
+  #tick(passed) {
+    if (!this.#player.playing) return;
+    const begun = performance.now();
+    for (const one of this.robots) {
+      one.time = (one.time + passed * this.#player.speed) % one.walk.duration;
+      this.#draw(one);
+    }
+    this.cost.frames += 1;
+    this.cost.total += performance.now() - begun;
+  }
+}

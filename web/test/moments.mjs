@@ -1,0 +1,181 @@
+// Tests of the first minute: the parade, the switches, walks without an end, races against a link, and the gradient.
+import { open as openPage, ready, says, text } from "./browsers.mjs";
+import { CAST, HELLO, SMALL, check, close, here, library, linkTo, open, press, until, wait } from "./helpers.mjs";
+import { serve } from "./serve.mjs";
+
+/** The gradient is the derivative of the distance: small changes of bars bring what it says. */
+export function gaining() {
+  const engine = library();
+  const settings = new URLSearchParams(SMALL.slice(1)).getAll("set");
+  engine.ask({ do: "begin", scene: { scene: "stability", settings: [...settings, 'gradient.precision="f64"'] }, seed: 1 });
+  for (let k = 0; k < 12; k++) engine.ask({ do: "iterate", shown: false });
+  const { gains, seconds } = engine.ask({ do: "gains", tried: null });
+  const share = 1e-4;
+  const off = gains.map((gain, bar) => {
+    const [up, down] = [share, -share].map(by => engine.ask({ do: "gains", tried: [bar, by] }).farther);
+    return Math.abs((up - down) / (2 * share) - gain);
+  });
+  const most = Math.max(...gains.map(Math.abs));
+  check(Math.max(...off) < 1e-3 * most, `the gradient within ${seconds.toFixed(2)} s is the derivative: ${(100 * most).toFixed(2)} cm a bar at most, wrong by ${(100 * Math.max(...off)).toExponential(1)} cm`);
+}
+
+/** A touch makes a robot of the parade the user's own, while the page designs another one. */
+export async function picking(browser, address) {
+  for (const [k, { name }] of CAST.entries()) {
+    const { page, faults } = await openPage(browser, address);
+    await page.waitForSelector(`#parade button:nth-child(${k + 1})`);
+    await page.click(`#parade button:nth-child(${k + 1})`);
+    await until(page, `a touch takes the robot of the parade: ${name}`, () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
+    const robot = new URLSearchParams(CAST[k].link.slice(1)).get("robot");
+    check(page.url().endsWith(`&robot=${robot}`), `and is in the address: ${page.url().length} characters`);
+    await close(page, faults);
+  }
+  const { page, faults } = await openPage(browser, address);
+  await page.waitForSelector("#parade button");
+  await page.focus("#parade button:nth-child(2)");
+  await page.keyboard.press("Enter");
+  await until(page, "keys take a robot, too", () => document.getElementById("parade").hidden && document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
+  await close(page, faults);
+}
+
+/** The switches move the robot, walks go on, and the height of jumps is shown. */
+export async function switches(browser, address) {
+  const { page, faults } = await open(browser, address + HELLO.link);
+  await until(page, "a finished robot", () => document.querySelector("#verdict span"));
+  const isOn = () => page.$$eval("#worlds button", buttons => buttons.filter(button => button.getAttribute("aria-pressed") === "true").map(button => button.dataset.choice).join());
+  check(await isOn() === "Earth", "the switch of the Earth is on");
+  await page.click("#worlds [data-choice=Moon]");
+  await until(page, "a switch leads to the Moon", () => document.getElementById("status").textContent.startsWith("The same robot, now with the gravity of the Moon"));
+  check(await isOn() === "Moon", "and is on");
+  check(/^0\.\d\d m$/.test(await text(page, "jump")) && await page.$eval("#jumps", figure => !figure.hidden), `there it jumps ${await text(page, "jump")}`);
+  await page.select("#speed", "4");
+  const far = () => page.evaluate(() => globalThis.onStage().metres);
+  await until(page, "the walk goes on for four times as long as a walk", () => globalThis.onStage().time > 4 * 8);
+  const before = await far();
+  await until(page, "and gets farther", before => globalThis.onStage().metres > before + 0.2, before);
+  const frames = await page.evaluate(() => globalThis.onStage().frames);
+  check(frames < 400, `its past is forgotten: ${frames} frames are kept`);
+  await page.click("#worlds [data-choice=steps]");
+  await until(page, "a second switch: stairs on the Moon", () => document.getElementById("status").textContent.startsWith("The same robot, now with the gravity of the Moon and on steps"));
+  check(await isOn() === "Moon,steps" && page.url().endsWith("&gravity=Moon&ground=steps"), "the link holds what one sees");
+  await page.click("#worlds [data-choice=steps]");
+  await until(page, "and off again", () => !location.hash.includes("ground="));
+  await page.evaluate(() => globalThis.push([0.5, 1]));
+  await until(page, "a push of a robot that has walked on", () => document.getElementById("status").textContent.startsWith("You pushed the robot"));
+  await press(page, "home");
+  await until(page, "and home", () => document.getElementById("status").textContent.startsWith("This robot is finished") && !location.hash.includes("gravity="));
+  check(await isOn() === "Earth", "where the switch of the Earth is on again");
+  await close(page, faults);
+}
+
+/** An edit by a touch can be taken back beside the button Share. */
+export async function takingBack(browser, address) {
+  const { page, faults } = await openPage(browser, address + HELLO.link, { width: 400, height: 800, touch: true });
+  await until(page, "a finished robot on a telephone", () => document.querySelector("#verdict span"));
+  check(await page.$eval("#takeback", button => button.disabled), "nothing to take back");
+  const url = page.url();
+  const tap = async () => {
+    const before = page.url();
+    const box = await (await page.$("#stage")).boundingBox();
+    const robot = await page.evaluate(() => globalThis.onStage().box);
+    for (let part = 0.1; part < 1 && page.url() === before; part += 0.06) {
+      await page.touchscreen.tap(box.x + robot[0] + part * (robot[2] - robot[0]), box.y + (robot[1] + robot[3]) / 2);
+      await wait(700);
+    }
+    check(page.url() !== before, "a touch edits");
+    return page.url();
+  };
+  await page.evaluate(() => document.getElementById("play").click());
+  await tap();
+  await page.waitForSelector("#takeback:enabled");
+  const [back, link] = await page.evaluate(() => ["takeback", "link"].map(id => document.getElementById(id).getBoundingClientRect().toJSON()));
+  check(Math.abs(back.y - link.y) < 60, `the button is beside Share: ${Math.round(back.y - link.y)} px below it`);
+  for (let k = 0; k < 20 && !(await page.$eval("#takeback", button => button.disabled)); k++) {
+    await (await page.$("#takeback")).tap();
+    await wait(700);
+  }
+  await until(page, "and takes the edits back", url => location.href === url && document.getElementById("takeback").disabled, url);
+  await close(page, faults);
+}
+
+/** Before the library has loaded, the page says how much of it is there. */
+export async function loading(browser) {
+  const server = await serve(here("../dist"), 0, 100);
+  const page = await browser.newPage();
+  await page.goto(`${server.address}?wait`);
+  const words = new Set();
+  for (const end = Date.now() + 30_000; Date.now() < end; await wait(50)) {
+    const [button, status] = [await text(page, "design"), await text(page, "status")];
+    if (/^Loading, \d+ %$/.test(button) && /\d+ %$/.test(status)) words.add(status);
+    if (button === "Design a robot" && status.startsWith("Here")) break;
+  }
+  check(words.size > 2, `words of progress: ${[...words].slice(0, 3).join("; ")} …`);
+  await page.close();
+  server.close();
+}
+
+/** A link asks to beat a robot: a new design races it in lanes, and the link of the result holds both. */
+export async function beating(browser, address) {
+  const [scene, rest] = SMALL.split("&seed=1");
+  const { page, faults } = await open(browser, address + SMALL);
+  await ready(page);
+  await press(page, "design");
+  await says(page, "Design another");
+  await until(page, "a robot to beat", () => location.hash.includes("robot=") && document.getElementById("along-title").textContent === "distance, robust median");
+  const far = await text(page, "along");
+  await page.evaluate(() => { navigator.clipboard.writeText = async text => { globalThis.copied = text; }; });
+  await press(page, "challenge");
+  const link = await (await page.waitForFunction(() => globalThis.copied)).jsonValue();
+  const asked = new URLSearchParams(new URL(link).hash.slice(1));
+  check(asked.get("beat") === far.replace(" m", "") && asked.get("seed") === "2" && !asked.has("robot"), `${await text(page, "saved")}`);
+  const claims = link.replace(/beat=[\d.]+/, "beat=99.00");
+  for (const url of [link, claims]) {
+    await page.goto("about:blank");
+    await page.goto(url);
+    await until(page, "the link opens with the robot to beat", () => document.getElementById("status").textContent.startsWith("To beat: ") && globalThis.onStage().lane !== null);
+    check((await text(page, "status")).includes("the link says 99.00 m") === (url === claims), await text(page, "status"));
+  }
+  await press(page, "design");
+  await until(page, "a new design races it", () => Number.parseInt(document.getElementById("iteration").textContent, 10) > 3 && globalThis.onStage().lane?.startsWith("to beat: "));
+  await says(page, "Design another");
+  await until(page, "and is compared with it", () => /^(You beat it|Not beaten yet): \u2212?[\d.]+ m against/.test(document.getElementById("status").textContent) && location.hash.includes("robot="));
+  console.log(`     ${await text(page, "status")}`);
+  const both = page.url();
+  check(new URL(both).hash.includes(`rival=${asked.get("rival")}`) && new URL(both).hash.includes("robot="), `the link holds both robots in ${both.length} characters`);
+  const said = (await text(page, "status")).split(". ")[0];
+  await page.goto("about:blank");
+  await page.goto(both);
+  await until(page, "and opens with both", said => document.getElementById("status").textContent.startsWith(said) && globalThis.onStage().lane !== null, said.slice(0, 12));
+  await page.select("#scene", "creature");
+  await until(page, "another scene has no robot to beat", () => !location.hash.includes("rival=") && globalThis.onStage().lane === null);
+  check(scene.length > 0 && rest.length > 0, "the scene is that of the robot to beat");
+  await close(page, faults);
+}
+
+/** While a robot is designed, its bars have tints, and a touch or a key says what a change would bring. */
+export async function tinting(browser, address) {
+  const { page, faults } = await open(browser, address + linkTo("creature", []));
+  await ready(page);
+  await press(page, "design");
+  await until(page, "the bars have tints", () => document.getElementById("robot").classList.contains("tinted"));
+  const tints = await page.evaluate(() => globalThis.onStage().tints);
+  check(Math.max(...tints.map(Math.abs)) === 1 && new Set(tints).size > 10, `${tints.length} bars, from ${Math.min(...tints).toFixed(2)} to ${Math.max(...tints).toFixed(2)}`);
+  await press(page, "design");
+  await says(page, "Resume");
+  await page.focus("#stage");
+  await page.keyboard.press("Enter");
+  await until(page, "a key says what a change would bring", () => /^(Thicker|Thinner) here: \+[\d.]+ cm in the first [\d.]+ s, .* Tried: [+\u2212][\d.]+ cm\.$/.test(document.getElementById("gain").textContent));
+  console.log(`     ${await text(page, "gain")}`);
+  const first = await text(page, "gain");
+  const box = await (await page.$("#stage")).boundingBox();
+  const robot = await page.evaluate(() => globalThis.onStage().box);
+  for (let part = 0.1; part < 1 && first === await text(page, "gain"); part += 0.05) {
+    await page.mouse.click(box.x + robot[0] + part * (robot[2] - robot[0]), box.y + robot[1] + 0.4 * (robot[3] - robot[1]));
+    await wait(150);
+  }
+  check(first !== await text(page, "gain"), `and a touch: ${await text(page, "gain")}`);
+  await press(page, "design");
+  await says(page, "Design another", 240_000);
+  check(await page.$eval("#gain", words => words.hidden) && await page.evaluate(() => globalThis.onStage().tints === null), "a finished robot has none");
+  await close(page, faults);
+}
