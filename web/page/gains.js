@@ -7,12 +7,12 @@ const PART = 0.1;
 
 const centimetres = x => `${x < 0 ? "\u2212" : "+"}${decimals(Math.abs(100 * x), Math.abs(x) < 0.01 ? 2 : 1)} cm`;
 
-/** What a change of a bar would bring; `farther` is what it brought when it was tried, or null. */
+/** What a tenth more or less in a bar would bring by the gradient; `farther` is what it brought when it was tried, or null. */
 export function gainWords({ gains, seconds }, bar, farther = null) {
   const gain = PART * gains[bar];
   const way = gain < 0 ? "Thinner" : "Thicker";
   const tried = farther === null ? "" : ` Tried: ${centimetres(farther)}.`;
-  return `${way} here: ${centimetres(Math.abs(gain))} in the first ${decimals(seconds, 1)} s, says the gradient for a tenth.${tried}`;
+  return `${way} here: ${centimetres(Math.abs(gain))} in ${decimals(seconds, 1)} s.${tried}`;
 }
 
 export class Gains {

@@ -86,6 +86,9 @@ let waiting;
 let farewell = { words: "", until: 0 };
 /** The other world that the switches show; null for the robot's own world. */
 let elsewhere = null;
+/** Is called when the list of scenes is there. Then the address is opened, and a robot of the parade may take its place. */
+let tellScenes;
+const scenesKnown = new Promise(resolve => { tellScenes = resolve; });
 const parade = new Parade($("parade"), { player, onpick: adopt });
 
 /** Lets finished robots walk on the stage until the page's own design walks. */
@@ -116,6 +119,7 @@ async function adopt({ walk, link, time, measured } = parade.robots[0] ?? {}) {
   design.known.set(robotOf(link), measured);
   history.pushState(null, "", link);
   scene.read();
+  await scenesKnown;
   await scene.check();
   player.seek(time);
 }
@@ -134,6 +138,7 @@ async function begin() {
     const scenes = await client.ask({ do: "scenes" });
     scenes.unshift(...Object.entries(OWN).map(([name, { about }]) => ({ name, about })));
     $("scene").replaceChildren(...scenes.map(({ name, about }) => Object.assign(new Option(name, name), { title: about })));
+    tellScenes();
     await openAddress();
   } catch (error) {
     refusal.show(error);

@@ -164,7 +164,7 @@ export async function tinting(browser, address) {
   await says(page, "Resume");
   await page.focus("#stage");
   await page.keyboard.press("Enter");
-  await until(page, "a key says what a change would bring", () => /^(Thicker|Thinner) here: \+[\d.]+ cm in the first [\d.]+ s, .* Tried: [+\u2212][\d.]+ cm\.$/.test(document.getElementById("gain").textContent));
+  await until(page, "a key says what a change would bring", () => /^(Thicker|Thinner) here: \+[\d.]+ cm in [\d.]+ s\. Tried: [+\u2212][\d.]+ cm\.$/.test(document.getElementById("gain").textContent));
   console.log(`     ${await text(page, "gain")}`);
   const first = await text(page, "gain");
   const box = await (await page.$("#stage")).boundingBox();

@@ -24,7 +24,8 @@ class Stage extends Drawing {
   // `world` has: `width`, how much of the world a canvas shows that is 2.4 times as wide as high; `ground`, its corners
   // [[x, z], …] from left to right; `cos`, the cosine of its incline; `limit`, the strain at which actuators have their
   // full colour. Optional: `view`, if the view does not turn (default: from the side); `payloads`, the nodes that carry one
-  // (default [0]); `origin`, the x at which marks along the ground begin (default 0); `skeleton`, the strains at which
+  // (default [0]); `origin`, the x at which marks along the ground begin (default 0); `isMarked`,
+  // whether there are marks (default true); `skeleton`, the strains at which
   // skeleton bars begin to change their colour and have their full colour (default: they do not change it); `finish`, the x
   // of a finish line.
   constructor(canvas, world) {
@@ -33,7 +34,7 @@ class Stage extends Drawing {
   }
 
   set world(world) {
-    this.#world = { payloads: [0], origin: 0, view: SIDE, ...world };
+    this.#world = { payloads: [0], origin: 0, view: SIDE, isMarked: true, ...world };
   }
 
   // Paints one moment. `positions`: [x0, y0, z0, x1, …]. `edges`: a list of [i, j, rest length, material, edge,
@@ -203,6 +204,8 @@ class Stage extends Drawing {
     const [left, right] = [middle - half, middle + half];
     const line = this.#groundLine(place, middle, half);
     this.fill([...line, [2 * half * scale, height + 1], [0, height + 1]], this.colour("earth"));
+    this.line(line, this.colour("muted"), 1.5);
+    if (!this.#world.isMarked) return;
     const named = roundStep(64 / scale);
     const parts = String(named).replace(/[0.]/g, "")[0] === "2" ? 4 : 5;
     const between = named / parts;
@@ -212,7 +215,6 @@ class Stage extends Drawing {
       this.line([[x, y], [x, y + (k % parts ? 4 : 8)]], this.colour("muted"), 1);
       if (k % parts === 0) this.text(`${decimals(k * between, digitsOf(named))} m`, x, y + 23, "muted", "center");
     }
-    this.line(line, this.colour("muted"), 1.5);
   }
 
   // The box around the bars on the canvas: [left, top, right, bottom] in pixels.
