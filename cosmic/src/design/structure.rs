@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use super::Material;
-use crate::geometry::crossings;
+use crate::geometry::{Dimension, crossings};
 use crate::lattice::{EdgeRules, Lattice};
 use crate::scene::DesignSettings;
 
