@@ -1,7 +1,7 @@
 use crate::small::small;
 use cosmic::case::Case;
 use cosmic::policy::Goals;
-use cosmic::scene::GoalKind;
+use cosmic::scene::{GoalKind, LatticeKind};
 use cosmic::simulator::Span;
 use cosmic_lab::walk::{place, walk};
 
@@ -62,4 +62,36 @@ fn a_walk_may_be_longer_than_the_scene_says() {
     assert_eq!(long.states[..short.states.len()], short.states);
     // The second goal does not begin within this walk.
     assert_eq!(walk(&case, &goals, 32).unwrap().legs.len(), 1);
+}
+
+/// In space, the way to a goal and the distance that is left are along and across.
+#[test]
+fn a_walk_in_space_measures_along_and_across() {
+    let case = small([3, 3], |scene| {
+        (scene.lattice.kind, scene.lattice.depth) = (LatticeKind::Cubic, 2);
+        (scene.controller.goals, scene.controller.goal_scale) = (GoalKind::Given, 3.0);
+        scene.physics.steps = STEPS;
+    });
+    let goals = Goals::at(place(&case, [0.3, -0.4])).then(40, place(&case, [0.3, 0.1]));
+    let found = walk(&case, &goals, STEPS).unwrap();
+    let task = case.task().with_goals(&goals);
+    let span = Span::from_start(vec![40, STEPS]);
+    let seen = (task.simulator).rollout(&case.body(), &case.controller, &case.start, &span);
+    let [first, second] = &found.legs[..] else {
+        panic!("there are two goals")
+    };
+    // Distances are differences of a few numbers below 1.
+    let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-15, "{a} is not {b}");
+    for (leg, across) in [(first, -0.4), (second, 0.1)] {
+        near(leg.goal, 0.3);
+        near(leg.across.unwrap(), across);
+    }
+    near(first.way, 0.5);
+    let away = |step: usize, across: f64| {
+        let off = seen.position(step) - place(&case, [0.3, across]);
+        off.forward().hypot(off.sideways())
+    };
+    near(first.left, away(40, -0.4));
+    near(second.way, away(40, 0.1));
+    near(second.left, away(STEPS, 0.1));
 }

@@ -1,5 +1,6 @@
 use crate::small::short_run;
 use cosmic::geometry::Vector;
+use cosmic::policy::Goals;
 use cosmic::scene::{LatticeKind, StartKind};
 use cosmic_lab::report::eye::Eye;
 use cosmic_lab::report::motion::Motion;
@@ -42,6 +43,22 @@ fn last_frame(walk: &Value) -> Vec<f64> {
     }
     let unit = walk["unit"].as_f64().unwrap();
     at.into_iter().map(|count| count as f64 * unit).collect()
+}
+
+#[test]
+fn flags_are_beside_a_robot_in_space() {
+    let run = in_space();
+    let motion = Motion::new(&run.robot, &run.trajectory);
+    let start = motion.states()[0].x[0];
+    let goals = Goals::at(start + Vector::new([0.4, -0.7, 0.3]));
+    let [flag] = motion.with_goals(&goals).flags()[..] else {
+        panic!("a goal has a flag")
+    };
+    let off = flag.foot - start;
+    // Differences of numbers below one.
+    assert!(off.with_up(0.0).distance(Vector::new([0.4, -0.7, 0.0])) < 1e-15);
+    assert_eq!(flag.foot.up(), run.robot.scene.physics.ground_height);
+    assert!((flag.place[0] - 0.4).abs() < 1e-15 && (flag.place[1] + 0.7).abs() < 1e-15);
 }
 
 #[test]
