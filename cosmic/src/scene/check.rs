@@ -292,8 +292,10 @@ fn mirrors(scene: &Scene, found: &mut Conflicts) {
          from the right (an odd `depth`, and the payload in the middle)"
             .to_owned(),
     );
+    // In space, an incline does not tell left from right.
+    let in_plane = scene.lattice.dimension() == Dimension::Plane;
     found.require(
-        scene.physics.incline_deg == 0.0 || scene.controller.policy.name() != "gaits",
+        !in_plane || scene.physics.incline_deg == 0.0 || scene.controller.policy.name() != "gaits",
         ["lattice.mirror", "physics.incline_deg"],
         "on an incline the gait back is not the mirror image of the gait ahead: leave out `mirror`"
             .to_owned(),
