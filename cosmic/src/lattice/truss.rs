@@ -58,7 +58,7 @@ impl Lattice {
     }
 
     /// Converts a truss to a lattice. `positions` are the positions of its nodes in the world's frame.
-    pub(crate) fn of_truss(truss: &Truss, positions: Vec<Vector<f64>>) -> Self {
+    pub fn of_truss(truss: &Truss, positions: Vec<Vector<f64>>) -> Self {
         let distance = |&[i, j]: &[usize; 2]| positions[i].distance(positions[j]);
         let distances: Vec<f64> = truss.edges.iter().map(distance).collect();
         let spacing = median(&distances)

@@ -89,7 +89,8 @@ fn the_stable_step_of_a_cube_is_that_of_a_dense_eigenvalue_solver() {
             let block = block * body.stiffness[edge];
             for (a, b, sign) in [(i, i, 1.0), (j, j, 1.0), (i, j, -1.0), (j, i, -1.0)] {
                 let mut part = matrix.view_mut((3 * a, 3 * b), (3, 3));
-                part += &block * (sign / (body.mass[a] * body.mass[b]).sqrt());
+                let share: f64 = sign / f64::sqrt(body.mass[a] * body.mass[b]);
+                part += &block * share;
             }
         }
         let expected = matrix.symmetric_eigenvalues().max().sqrt();
