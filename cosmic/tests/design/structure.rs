@@ -2,7 +2,7 @@ use crate::small::lattice;
 use cosmic::design::Material::{Actuator, Skeleton, Void};
 use cosmic::design::{LayoutRules, MOST_RANKED, Material, Structure};
 use cosmic::geometry::{Dimension, Vector};
-use cosmic::lattice::{Lattice, Truss};
+use cosmic::lattice::Lattice;
 use cosmic::scene::DesignSettings;
 
 /// The layout in which only these edges are bars.
@@ -138,13 +138,11 @@ fn loose_bars_are_faults_that_can_be_cut_or_bridged() {
 #[test]
 fn floppy_modes_in_space_are_counted_without_the_rigid_motions() {
     let floppy = |nodes: &[[f64; 3]], edges: &[[usize; 2]]| {
-        let truss = Truss {
+        let nodes = nodes.iter().copied().map(Vector::new).collect();
+        let lattice = Lattice {
             dimension: Dimension::Space,
-            nodes: nodes.iter().copied().map(Vector::new).collect(),
-            edges: edges.to_vec(),
-            ..Truss::default()
+            ..Lattice::between(nodes, edges.to_vec())
         };
-        let lattice = Lattice::of_truss(&truss, truss.nodes.clone());
         let all = vec![Skeleton; edges.len()];
         Structure::new(&lattice, &all).floppy_modes
     };
