@@ -18,8 +18,7 @@ if [ "${1:-}" = --check ]; then
   RUSTFLAGS="$flags" cargo clippy --quiet --locked --target "$target" -- -D warnings
   exit 0
 fi
-# Only the last crate is stripped, so that a change here does not compile the others again.
-RUSTFLAGS="$flags" cargo rustc --release --quiet --locked --target "$target" -- -C strip=symbols
+RUSTFLAGS="$flags" cargo build --release --quiet --locked --target "$target"
 
 rm -rf dist
 mkdir -p dist/new

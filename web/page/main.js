@@ -511,7 +511,8 @@ async function startRace() {
     if (best === null) return;
     scene.robot = toText(best.bytes);
     scene.seed = best.seed;
-    history.pushState(null, "", scene.link);
+    // The robot before may have won.
+    if (scene.link !== location.hash) history.pushState(null, "", scene.link);
     await scene.check();
     $("saved").textContent = `Seed ${best.seed} won the race: ${shownAs(best.far)}.`;
   } catch (error) {

@@ -61,9 +61,9 @@ export const wait = milliseconds => new Promise(resolve => setTimeout(resolve, m
 export const press = (page, id) => page.$eval(`#${id}`, element => element.click());
 export const value = (page, id) => page.$eval(`#${id}`, element => element.value);
 
-/** Checks that the function `is` returns true on the page within 20 seconds. */
+/** Checks that the function `is` returns true on the page within a minute. */
 export async function until(page, says, is, ...given) {
-  check(await page.waitForFunction(is, { timeout: 20_000 }, ...given).then(() => true, () => false), says);
+  check(await page.waitForFunction(is, { timeout: 60_000 }, ...given).then(() => true, () => false), says);
 }
 
 export const linkHas = part => decodeURIComponent(location.href.replaceAll("+", " ")).includes(part);

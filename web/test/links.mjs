@@ -174,16 +174,20 @@ export async function asks(browser, address) {
   await press(page, "go");
   await until(page, "or the change is made", () => location.hash.includes("gravity%3D3.7") && document.getElementById("design").textContent === "Pause");
   await says(page, "Design another");
+  const before = page.url();
   await press(page, "race");
   await until(page, "a race of seeds", () => document.querySelectorAll("#lanes progress").length > 1);
-  await page.waitForFunction(() => document.getElementById("saved").textContent.includes("won the race"), { timeout: 60_000 });
+  await page.waitForFunction(() => document.getElementById("saved").textContent.includes("won the race"), { timeout: 240_000 });
   check(page.url().includes("robot="), await text(page, "saved"));
-  await goBack(page);
+  if (page.url() !== before) await goBack(page);
+  check(page.url() === before, "Back leads to the robot before the race, if another one has won");
   const isEarly = () => document.getElementById("status").textContent === "Loading …" && !document.getElementById("design").disabled;
   check(!(await page.evaluate(isEarly)), "nothing can be designed before the page has loaded");
   await ready(page);
   await unfold(page);
   await press(page, "other");
+  // The robot to which Back returned is finished, too.
+  await says(page, "Pause");
   await says(page, "Design another");
   await page.focus("#strip");
   await page.keyboard.press("Home");
