@@ -261,8 +261,8 @@ fn goals_in_space_are_drawn_across() {
     let (low, high) = across.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| {
         (low.min(y), high.max(y))
     });
-    assert!(-0.5 <= low && low < -0.45, "{low}");
-    assert!(0.95 < high && high <= 1.0, "{high}");
+    assert!((-0.5..-0.45).contains(&low), "{low}");
+    assert!((0.95..=1.0).contains(&high), "{high}");
     for (a, b) in ahead.chunks(3).zip(beside.chunks(3)) {
         assert_eq!(a[0].forward(), b[0].forward());
     }
