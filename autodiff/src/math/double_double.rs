@@ -48,7 +48,8 @@ use crate::real::Real;
 ///
 /// # Representation
 ///
-/// A number is the unevaluated sum of two floats. The first float is the sum rounded to f64. So each number has only one pair, and numbers are compared part by part.
+/// A number is the unevaluated sum of two floats. The first float is the sum rounded to f64. So each number has only one
+/// pair, and numbers are compared part by part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DoubleDouble {
     pub(crate) high: f64,

@@ -61,22 +61,24 @@ struct GoalArgument {
     time: Option<f64>,
 }
 
+/// The parts of a text before and after a mark.
+fn cut(text: &str, mark: char) -> (&str, Option<&str>) {
+    let parts = text.split_once(mark);
+    parts.map_or((text, None), |(before, after)| (before, Some(after)))
+}
+
 /// Parses a goal, such as `1.2`, `-1@5s` or `1.2,0.5`.
 fn told(text: &str) -> std::result::Result<GoalArgument, String> {
-    let parts = |text: &'_ str, mark: char| match text.split_once(mark) {
-        Some((first, second)) => (first.to_owned(), Some(second.to_owned())),
-        None => (text.to_owned(), None),
-    };
-    let (place, time) = parts(text, '@');
-    let (along, across) = parts(&place, ',');
+    let (place, time) = cut(text, '@');
+    let (along, across) = cut(place, ',');
     let expected =
         "expected a place from -1000 to 1000 m, and its time after `@`, as in 1.2 or -1@5s";
     let of_place = |text: &str| number(text, |x| x.abs() <= 1e3, expected.to_owned());
-    let of_time = |time: String| seconds(time.strip_suffix('s').unwrap_or(&time));
+    let of_time = |time: &str| seconds(time.strip_suffix('s').unwrap_or(time));
     Ok(GoalArgument {
         text: text.to_owned(),
-        along: of_place(&along)?,
-        across: across.as_deref().map(of_place).transpose()?,
+        along: of_place(along)?,
+        across: across.map(of_place).transpose()?,
         time: time.map(of_time).transpose()?,
     })
 }

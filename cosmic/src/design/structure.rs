@@ -265,7 +265,8 @@ impl LayoutRules {
 }
 
 /// The number of floppy modes of hinged bars. It is the number of coordinates of the nodes, minus the rigid motions (three
-/// in the plane; six in space, or five if all nodes are in one line), minus the rank of the matrix of the bars' directions. `live` are the nodes with a bar, ascending.
+/// in the plane; six in space, or five if all nodes are in one line), minus the rank of the matrix of the bars' directions.
+/// `live` are the nodes with a bar, ascending.
 fn floppy_modes(lattice: &Lattice, bars: &[[usize; 2]], live: &[usize]) -> usize {
     if bars.is_empty() {
         return 0;

@@ -206,27 +206,25 @@ impl<R: Real, const D: usize> Vector<R, D> {
 
     /// The vector whose components are the first numbers of a list.
     #[inline(always)]
-    #[expect(
-        clippy::manual_memcpy,
-        reason = "kernels need loops, which are inlined"
-    )]
     pub fn first_of(numbers: &[R]) -> Self {
-        let mut vector = Self::zero();
-        for k in 0..D {
-            vector.0[k] = numbers[k];
-        }
-        vector
+        Self::first_components_of(numbers, D)
     }
 
     /// The vector along the ground whose components, without the last one, are the first numbers of a list.
+    #[inline(always)]
+    pub fn along_of(numbers: &[R]) -> Self {
+        Self::first_components_of(numbers, D - 1)
+    }
+
+    /// The vector whose first `count` components are the first numbers of a list; the others are 0.
     #[inline(always)]
     #[expect(
         clippy::manual_memcpy,
         reason = "kernels need loops, which are inlined"
     )]
-    pub fn along_of(numbers: &[R]) -> Self {
+    fn first_components_of(numbers: &[R], count: usize) -> Self {
         let mut vector = Self::zero();
-        for k in 0..D - 1 {
+        for k in 0..count {
             vector.0[k] = numbers[k];
         }
         vector
@@ -234,24 +232,24 @@ impl<R: Real, const D: usize> Vector<R, D> {
 
     /// Writes the components to the beginning of a list.
     #[inline(always)]
-    #[expect(
-        clippy::manual_memcpy,
-        reason = "kernels need loops, which are inlined"
-    )]
     pub fn write(self, numbers: &mut [R]) {
-        for k in 0..D {
-            numbers[k] = self.0[k];
-        }
+        self.write_first_components(numbers, D);
     }
 
     /// Writes the components without the last one to the beginning of a list.
+    #[inline(always)]
+    pub fn write_along(self, numbers: &mut [R]) {
+        self.write_first_components(numbers, D - 1);
+    }
+
+    /// Writes the first `count` components to the beginning of a list.
     #[inline(always)]
     #[expect(
         clippy::manual_memcpy,
         reason = "kernels need loops, which are inlined"
     )]
-    pub fn write_along(self, numbers: &mut [R]) {
-        for k in 0..D - 1 {
+    fn write_first_components(self, numbers: &mut [R], count: usize) {
+        for k in 0..count {
             numbers[k] = self.0[k];
         }
     }

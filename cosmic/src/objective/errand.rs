@@ -16,8 +16,8 @@ use crate::simulator::Trajectory;
 ///
 /// The way to a goal is its distance along the ground, in space along and across, from the goal before it; the way to the
 /// first goal is its distance from the payload at the start of the rollout. What is left is the distance of the payload
-/// from the goal, plus its speed along the ground multiplied by a time. Both are means over the last part of the goal's time, for which
-/// `loss.window` and `loss.every` hold. At most half of the time counts.
+/// from the goal, plus its speed along the ground multiplied by a time. Both are means over the last part of the goal's
+/// time, for which `loss.window` and `loss.every` hold. At most half of the time counts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Errand {
     ground: Ground,

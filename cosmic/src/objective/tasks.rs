@@ -40,8 +40,8 @@ impl Objective {
     }
 
     /// How far the robot is from the goal of the task "reach" after a number of steps, m^2. It is the squared distance
-    /// along the ground (in space along and across) from the payload to the goal, plus the square of the distance that the payload would cover in
-    /// the time `settle`. So a payload that is near but fast has a large loss.
+    /// along the ground (in space along and across) from the payload to the goal, plus the square of the distance that the
+    /// payload would cover in the time `settle`. So a payload that is near but fast has a large loss.
     fn off_target<R: Real>(&self, seen: &Trajectory<R>, step: usize) -> R {
         let place = seen.position(step);
         let place = self.far.ground.point_to_ground(place);

@@ -1,8 +1,9 @@
 //! A robot for MuJoCo: a model in MJCF, the controller's weights, and a player.
 //!
 //! In flight, MuJoCo and this program agree except for rounding. Nodes are bodies with a sliding joint for each
-//! coordinate: along and above the ground, and in space also across. Bars are tendons. Both programs take semi-implicit Euler steps. In contact they differ: MuJoCo's
-//! contact is soft and frictional, while this program finds the time of each impact.
+//! coordinate: along and above the ground, and in space also across. Bars are tendons. Both programs take semi-implicit
+//! Euler steps. In contact they differ: MuJoCo's contact is soft and frictional, while this program finds the time of each
+//! impact.
 
 use super::controller::{Folded, GoalFields};
 use crate::files::write_text;
