@@ -24,7 +24,7 @@ pub(super) struct Arguments {
     /// Write a model for the simulator MuJoCo, its controller, and a Python program that runs them
     #[arg(long)]
     mujoco: bool,
-    /// Write bars.csv and nodes.csv: ends, rest lengths, materials, strokes, peak forces, masses
+    /// Write tables: bars.csv, nodes.csv, parts.csv (what to buy and to saw) and drive.csv (set points of the actuators)
     #[arg(long)]
     csv: bool,
     /// Write drawing.svg: the robot at rest, to scale, with the numbers of nodes and bars

@@ -2,6 +2,7 @@
 
 use crate::common::{Bench, scene};
 use cosmic::Registry;
+use cosmic::design::Material;
 use cosmic::lattice::Lattice;
 use cosmic::record::DesignFile;
 use serde_json::Value;
@@ -63,6 +64,76 @@ fn the_tables_are_right(bench: &Bench) {
     // The void edges of the body weigh 1e-8 kg/m, and nodes without bars are not in the table.
     let bare = (lattice.nodes() - nodes.len()) as f64 * scene.physics.node_mass;
     assert!((mass + bare - body.mass.iter().sum::<f64>()).abs() < 1e-6);
+    let parts = table(bench, "made/parts.csv");
+    let number = |part: &BTreeMap<String, String>, name: &str| part[name].parse::<f64>().unwrap();
+    let all = parts
+        .iter()
+        .map(|part| number(part, "number") * number(part, "mass"));
+    // Masses of bars and of parts are rounded to a microgram.
+    assert!((all.sum::<f64>() - mass).abs() < 1e-7, "{parts:?}");
+    let named = |edge: &str| {
+        parts
+            .iter()
+            .find(|p| p["places"].split(' ').any(|e| e == edge))
+    };
+    for bar in &bars {
+        assert_eq!(
+            named(&bar["edge"]).unwrap()["length"],
+            bar["rest_length"],
+            "{bar:?}"
+        );
+    }
+}
+
+/// The set points of a period are those of the robot in open loop.
+#[test]
+fn the_set_points_repeat_what_the_robot_does_in_open_loop() {
+    // A period has 100 steps, as many as the table has rows.
+    let omega = std::f64::consts::TAU / 0.1;
+    let bench = Bench::with(&scene(24, 64, ""));
+    bench.ok(&format!(
+        "optimize tiny.toml --quiet --out run --set controller.omega={omega} --set physics.dt=0.001"
+    ));
+    bench.ok("export run --csv");
+    let scene = Registry::default()
+        .read(&bench.path("run/scene.toml"))
+        .unwrap();
+    let design = DesignFile::read(&bench.path("run/design.json")).unwrap();
+    let case = design.case(&scene, "design.json").unwrap();
+    let task = case.task().without_feedback(&case.start);
+    let steps: Vec<usize> = (0..=100).collect();
+    // Where the robot is does not matter without feedback.
+    let mut far = case.start.clone();
+    far.x.iter_mut().for_each(|x| *x = *x * 2.0);
+    let walk = cosmic::simulator::Trajectory::new(steps, vec![far; 101]);
+    let moments = task
+        .simulator
+        .moments(&case.body(), &case.controller, &walk);
+    let rows = table(&bench, "run/export/drive.csv");
+    assert_eq!(rows.len(), 101);
+    let (mut moved, mut actuators) = (0.0_f64, 0);
+    for (edge, rest) in case.lattice.rest_length.iter().enumerate() {
+        let Some(first) = rows[0].get(&format!("length_{edge}")) else {
+            continue;
+        };
+        actuators += 1;
+        for (row, moment) in rows.iter().zip(&moments) {
+            let length = row[&format!("length_{edge}")].parse::<f64>().unwrap();
+            let strain = moment.activation[edge] * case.body().strain[edge];
+            // Lengths are rounded to a nanometre.
+            assert!((length - rest * (1.0 + strain)).abs() < 1e-9, "{row:?}");
+            moved = moved.max((length - first.parse::<f64>().unwrap()).abs());
+        }
+    }
+    assert_eq!(
+        actuators,
+        design
+            .materials
+            .iter()
+            .filter(|m| **m == Material::Actuator)
+            .count()
+    );
+    assert!(moved > 1e-3, "{moved}");
 }
 
 /// A truss with odd angles and lengths and with nodes without a bar. In this file the payload is node 4, so this node

@@ -4,6 +4,7 @@
 //! and above it, in space also across, from the lattice's lower left corner.
 
 mod member;
+mod shop;
 mod drawing;
 mod controller;
 pub mod mujoco;
@@ -15,18 +16,28 @@ use crate::table::Table;
 use cosmic::error::{Error, Result};
 use cosmic::record::files::make_folder;
 use member::{DECIMALS, Member, axes, bars, members, nodes_of, place};
+use shop::{drive, parts};
 use std::path::{Path, PathBuf};
 
-/// Writes `bars.csv` and `nodes.csv`, the bars and nodes with peak forces and masses, into a folder. Returns the paths.
+/// Writes tables into a folder: `bars.csv` and `nodes.csv`, the bars and nodes with peak forces and masses; `parts.csv`, what
+/// to buy and to saw; and `drive.csv`, the lengths of the actuators over a period, unless goals are given. Returns the paths.
 ///
 /// # Errors
 /// [`Error::Usage`] for a robot without solid bars; [`Error::Write`].
 pub fn write_tables(run: &RunFiles, folder: &Path) -> Result<Vec<PathBuf>> {
-    let members = some_members(&run.robot)?;
-    let bars = bars(&run.robot, &members, &Gait::new(run)?.loads).to_csv();
-    let nodes = nodes(&run.robot, &members).to_csv();
+    let (members, gait) = (some_members(&run.robot)?, Gait::new(run)?);
+    let tables = [
+        ("bars.csv", Some(bars(&run.robot, &members, &gait.loads))),
+        ("nodes.csv", Some(nodes(&run.robot, &members))),
+        ("parts.csv", Some(parts(run, &members))),
+        ("drive.csv", drive(run, &gait, &members)),
+    ];
     make_folder(folder)?;
-    write_texts(folder, [("bars.csv", bars), ("nodes.csv", nodes)])
+    let tables = tables.into_iter();
+    write_texts(
+        folder,
+        tables.filter_map(|(name, table)| Some((name, table?.to_csv()))),
+    )
 }
 
 /// Returns the bars of a robot. Fails if there are none.
