@@ -23,7 +23,7 @@
 //! | [`guide`] | how to write functions, what compiler errors mean, **which [driver](guide#drivers) to use when** ([`gradient`], [`jacobian`], [`hessian`], [`jvp`] and others, with their costs), many time steps, the terms, and the pitfalls with their wrong numbers |
 //! | [`real`] | the number trait, and the value of the derivative at every kink |
 //! | [`sparse`], [`implicit`], [`custom`] | large Jacobians, solutions of equations, derivatives of your own |
-//! | [`steps`], [`data`] | thousands of time steps, sums over data, many points: recorded once, run in SIMD lanes |
+//! | [`Program`], [`Rollout`], [`data`] | thousands of time steps, sums over data, many points: recorded once, run in SIMD lanes |
 //! | [`parameters`] | nested structures of parameters instead of one slice |
 //! | [`interop`] | code over num-traits' `Float`, nalgebra's matrices, complex numbers |
 //! | [`check`], [`trace`], [`DoubleDouble`] | is a gradient right, where does a NaN come from, how large are rounding errors |
@@ -66,9 +66,9 @@ mod pool;
 mod restored;
 mod reverse;
 pub mod custom;
-pub mod arrays;
+mod arrays;
 mod record;
-pub mod steps;
+mod steps;
 #[cfg(feature = "wgsl")]
 pub mod wgsl;
 mod drivers;
@@ -79,6 +79,12 @@ mod diagnose;
 
 #[doc = include_str!("../guide.md")]
 pub mod guide {}
+
+/// For kernels that have their own [`Kernel::vjp`], such as one that [`emit`] printed.
+pub mod kernels {
+    #[doc(inline)]
+    pub use crate::arrays::{Fixed, MOST_UNIFORMS, constants, pulled_back, seeded, vjp_by_duals};
+}
 
 #[doc(inline)]
 pub use arrays::{Array, Graph, Kernel, Matrix, Pullback};

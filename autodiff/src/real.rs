@@ -478,7 +478,7 @@ pub trait Vectorized<S: Real> {
     /// Whether the work is also compiled for scalars where a number type [has lanes](Real::KERNELS_NEED_LANES).
     #[doc(hidden)]
     const HAS_SCALARS: bool = true;
-    /// Whether the work is also compiled for registers of 512 bits. See [`Kernel::HAS_512`](crate::arrays::Kernel::HAS_512).
+    /// Whether the work is also compiled for registers of 512 bits (AVX-512 on x86-64), where optimised builds have them.
     #[doc(hidden)]
     const HAS_512: bool = true;
     /// Does the work in lanes of type `L`. Mark all functions that it calls with the attribute

@@ -194,7 +194,7 @@ where
         uniforms: &[Array],
         outputs: [Array; O],
     ) -> Self {
-        let plan = EdgePlan::new(graph, lanes_with::<R>(K::HAS_512));
+        let plan = EdgePlan::new(graph, lanes_with::<R>(!K::IS_RARE));
         let len = |k| if k < C { plan.nodes } else { plan.slots };
         let lens = inputs.iter().enumerate().map(|(k, &array)| (array, len(k)));
         let reached = if SUMS {
@@ -263,7 +263,7 @@ where
     K: Kernel<I, O>,
 {
     const HAS_SCALARS: bool = false;
-    const HAS_512: bool = K::HAS_512;
+    const HAS_512: bool = !K::IS_RARE;
     fn outputs(&self) -> Vec<Array> {
         self.outputs.to_vec()
     }

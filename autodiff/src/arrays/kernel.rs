@@ -88,9 +88,9 @@ pub trait Kernel<const I: usize, const O: usize>: Send + 'static {
     /// The number of uniform inputs, at most [`MOST_UNIFORMS`](super::MOST_UNIFORMS). All elements share them.
     const UNIFORMS: usize = 0;
 
-    /// Whether the kernel is also compiled for registers of 512 bits (AVX-512 on x86-64), where optimised builds have them.
-    /// A kernel that is used seldom can save this time of the compiler: it then runs in registers of 256 bits.
-    const HAS_512: bool = true;
+    /// Whether the kernel is used seldom, so that small code matters more than speed. It then runs in registers of at most 256
+    /// bits. On WebAssembly, programs replay a recording of it, as with [`IS_REPLAYED`](Kernel::IS_REPLAYED).
+    const IS_RARE: bool = false;
 
     /// Whether programs replay a recording of the kernel for all number types. By default the kernel is compiled for
     /// floats. A replay suits a kernel whose formula is data: each of its operations is chosen once, when the kernel is
@@ -195,4 +195,9 @@ pub fn pulled_back<R: Real, const I: usize, const O: usize, const M: usize>(
         }
     }
     x_bar
+}
+
+/// Whether programs replay a recording of a kernel, in place of compiled code.
+pub(crate) const fn is_replayed<K: Kernel<I, O>, const I: usize, const O: usize>() -> bool {
+    K::IS_REPLAYED || (cfg!(target_arch = "wasm32") && K::IS_RARE)
 }

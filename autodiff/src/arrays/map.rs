@@ -54,7 +54,7 @@ impl<K: Kernel<I, O>, const I: usize, const O: usize> Map<K, I, O> {
 
 impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> LaneOperation<R> for Map<K, I, O> {
     const HAS_SCALARS: bool = false;
-    const HAS_512: bool = K::HAS_512;
+    const HAS_512: bool = !K::IS_RARE;
     fn outputs(&self) -> Vec<Array> {
         self.outputs.to_vec()
     }

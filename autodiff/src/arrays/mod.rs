@@ -27,6 +27,7 @@ pub(crate) use edges::EdgeMap;
 pub(crate) use gather::Gather;
 pub use graph::Graph;
 pub(crate) use graph::SlotEdge;
+pub(crate) use kernel::is_replayed;
 pub use kernel::{Kernel, MOST_UNIFORMS, Pullback, constants, pulled_back, seeded, vjp_by_duals};
 pub(crate) use map::Map;
 pub(crate) use node_sum::NodeSum;

@@ -25,7 +25,7 @@ pub(crate) trait Operation<R: Real>: Send {
 pub(crate) trait LaneOperation<R: Real>: Send {
     /// See [`Vectorized::HAS_SCALARS`].
     const HAS_SCALARS: bool = true;
-    /// See [`Kernel::HAS_512`](super::Kernel::HAS_512).
+    /// See [`Vectorized::HAS_512`].
     const HAS_512: bool = true;
     /// See [`Operation::outputs`].
     fn outputs(&self) -> Vec<Array>;

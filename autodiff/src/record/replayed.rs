@@ -4,7 +4,9 @@ use std::borrow::Cow;
 
 use super::replay::{Inputs, Plan, Points, Replayed, Wanted};
 use super::symbol::Symbol;
-use crate::arrays::{Array, Bars, Graph, Kernel, Operation, SlotEdge, StepValues, checked};
+use crate::arrays::{
+    Array, Bars, Graph, Kernel, Operation, SlotEdge, StepValues, checked, is_replayed,
+};
 use crate::real::Real;
 
 /// Records a kernel. Returns `None` if the kernel asks for values or calls a function with its own derivative, because a
@@ -14,7 +16,7 @@ pub(crate) fn recorded<K: Kernel<I, O>, const I: usize, const O: usize>(
 ) -> Option<Plan> {
     let code =
         |x: &[Symbol], given: &[Symbol]| kernel.eval(std::array::from_fn(|k| x[k]), given).to_vec();
-    if const { K::IS_REPLAYED } {
+    if const { is_replayed::<K, I, O>() } {
         Plan::record_simplified([I, K::UNIFORMS], code)
     } else {
         Plan::record([I, K::UNIFORMS], code)

@@ -3,7 +3,7 @@
 use std::any::type_name;
 use std::panic::Location;
 
-use crate::arrays::{Array, EdgeMap, Graph, InLanes, Kernel, Map, Operation};
+use crate::arrays::{Array, EdgeMap, Graph, InLanes, Kernel, Map, Operation, is_replayed};
 use crate::real::{Real, of_floats};
 use crate::record::replay::Plan;
 use crate::record::{Places, ReplayedKernel, recorded};
@@ -143,7 +143,7 @@ pub(super) struct OfElements<K, const I: usize, const O: usize>(pub(super) K);
 
 impl<K: Kernel<I, O>, const I: usize, const O: usize> Compile for OfElements<K, I, O> {
     type Kernel = K;
-    const IS_REPLAYED: bool = K::IS_REPLAYED;
+    const IS_REPLAYED: bool = is_replayed::<K, I, O>();
     fn operation<R: Real>(self, arrays: &Arrays) -> Box<dyn Operation<R>> {
         let (inputs, outputs) = (handles(&arrays.inputs), handles(&arrays.outputs));
         Box::new(InLanes(Map::new(self.0, inputs, &arrays.uniforms, outputs)))
@@ -164,7 +164,7 @@ where
     K: Kernel<I, O>,
 {
     type Kernel = K;
-    const IS_REPLAYED: bool = K::IS_REPLAYED;
+    const IS_REPLAYED: bool = is_replayed::<K, I, O>();
     fn operation<R: Real>(self, arrays: &Arrays) -> Box<dyn Operation<R>> {
         let edges = arrays
             .edges

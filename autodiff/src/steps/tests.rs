@@ -37,7 +37,7 @@ struct NarrowSpring;
 
 #[kernel]
 impl Kernel<2, 1> for NarrowSpring {
-    const HAS_512: bool = false;
+    const IS_RARE: bool = true;
     fn eval<R: Real>(&self, x: [R; 2], uniforms: &[R]) -> [R; 1] {
         Spring.eval(x, uniforms)
     }

@@ -2,8 +2,8 @@
 
 use std::array::from_fn;
 
-use autodiff::arrays::vjp_by_duals;
 use autodiff::emit::{adjoint, assert_fresh};
+use autodiff::kernels::vjp_by_duals;
 use autodiff::{
     Element, Kernel, Memory, Model, Program, Pullback, Real, Rollout, Var, data, kernel,
 };

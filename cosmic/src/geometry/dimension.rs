@@ -335,7 +335,7 @@ macro_rules! in_dimension {
 }
 
 /// Implements a kernel for vectors of the plane, where the constant `D` is 2, and for vectors of space, where it is 3.
-/// Kernels in space have no registers of 512 bits (`HAS_512`), which saves one in seven functions for wide registers.
+/// Kernels in space are rare (`IS_RARE`), which saves one in seven functions for wide registers.
 #[macro_export]
 macro_rules! in_both_dimensions {
     ($D:ident => $($item:tt)*) => {

@@ -1,6 +1,6 @@
 //! Force laws along bars: the trait [`BarForce`] and the kernels of its laws.
 
-use autodiff::arrays::vjp_by_duals;
+use autodiff::kernels::vjp_by_duals;
 use autodiff::{Kernel, Pullback, Real};
 
 use super::law::Law;
@@ -212,7 +212,7 @@ impl<L: BarForce> Kernel<6, 2> for Tension<L> {
 
 #[kernel]
 impl<L: BarForce> Kernel<7, 3> for Tension<L> {
-    const HAS_512: bool = false;
+    const IS_RARE: bool = true;
     const UNIFORMS: usize = L::COUNT;
     const IS_REPLAYED: bool = L::IS_REPLAYED;
 
@@ -233,7 +233,7 @@ pub struct MovingTension<L>(pub Tension<L>);
 in_both_dimensions! { D =>
     #[kernel]
     impl<L: BarForce> Kernel<{ 2 * D + 4 }, D> for MovingTension<L> {
-        const HAS_512: bool = D == 2;
+        const IS_RARE: bool = D == 3;
         const UNIFORMS: usize = L::COUNT;
         const IS_REPLAYED: bool = L::IS_REPLAYED;
 

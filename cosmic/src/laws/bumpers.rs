@@ -159,7 +159,7 @@ impl Kernel<11, 4> for Bump {
 
 #[kernel]
 impl Kernel<14, 6> for Bump {
-    const HAS_512: bool = false;
+    const IS_RARE: bool = true;
     const UNIFORMS: usize = 2;
 
     fn eval<R: Real>(&self, x: [R; 14], law: &[R]) -> [R; 6] {
@@ -174,7 +174,7 @@ struct Identity;
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<D, D> for Identity {
-        const HAS_512: bool = D == 2;
+        const IS_RARE: bool = D == 3;
         fn eval<R: Real>(&self, impulse: [R; D], _: &[R]) -> [R; D] {
             impulse
         }

@@ -2,7 +2,7 @@
 
 use std::fmt::Debug;
 
-use autodiff::arrays::{MOST_UNIFORMS, constants, pulled_back, seeded, vjp_by_duals};
+use autodiff::kernels::{MOST_UNIFORMS, constants, pulled_back, seeded, vjp_by_duals};
 use autodiff::{Kernel, Pullback, Real};
 
 use super::law::Law;
@@ -372,7 +372,7 @@ impl<C: Contact, G: Surface> Kernel<7, 4> for Flying<C, G> {
 
 #[kernel]
 impl<C: Contact> Kernel<10, 6> for Flying<C> {
-    const HAS_512: bool = false;
+    const IS_RARE: bool = true;
     const UNIFORMS: usize = Push::<f64, 3>::COUNT + C::COUNT;
 
     fn eval<R: Real>(&self, node: [R; 10], given: &[R]) -> [R; 6] {

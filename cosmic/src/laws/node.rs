@@ -89,7 +89,7 @@ impl<L: NodeForce> NodeKernel<L> {
 in_both_dimensions! { D =>
     #[kernel]
     impl<L: NodeForce> Kernel<{ 2 * D + 3 }, D> for NodeKernel<L> {
-        const HAS_512: bool = D == 2;
+        const IS_RARE: bool = D == 3;
         const UNIFORMS: usize = L::COUNT;
         const IS_REPLAYED: bool = L::IS_REPLAYED;
 

@@ -154,7 +154,7 @@ pub(crate) struct Towards {
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<D, 1> for Towards {
-        const HAS_512: bool = D == 2;
+        const IS_RARE: bool = D == 3;
         fn eval<R: Real>(&self, offset: [R; D], _: &[R]) -> [R; 1] {
             let (scale, mut scaled) = (R::lit(self.scale), offset);
             for k in 0..D {

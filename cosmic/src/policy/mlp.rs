@@ -1,6 +1,6 @@
 //! The paper's policy: a network with one hidden layer.
 
-use autodiff::arrays::Kernel;
+use autodiff::Kernel;
 use autodiff::{Array, Real};
 
 use super::block::{Block, Controller};

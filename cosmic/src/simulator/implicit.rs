@@ -396,7 +396,7 @@ struct FreeVelocity;
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<D, D> for FreeVelocity {
-        const HAS_512: bool = D == 2;
+        const IS_RARE: bool = D == 3;
         const UNIFORMS: usize = Push::<f64, D>::COUNT;
 
         fn eval<R: Real>(&self, v: [R; D], push: &[R]) -> [R; D] {
@@ -434,7 +434,7 @@ struct PerMass;
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<{ D + 1 }, { D + 1 }> for PerMass {
-        const HAS_512: bool = D == 2;
+        const IS_RARE: bool = D == 3;
         fn eval<R: Real>(&self, x: [R; D + 1], _: &[R]) -> [R; D + 1] {
             let mut results = [x[D].recip(); D + 1];
             let impulse = Vector::<R, D>::first_of(&x);

@@ -1,7 +1,7 @@
 //! Tests of the built-in laws of bars: their derivatives, compared with finite differences and dual numbers.
 
 use autodiff::Kernel;
-use autodiff::arrays::Fixed;
+use autodiff::kernels::Fixed;
 use cosmic::geometry::Vector;
 use cosmic::laws::{
     Actuator, Bar, BarForce, Bump, Bumpers, Damper, Hooke, MovingTension, Rope, Stops, Tension,

@@ -2,8 +2,8 @@
 //! numbers.
 #![allow(unreachable_pub)] // `settings!` makes public structs.
 
-use autodiff::arrays::Fixed;
 use autodiff::check::Verdict;
+use autodiff::kernels::Fixed;
 use autodiff::{Kernel, Real};
 use cosmic::geometry::{Profile, Vector};
 use cosmic::kernel;

@@ -1,6 +1,6 @@
 //! Laws that are formulas in a scene: their values, derivatives, and messages about wrong formulas.
 
-use autodiff::arrays::Fixed;
+use autodiff::kernels::Fixed;
 use autodiff::{Dual, Real};
 use cosmic::laws::{Bar, BarForce, BarFormula, MovingTension, Tension};
 use cosmic::scene::Scene;

@@ -1,7 +1,7 @@
 //! Checks the adjoints of kernels.
 
-use autodiff::arrays::Fixed;
 use autodiff::check::{Along, Claim, Options, Verdict, check_directions};
+use autodiff::kernels::Fixed;
 use autodiff::{DoubleDouble, Dual, Kernel, Pullback, Real};
 use cosmic::kernel;
 use cosmic::laws::{Contact, Drift, Flying, Law, Surface};

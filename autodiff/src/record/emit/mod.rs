@@ -71,7 +71,7 @@ const POSITIVE: &str = " > 0";
 ///
 /// `fields` are the expressions with which the printed code reads the kernel's constants (such as `self.dt`). `build`
 /// makes a kernel whose fields have the given values, in that order. For a kernel with uniform inputs, `build` makes a
-/// [`Fixed`](crate::arrays::Fixed) kernel, and the uniform inputs are fields named `at.uniforms[0]`, `at.uniforms[1]` and so
+/// [`Fixed`](crate::kernels::Fixed) kernel, and the uniform inputs are fields named `at.uniforms[0]`, `at.uniforms[1]` and so
 /// on.
 ///
 /// ```
