@@ -334,6 +334,12 @@ macro_rules! in_dimension {
     };
 }
 
+/// Whether a kernel that few scenes use is [rare](autodiff::Kernel::IS_RARE): in space, and in a browser, which loads all code
+/// before the first robot.
+pub(crate) const fn is_rare_in(dimension: usize) -> bool {
+    dimension == 3 || cfg!(target_arch = "wasm32")
+}
+
 /// Implements a kernel for vectors of the plane, where the constant `D` is 2, and for vectors of space, where it is 3.
 /// Kernels in space are rare (`IS_RARE`), which saves one in seven functions for wide registers.
 #[macro_export]

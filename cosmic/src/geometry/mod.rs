@@ -32,6 +32,7 @@ mod profile;
 mod range;
 mod segment;
 
+pub(crate) use dimension::is_rare_in;
 pub use dimension::{Axes, Dimension, Row, inputs, outputs};
 pub use ground::Ground;
 pub use matrix::Matrix;

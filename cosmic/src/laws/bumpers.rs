@@ -11,7 +11,7 @@ use autodiff::{Array, Graph, Kernel, Program, Pullback, Real};
 use super::force::{Force, ForceParameters, LatticeForce, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};
 use super::stiffness::Stiffness;
-use crate::geometry::{Axes, Matrix, Segment, Vector, inputs, outputs};
+use crate::geometry::{Axes, Matrix, Segment, Vector, inputs, is_rare_in, outputs};
 use crate::lattice::Lattice;
 use crate::settings::{above, within};
 use crate::{in_both_dimensions, in_dimension, kernel};
@@ -146,6 +146,7 @@ impl Bump {
 
 #[kernel]
 impl Kernel<11, 4> for Bump {
+    const IS_RARE: bool = is_rare_in(2);
     const UNIFORMS: usize = 2;
 
     fn eval<R: Real>(&self, x: [R; 11], law: &[R]) -> [R; 4] {
@@ -159,7 +160,7 @@ impl Kernel<11, 4> for Bump {
 
 #[kernel]
 impl Kernel<14, 6> for Bump {
-    const IS_RARE: bool = true;
+    const IS_RARE: bool = is_rare_in(3);
     const UNIFORMS: usize = 2;
 
     fn eval<R: Real>(&self, x: [R; 14], law: &[R]) -> [R; 6] {
@@ -174,7 +175,7 @@ struct Identity;
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<D, D> for Identity {
-        const IS_RARE: bool = D == 3;
+        const IS_RARE: bool = is_rare_in(D);
         fn eval<R: Real>(&self, impulse: [R; D], _: &[R]) -> [R; D] {
             impulse
         }

@@ -5,7 +5,7 @@ use autodiff::kernels::{MOST_UNIFORMS, constants, seeded};
 use autodiff::{Array, Dual, Kernel, Pullback, Real};
 
 use super::bar::{Bar, BarForce, four};
-use crate::geometry::{Symmetric, Vector};
+use crate::geometry::{Symmetric, Vector, is_rare_in};
 use crate::lattice::EdgeVector;
 use crate::{in_both_dimensions, kernel};
 
@@ -78,7 +78,7 @@ impl<L: BarForce> Slopes<L> {
 in_both_dimensions! { D =>
     #[kernel]
     impl<L: BarForce> Kernel<{ 2 * D + 4 }, 3> for Slopes<L> {
-        const IS_RARE: bool = D == 3;
+        const IS_RARE: bool = is_rare_in(D);
         const UNIFORMS: usize = L::COUNT;
         const IS_REPLAYED: bool = L::IS_REPLAYED;
 
@@ -132,7 +132,7 @@ pub struct Linear<const D: usize> {
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<{ 2 * D + 3 }, { D + D * (D + 1) / 2 }> for Linear<D> {
-        const IS_RARE: bool = D == 3;
+        const IS_RARE: bool = is_rare_in(D);
         fn eval<R: Real>(&self, bar: [R; 2 * D + 3], _: &[R]) -> [R; D + D * (D + 1) / 2] {
             let (edge, rest) = EdgeVector::<R, D>::split(&bar);
             let (tension, by_length, by_rate) = (rest[0], rest[1], rest[2]);
@@ -167,7 +167,7 @@ pub struct Impulse<const D: usize>;
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<{ 2 * D + D * (D + 1) / 2 }, D> for Impulse<D> {
-        const IS_RARE: bool = D == 3;
+        const IS_RARE: bool = is_rare_in(D);
         fn eval<R: Real>(&self, bar: [R; 2 * D + D * (D + 1) / 2], _: &[R]) -> [R; D] {
             let ([change, impulse], slopes) = Vector::<R, D>::split(&bar);
             (impulse + Symmetric::first_of(slopes) * change).array()

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use autodiff::{Kernel, Real};
 
-use crate::geometry::{Dimension, Vector};
+use crate::geometry::{Dimension, Vector, is_rare_in};
 use crate::{in_both_dimensions, in_dimension, kernel};
 
 /// The goals of a robot, one after the other. A goal is a point in the ground's frame, measured from the world's origin:
@@ -154,7 +154,7 @@ pub(crate) struct Towards {
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<D, 1> for Towards {
-        const IS_RARE: bool = D == 3;
+        const IS_RARE: bool = is_rare_in(D);
         fn eval<R: Real>(&self, offset: [R; D], _: &[R]) -> [R; 1] {
             let (scale, mut scaled) = (R::lit(self.scale), offset);
             for k in 0..D {

@@ -10,7 +10,7 @@ use autodiff::{Array, Kernel, Program, Real};
 
 use super::effort::{BarTension, Meter};
 use super::parameters::Parameters;
-use crate::geometry::{Axes, Dimension, Vector, inputs, outputs};
+use crate::geometry::{Axes, Dimension, Vector, inputs, is_rare_in, outputs};
 use crate::laws::{
     AnyContact, Equation, FindGround, FirstPass, Flat, Force, FreeEquation, GroundBelow, Impulse,
     Linear, Motion, NextPass, NodeContacts, Push, Reaction, Step, Terrain, add,
@@ -396,7 +396,7 @@ struct FreeVelocity;
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<D, D> for FreeVelocity {
-        const IS_RARE: bool = D == 3;
+        const IS_RARE: bool = is_rare_in(D);
         const UNIFORMS: usize = Push::<f64, D>::COUNT;
 
         fn eval<R: Real>(&self, v: [R; D], push: &[R]) -> [R; D] {
@@ -434,7 +434,7 @@ struct PerMass;
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<{ D + 1 }, { D + 1 }> for PerMass {
-        const IS_RARE: bool = D == 3;
+        const IS_RARE: bool = is_rare_in(D);
         fn eval<R: Real>(&self, x: [R; D + 1], _: &[R]) -> [R; D + 1] {
             let mut results = [x[D].recip(); D + 1];
             let impulse = Vector::<R, D>::first_of(&x);
