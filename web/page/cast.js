@@ -95,7 +95,8 @@ export class Parade {
   }
 
   #tick(passed) {
-    if (!this.#player.playing) return;
+    // Before time has passed, the robots stand as they were drawn when their size became known.
+    if (!this.#player.playing || passed === 0) return;
     const begun = performance.now();
     for (const one of this.robots) one.time = (one.time + passed * this.#player.speed) % one.walk.duration;
     // Every robot is drawn in every third frame, so that slow devices keep up.

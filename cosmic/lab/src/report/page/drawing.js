@@ -6,8 +6,9 @@ const MATERIALS = ["void", "skeleton", "actuator"];
 
 // A canvas that has the resolution of the screen and the size of its element.
 class Drawing {
+  // The colours of the page, which are the same on all canvases.
+  static #colours = new Map();
   #scene = null;
-  #colours = new Map();
   #size;
   #inView = true;
   #isPrinted = false;
@@ -21,11 +22,12 @@ class Drawing {
       this.#again();
     }).observe(canvas);
     new IntersectionObserver(entries => {
+      const wasInView = this.#inView;
       this.#inView = entries[entries.length - 1].isIntersecting;
-      this.#again();
+      if (!wasInView) this.#again();
     }).observe(canvas);
     const recolour = () => {
-      this.#colours.clear();
+      Drawing.#colours.clear();
       this.#again();
     };
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", recolour);
@@ -67,8 +69,9 @@ class Drawing {
   }
 
   #kept(name, compute) {
-    if (!this.#colours.has(name)) this.#colours.set(name, compute());
-    return this.#colours.get(name);
+    const colours = Drawing.#colours;
+    if (!colours.has(name)) colours.set(name, compute());
+    return colours.get(name);
   }
 
   // The colour for a number from 0 to 1, in 9 shades: `--skeleton` at 0, `--beyond` at 1.
@@ -96,14 +99,14 @@ class Drawing {
     pen.strokeStyle = colour;
     pen.lineWidth = width;
     pen.beginPath();
-    for (const [x, y] of points) pen.lineTo(x, y);
+    for (const point of points) pen.lineTo(point[0], point[1]);
     pen.stroke();
   }
 
   fill(points, colour) {
     const pen = this.pen;
     pen.beginPath();
-    for (const [x, y] of points) pen.lineTo(x, y);
+    for (const point of points) pen.lineTo(point[0], point[1]);
     pen.fillStyle = colour;
     pen.fill();
   }
@@ -150,17 +153,19 @@ class Drawing {
 
 // The height at `x` of ground with the corners [[x, y], …]. It is level before the first corner and after the last.
 function levelAt(ground, x) {
-  const ahead = ground.findIndex(corner => corner[0] > x);
-  if (ahead <= 0) return (ahead === 0 ? ground[0] : ground[ground.length - 1] ?? [0, 0])[1];
-  const [[x0, y0], [x1, y1]] = [ground[ahead - 1], ground[ahead]];
-  return y0 + (y1 - y0) * (x - x0) / (x1 - x0);
+  let ahead = 0;
+  while (ahead < ground.length && !(ground[ahead][0] > x)) ahead += 1;
+  if (ahead === 0 || ahead === ground.length) return ground[Math.max(0, ahead - 1)]?.[1] ?? 0;
+  const [from, to] = [ground[ahead - 1], ground[ahead]];
+  return from[1] + (to[1] - from[1]) * (x - from[0]) / (to[0] - from[0]);
 }
 
 // The mean height of ground over `width` around `x`. A camera that follows it does not jump where the ground has a
 // step.
 function levelAround(ground, x, width) {
-  const levels = Array.from({ length: 17 }, (_, k) => levelAt(ground, x + width * (k / 16 - 0.5)));
-  return levels.reduce((sum, level) => sum + level, 0) / levels.length;
+  let sum = 0;
+  for (let k = 0; k <= 16; k++) sum += levelAt(ground, x + width * (k / 16 - 0.5));
+  return sum / 17;
 }
 
 // Calls `tick(seconds)` now and for every frame of the screen. `seconds` is the time since the last frame.

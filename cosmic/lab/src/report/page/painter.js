@@ -110,49 +110,53 @@ function paintGrid(drawing, { eye, place, middle, base, scale, world }, width, h
 // Paints the shadows that bars cast straight down, and a blob under each node that is near the ground.
 function paintShadows(drawing, { place, eye, scale, world }, positions, bars, thick) {
   const { pen } = drawing;
-  const level = i => levelAt(world.ground, positions[3 * i]);
-  const below = i => place(positions[3 * i], positions[3 * i + 1], level(i));
+  const [levels, below] = [[], []];
+  for (let k = 0; k < positions.length; k += 3) {
+    const level = levelAt(world.ground, positions[k]);
+    levels.push(level);
+    below.push(place(positions[k], positions[k + 1], level));
+  }
   const nodes = new Set();
   pen.beginPath();
-  for (const [i, j, , material, , weight] of bars) {
-    if (material === 0 || weight < CASTS) continue;
-    pen.moveTo(...below(i));
-    pen.lineTo(...below(j));
-    nodes.add(i).add(j);
+  for (const bar of bars) {
+    if (bar[3] === 0 || bar[5] < CASTS) continue;
+    const [from, to] = [below[bar[0]], below[bar[1]]];
+    pen.moveTo(from[0], from[1]);
+    pen.lineTo(to[0], to[1]);
+    nodes.add(bar[0]).add(bar[1]);
   }
   pen.strokeStyle = drawing.colour("shadow");
   pen.lineWidth = 1.7 * thick;
   pen.stroke();
   pen.fillStyle = drawing.colour("shadow");
+  const radius = Math.max(2.4 * thick, 0.012 * world.width * scale);
   for (const i of nodes) {
-    const height = positions[3 * i + 2] - level(i);
-    const near = 1 - height / (0.02 * world.width);
+    const near = 1 - (positions[3 * i + 2] - levels[i]) / (0.02 * world.width);
     if (near <= 0) continue;
-    const radius = Math.max(2.4 * thick, 0.012 * world.width * scale);
     pen.globalAlpha = near;
     pen.beginPath();
-    const [x, y] = below(i);
-    pen.ellipse(x, y, radius, radius * Math.max(eye.tilt, 0.05), 0, 0, 2 * Math.PI);
+    pen.ellipse(below[i][0], below[i][1], radius, radius * Math.max(eye.tilt, 0.05), 0, 0, 2 * Math.PI);
     pen.fill();
   }
   pen.globalAlpha = 1;
 }
 
-// Paints bars and discs from the farthest to the nearest. `bars`: a list of { from, to, colour, width, share, rank, hides },
-// where `from` and `to` are [x, y, away], `share` is how opaque the bar is, `rank` the order of bars at one depth, and a bar
-// that `hides` has a halo in the colour of the paper. `discs`: a list of { at, radius, colour }. `least`: the depth over
-// which the fog becomes as thick as it gets, at least, in the unit of `away`.
+// Paints bars and discs from the farthest to the nearest. `bars`: a list of { from, to, colour, width, share, rank, away,
+// hides }, where `from` and `to` are [x, y, away], `share` is how opaque the bar is, `rank` the order of parts at one depth,
+// and a bar that `hides` has a halo in the colour of the paper. `discs`: a list of { at, radius, colour, rank, away }.
+// `least`: the depth over which the fog becomes as thick as it gets, at least, in the unit of `away`.
 function paintBars(drawing, bars, discs, least) {
   const { pen } = drawing;
   const back = drawing.colour("back");
-  const parts = bars.map(bar => ({ ...bar, away: (bar.from[2] + bar.to[2]) / 2 }));
-  let [near, far] = [Infinity, -Infinity];
-  for (const { away } of parts) [near, far] = [Math.min(near, away), Math.max(far, away)];
+  let near = Infinity;
+  let far = -Infinity;
+  for (const { away } of bars) {
+    near = Math.min(near, away);
+    far = Math.max(far, away);
+  }
   const isDeep = far - near > 1e-6 * least;
-  const clear = away => 1 - FOG * Math.min(1, Math.max(0, away - near) / Math.max(far - near, least));
-  const all = [...parts, ...discs.map(disc => ({ ...disc, away: disc.at[2], rank: 3 }))];
-  all.sort((a, b) => b.away - a.away || a.rank - b.rank);
-  const stroke = ([x0, y0], [x1, y1], colour, width) => {
+  const deep = Math.max(far - near, least);
+  const stroke = (x0, y0, x1, y1, colour, width) => {
     pen.strokeStyle = colour;
     pen.lineWidth = width;
     pen.beginPath();
@@ -160,24 +164,27 @@ function paintBars(drawing, bars, discs, least) {
     pen.lineTo(x1, y1);
     pen.stroke();
   };
-  for (const { from, to, at, radius, colour, width, share, hides, away } of all) {
-    if (at) {
+  for (const part of [...bars, ...discs].sort((a, b) => b.away - a.away || a.rank - b.rank)) {
+    if (part.at) {
       pen.globalAlpha = 1;
-      drawing.disc(at[0], at[1], radius, colour, back);
+      drawing.disc(part.at[0], part.at[1], part.radius, part.colour, back);
       continue;
     }
-    const length = Math.hypot(to[0] - from[0], to[1] - from[1]);
-    // Where bars meet, a halo would cut them.
-    const cut = Math.max(2 * width, 4) / (length || 1);
-    if (isDeep && hides && cut < 0.4) {
-      const between = end => [0, 1].map(k => from[k] + end * (to[k] - from[k]));
-      pen.globalAlpha = 1;
-      pen.lineCap = "butt";
-      stroke(between(cut), between(1 - cut), back, width + 2 * HALO);
-      pen.lineCap = "round";
+    const { from, to, width } = part;
+    if (isDeep && part.hides) {
+      const x = to[0] - from[0];
+      const y = to[1] - from[1];
+      // Where bars meet, a halo would cut them.
+      const cut = Math.max(2 * width, 4) / (Math.hypot(x, y) || 1);
+      if (cut < 0.4) {
+        pen.globalAlpha = 1;
+        pen.lineCap = "butt";
+        stroke(from[0] + cut * x, from[1] + cut * y, to[0] - cut * x, to[1] - cut * y, back, width + 2 * HALO);
+        pen.lineCap = "round";
+      }
     }
-    pen.globalAlpha = share * clear(away);
-    stroke(from, to, colour, width);
+    pen.globalAlpha = part.share * (1 - FOG * Math.min(1, Math.max(0, part.away - near) / deep));
+    stroke(from[0], from[1], to[0], to[1], part.colour, width);
   }
   pen.globalAlpha = 1;
 }

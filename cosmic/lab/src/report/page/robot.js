@@ -74,22 +74,23 @@ class Stage extends Drawing {
     if (goal) this.#paintFlag(place(...goal), goalLabel, width, height);
     if (finish !== undefined && eye.isSide) this.#paintFinish(place(finish, 0, levelAt(ground, finish)), width, height);
     if (finish !== undefined && !eye.isSide) this.#paintFinishLine(finish, place);
-    const node = i => place(positions[3 * i], positions[3 * i + 1], positions[3 * i + 2]);
+    const nodes = [];
+    for (let k = 0; k < positions.length; k += 3) nodes.push(place(positions[k], positions[k + 1], positions[k + 2]));
     if (ghost) this.#paintGhost(ghost, { place, isSide: eye.isSide, middle: camera[0], half: width / scale / 2 }, width, height);
     this.pen.globalAlpha = 0.7;
     const path = [];
     for (let k = 0; k < trail.length; k += 3) path.push(place(trail[k], trail[k + 1], trail[k + 2]));
-    if (trail.length > 0) path.push(node(payloads[0]));
+    if (trail.length > 0) path.push(nodes[payloads[0]]);
     this.line(path, this.colour("payload"), 1.5);
-    this.#drawn = edges.map(([i, j, , , e]) => [node(i), node(j), e]);
-    const chosen = this.#drawn.find(([, , e]) => e === highlight);
+    this.#drawn = edges.map(edge => [nodes[edge[0]], nodes[edge[1]], edge[4]]);
+    const chosen = highlight === null ? undefined : this.#drawn.find(([, , e]) => e === highlight);
     if (tints) this.#paintTints(tints, thick);
     this.pen.globalAlpha = 0.35;
     if (chosen) this.line(chosen.slice(0, 2), this.colour("accent"), 3 * thick + 6);
-    const bars = edges.map((edge, k) => this.#bar(edge, this.#drawn[k], { shape, colours }, thick));
-    const discs = payloads.map(i => ({ at: node(i), radius: 1.2 + 1.7 * thick, colour: this.colour("payload") }));
+    const bars = edges.map(edge => this.#bar(edge, nodes[edge[0]], nodes[edge[1]], shape, colours, thick));
+    const discs = payloads.map(i => ({ at: nodes[i], radius: 1.2 + 1.7 * thick, colour: this.colour("payload"), rank: 3, away: nodes[i][2] }));
     paintBars(this, bars, discs, 0.1 * this.#world.width);
-    if (arrow) this.#paintArrow(node(payloads[0] ?? 0), arrow);
+    if (arrow) this.#paintArrow(nodes[payloads[0] ?? 0], arrow);
     if (label) this.text(label, 14, 26, "ink", "left", "600 15px");
   }
 
@@ -178,18 +179,20 @@ class Stage extends Drawing {
     }
   }
 
-  // A bar in the form that `paintBars` takes.
-  #bar([i, j, rest, material, e, weight], [from, to], { shape, colours }, thick) {
-    let colour = colours?.[e] ?? this.colour(MATERIALS[material]);
+  // A bar in the form that `paintBars` takes. Indices are faster than destructuring until the browser has compiled them.
+  #bar(edge, from, to, shape, colours, thick) {
+    const material = edge[3];
+    const weight = edge[5];
+    let colour = colours?.[edge[4]] ?? this.colour(MATERIALS[material]);
     const { skeleton } = this.#world;
     if (!colours && (material === 2 || (material === 1 && skeleton))) {
-      const strain = distance(shape, i, j) / rest - 1;
+      const strain = distance(shape, edge[0], edge[1]) / edge[2] - 1;
       colour = material === 2 ? this.strainColour(strain) : this.strained((Math.abs(strain) - skeleton[0]) / (skeleton[1] - skeleton[0]));
     }
     // Bars between two materials are hairlines, which become thick as they are decided.
-    const width = material === 0 ? 0.5 * thick * weight : Math.max(0.7, thick * [1, 1, 1.45][material] * weight ** 5);
+    const width = material === 0 ? 0.5 * thick * weight : Math.max(0.7, thick * (material === 2 ? 1.45 : 1) * weight ** 5);
     const share = material === 0 ? 0.8 : 0.1 + 0.9 * weight;
-    return { from, to, colour, width, share, rank: material, hides: material > 0 && weight > CASTS };
+    return { from, to, colour, width, share, rank: material, hides: material > 0 && weight > CASTS, away: (from[2] + to[2]) / 2 };
   }
 
   // The colour for an actuator's strain. Strains beyond the limit have a special colour.
@@ -258,6 +261,12 @@ class Stage extends Drawing {
 // The distance between two nodes, m.
 const distance = (at, i, j) => Math.hypot(at[3 * i] - at[3 * j], at[3 * i + 1] - at[3 * j + 1], at[3 * i + 2] - at[3 * j + 2]);
 
+// Returns a function that computes the value of a frame when it is first needed, so that a walk can begin at once.
+function kept(compute) {
+  const values = [];
+  return frame => (values[frame] ??= compute(frame));
+}
+
 // A robot and its walk.
 class Walker {
   #unpacked = null;
@@ -313,16 +322,19 @@ class Walker {
 
   #unpack() {
     const { counts, unit, axes = 2 } = this.walk ?? { counts: [this.robot.start], unit: 1, axes: 3 };
-    let at = new Float64Array(counts[0].length);
+    const at = new Float64Array(counts[0].length);
     const places = counts.map(moved => {
-      at = at.map((count, k) => count + moved[k]);
       const place = new Float64Array(3 * at.length / axes);
-      at.forEach((count, k) => { place[axes === 3 ? k : 3 * (k >> 1) + 2 * (k & 1)] = count * unit; });
+      for (let k = 0; k < at.length; k++) {
+        at[k] += moved[k];
+        place[axes === 3 ? k : 3 * (k >> 1) + 2 * (k & 1)] = at[k] * unit;
+      }
       return place;
     });
-    const payload = this.robot.payloads[0];
-    const trail = places.flatMap(frame => [...frame.subarray(3 * payload, 3 * payload + 3)]);
-    return { places, trail, cameras: this.#follow(places), tops: this.#topsOf(places) };
+    const payload = 3 * this.robot.payloads[0];
+    const trail = new Float64Array(3 * places.length);
+    places.forEach((frame, k) => trail.set(frame.subarray(payload, payload + 3), 3 * k));
+    return { places, trail, cameraAt: this.#follow(places), topAt: this.#topsOf(places) };
   }
 
   // The number of frames in half a second.
@@ -330,43 +342,74 @@ class Walker {
     return Math.max(0, Math.round(0.5 / (this.walk?.every ?? 1)));
   }
 
-  // The height of the body in every frame, with its highest places within half a second, averaged over a second: the
-  // camera rises before the robot jumps, and does not shake.
+  // The height of the body in a frame, with its highest places within half a second, averaged over a second: the camera
+  // rises before the robot jumps, and does not shake.
   #topsOf(places) {
-    const near = (list, k) => list.slice(Math.max(0, k - this.#around), k + this.#around + 1);
-    const heights = places.map(frame => Math.max(...[...this.body].map(node => frame[3 * node + 2])));
-    const highest = heights.map((_, k) => Math.max(...near(heights, k)));
-    return highest.map((_, k) => near(highest, k).reduce((sum, height) => sum + height, 0) / near(highest, k).length);
+    const heightAt = kept(frame => this.#extent(places[frame], 2)[1]);
+    return this.#averaged(kept(frame => {
+      let most = -Infinity;
+      for (let k = this.#first(frame); k <= this.#last(frame); k++) most = Math.max(most, heightAt(k));
+      return most;
+    }));
   }
 
-  // The path of the camera: the middle of the body and the ground around it, averaged over a second so that the picture
+  // The camera in a frame: the middle of the body and the ground around it, averaged over a second so that the picture
   // does not shake.
   #follow(places) {
-    const middles = places.map(frame => [0, 1].map(axis => {
-      const along = [...this.body].map(node => frame[3 * node + axis]);
-      return (Math.min(...along) + Math.max(...along)) / 2;
-    }));
-    const around = this.#around;
     const { width, ground } = this.world;
-    return middles.map((_, k) => {
-      const near = middles.slice(Math.max(0, k - around), k + around + 1);
-      const [x, y] = [0, 1].map(axis => near.reduce((sum, middle) => sum + middle[axis], 0) / near.length);
-      return [x, y, levelAround(ground, x, width / 4)];
+    const [xAt, yAt] = [0, 1].map(axis => this.#averaged(kept(frame => {
+      const [least, most] = this.#extent(places[frame], axis);
+      return (least + most) / 2;
+    })));
+    return kept(frame => [xAt(frame), yAt(frame), levelAround(ground, xAt(frame), width / 4)]);
+  }
+
+  // Averages a number of every frame over a second.
+  #averaged(numberAt) {
+    return kept(frame => {
+      const [first, last] = [this.#first(frame), this.#last(frame)];
+      let sum = 0;
+      for (let k = first; k <= last; k++) sum += numberAt(k);
+      return sum / (last - first + 1);
     });
+  }
+
+  // The first and the last frame within half a second.
+  #first(frame) {
+    return Math.max(0, frame - this.#around);
+  }
+
+  #last(frame) {
+    return Math.min(this.walk ? this.walk.counts.length - 1 : 0, frame + this.#around);
+  }
+
+  // The least and the greatest coordinate of the body on an axis.
+  #extent(positions, axis) {
+    let [least, most] = [Infinity, -Infinity];
+    for (const node of this.body) {
+      const x = positions[3 * node + axis];
+      least = Math.min(least, x);
+      most = Math.max(most, x);
+    }
+    return [least, most];
   }
 
   // What a `Stage` paints at a time, and how far the payload has moved along the ground by then, in metres.
   at(time) {
-    const { places, trail, cameras, tops } = this.#frames;
+    const { places, trail, cameraAt, topAt } = this.#frames;
     const place = this.walk ? Math.min(time / this.walk.every, places.length - 1) : 0;
     const [k, next] = [Math.floor(place), Math.ceil(place)];
-    const between = (from, to) => from.map((x, i) => x + (place - k) * (to[i] - x));
-    const positions = between(places[k], places[next]);
+    const share = place - k;
+    const between = (from, to) => from + share * (to - from);
+    const positions = places[k].slice();
+    const after = places[next];
+    for (let i = 0; i < positions.length; i++) positions[i] += share * (after[i] - positions[i]);
     const payload = 3 * this.robot.payloads[0];
     const [along, up] = [0, 2].map(axis => positions[payload + axis] - places[0][payload + axis]);
     return {
       positions, frame: Math.round(place), shape: places[Math.round(place)], edges: this.bars,
-      camera: between(cameras[k], cameras[next]), top: between([tops[k]], [tops[next]])[0], trail: trail.slice(0, 3 * k + 3),
+      camera: cameraAt(k).map((from, axis) => between(from, cameraAt(next)[axis])), top: between(topAt(k), topAt(next)),
+      trail: trail.subarray(0, 3 * k + 3),
       metres: along * this.world.cos + up * this.world.sin,
     };
   }
