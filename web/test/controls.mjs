@@ -2,19 +2,14 @@
 import { execFileSync } from "node:child_process";
 import { existsSync, readFileSync } from "node:fs";
 import { ready, says, text } from "./browsers.mjs";
-import { SMALL, library, open, unfold, boxOf, check, wait, press, value, until, linkHas, set, saved, close } from "./helpers.mjs";
+import { SMALL, library, open, unfold, boxOf, check, wait, press, value, until, linkHas, set, saved, watchShifts, checkShifts, close } from "./helpers.mjs";
 
 /** The most milliseconds that the script of a frame should take on average. */
 const FRAME = 4;
 
 export async function designing(page) {
   check(await page.$eval("#stage", canvas => canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.some(x => x > 0)), "the robot is shown before the design");
-  await page.evaluate(() => {
-    globalThis.shifted = [];
-    const shift = ({ value, sources }) => `${value.toFixed(5)} by ${sources.map(({ node }) => node?.id || node?.nodeName).join(", ")}`;
-    if (!PerformanceObserver.supportedEntryTypes.includes("layout-shift")) return;
-    new PerformanceObserver(list => globalThis.shifted.push(...list.getEntries().map(shift))).observe({ type: "layout-shift", buffered: true });
-  });
+  await page.evaluate(watchShifts);
   await page.click("#design");
   await page.waitForFunction(() => Number.parseInt(document.getElementById("iteration").textContent, 10) > 3);
   await page.click("#design");
@@ -189,6 +184,7 @@ export async function stopping(browser, address) {
 export async function motionless(browser, address) {
   const { page, faults } = await open(browser, address + SMALL, { width: 400, height: 800, touch: true, features: [{ name: "prefers-reduced-motion", value: "reduce" }] });
   await ready(page);
+  await page.evaluate(watchShifts);
   await (await page.$("#design")).tap();
   await says(page, "Design another");
   const { foot } = await page.evaluate(() => globalThis.onStage());
@@ -202,6 +198,7 @@ export async function motionless(browser, address) {
     await wait(120);
   }
   check(said !== await text(page, "bar"), `a touch edits: ${await text(page, "bar")}`);
+  await checkShifts(page);
   return close(page, faults);
 }
 

@@ -1,10 +1,8 @@
-// Checks that Lighthouse's score for accessibility is at least 95 of 100. Exits with 1 if it is lower.
+// Checks that Lighthouse's score for accessibility is 100. Exits with 1 if it is lower.
 import lighthouse from "lighthouse";
 import { fileURLToPath } from "node:url";
 import { installed, launch } from "./browsers.mjs";
 import { serve } from "./serve.mjs";
-
-const LEAST = 95;
 
 if (!installed("chrome")) {
   console.log("SKIPPED: no Chromium: no score of Lighthouse");
@@ -18,8 +16,8 @@ try {
   const score = Math.round(100 * lhr.categories.accessibility.score);
   const failed = Object.values(lhr.audits).filter(audit => audit.score !== null && audit.score < 1);
   for (const audit of failed) console.log(`     ${audit.title}: ${JSON.stringify(audit.details?.items?.map(item => item.node?.snippet))}`);
-  console.log(`${score >= LEAST ? "ok  " : "FAIL"} Lighthouse: accessibility ${score}`);
-  process.exitCode = score >= LEAST ? 0 : 1;
+  console.log(`${score === 100 ? "ok  " : "FAIL"} Lighthouse: accessibility ${score}`);
+  process.exitCode = score === 100 ? 0 : 1;
 } finally {
   await browser.close();
   server.close();

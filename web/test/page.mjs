@@ -7,7 +7,7 @@ import { join } from "node:path";
 import { parseArgs } from "node:util";
 import { installed, launch, ready } from "./browsers.mjs";
 import { cancelled, designing, editing, files, framed, motionless, playing, scenes, stopping, unreliable } from "./controls.mjs";
-import { SMALL, check, close, failed, here, open } from "./helpers.mjs";
+import { SMALL, checkShifts, close, failed, here, open } from "./helpers.mjs";
 import { asks, headlines, links, refusedLinks } from "./links.mjs";
 import { beating, gaining, loading, picking, switches, takingBack, tinting } from "./moments.mjs";
 import { serve } from "./serve.mjs";
@@ -24,8 +24,7 @@ async function everywhere(browser, address, folder) {
   await playing(page);
   await editing(page);
   await files(page, folder, given.program);
-  const shifted = await page.evaluate(() => globalThis.shifted);
-  check(shifted.length === 0, `nothing shifts${shifted.map(shift => `\n       ${shift}`).join("")}`);
+  await checkShifts(page);
   await scenes(page, address);
   await close(page, faults);
   await stopping(browser, address);

@@ -3,7 +3,7 @@ import { mkdirSync } from "node:fs";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 import { open as openPage, ready, text } from "./browsers.mjs";
-import { here, SMALL, HELLO, open, unfold, check, wait, value, until, close } from "./helpers.mjs";
+import { here, SMALL, HELLO, open, unfold, check, checkShifts, wait, value, until, watchShifts, close } from "./helpers.mjs";
 
 /** The most milliseconds that the scripts of a frame should take. */
 const FRAME = 4;
@@ -13,6 +13,7 @@ export async function stranger(browser, address) {
   for (const slower of [1, 4]) {
     const page = await browser.newPage();
     if (slower > 1) await page.emulateCPUThrottling(slower);
+    await page.evaluateOnNewDocument(watchShifts);
     await page.evaluateOnNewDocument(() => {
       const first = {};
       globalThis.first = first;
@@ -39,6 +40,7 @@ export async function stranger(browser, address) {
     console.log(`     after ${seconds(stage[0])} s: ${stage[1]}; ${stage[2]}`);
     check(/^The page’s own design walks ([1-9]\.\d+) m now/.test(stage[2]), "it takes the stage when it walks a metre, with a sentence");
     check(/Finished after 120 attempts/.test(await text(page, "status")), `and the design begins by itself: ${await text(page, "status")}`);
+    await checkShifts(page);
     await page.close();
   }
   const { page: first, faults: wrong } = await openPage(browser, address);
