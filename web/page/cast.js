@@ -91,7 +91,7 @@ export class Parade {
   }
 
   #draw({ walk, stage, time }) {
-    stage.draw({ ...walk.at(time), trail: [] });
+    stage.draw(Object.assign(walk.at(time), { trail: [] }));
   }
 
   #tick(passed) {

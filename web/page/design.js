@@ -97,7 +97,8 @@ export class Walk extends Walker {
 
   at(time) {
     const moment = super.at(time);
-    return { ...moment, metres: moment.metres + this.#before };
+    moment.metres += this.#before;
+    return moment;
   }
 
   /** The time of the last frame in which the robot is on the ground, s. */

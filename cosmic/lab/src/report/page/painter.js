@@ -60,16 +60,20 @@ function paintGrid(drawing, { eye, place, middle, base, scale, world }, width, h
   const half = width / scale / 2;
   const depth = pixels => Math.min(3 * half, pixels / scale / Math.max(eye.tilt, 1e-3));
   const [near, far] = [depth(height - base + 40), depth(base)];
-  const box = [[-half, half], [-near, far]];
   // The part of the line from (x, y) in the direction (dx, dy) that is in view: its ends, as multiples of (dx, dy).
   const within = (x, y, dx, dy) => {
-    const turned = (a, b) => [eye.cos * a - eye.sin * b, eye.sin * a + eye.cos * b];
-    const [at, by] = [turned(x - middle[0], y - middle[1]), turned(dx, dy)];
-    return box.reduce(([from, to], [low, high], k) => {
-      if (Math.abs(by[k]) < 1e-9) return at[k] < low || at[k] > high ? [1, 0] : [from, to];
-      const ends = [(low - at[k]) / by[k], (high - at[k]) / by[k]].sort((a, b) => a - b);
-      return [Math.max(from, ends[0]), Math.min(to, ends[1])];
-    }, [-Infinity, Infinity]);
+    let from = -Infinity;
+    let to = Infinity;
+    const clip = (at, by, low, high) => {
+      if (Math.abs(by) > 1e-9) {
+        from = Math.max(from, Math.min((low - at) / by, (high - at) / by));
+        to = Math.min(to, Math.max((low - at) / by, (high - at) / by));
+      } else if (at < low || at > high) to = -Infinity;
+    };
+    const [a, b] = [x - middle[0], y - middle[1]];
+    clip(eye.cos * a - eye.sin * b, eye.cos * dx - eye.sin * dy, -half, half);
+    clip(eye.sin * a + eye.cos * b, eye.sin * dx + eye.cos * dy, -near, far);
+    return [from, to];
   };
   const corners = [-half, half].flatMap(right => [-near, far].map(away => [eye.cos * right + eye.sin * away, eye.cos * away - eye.sin * right]));
   const reach = axis => corners.map(corner => middle[axis] + corner[axis]);
@@ -78,7 +82,11 @@ function paintGrid(drawing, { eye, place, middle, base, scale, world }, width, h
     return Array.from({ length: Math.max(0, Math.floor(high) - Math.ceil(low) + 1) }, (_, k) => Math.ceil(low) + k);
   };
   pen.beginPath();
-  const through = points => points.forEach((point, k) => pen[k ? "lineTo" : "moveTo"](...place(...point)));
+  const through = points => points.forEach(([x, y, z], k) => {
+    const at = place(x, y, z);
+    if (k > 0) pen.lineTo(at[0], at[1]);
+    else pen.moveTo(at[0], at[1]);
+  });
   for (const k of marks(0, origin, step * cos)) {
     const x = origin + k * step * cos;
     const [from, to] = within(x, 0, 0, 1);

@@ -347,8 +347,9 @@ class Walker {
   #topsOf(places) {
     const heightAt = kept(frame => this.#extent(places[frame], 2)[1]);
     return this.#averaged(kept(frame => {
+      const last = this.#last(frame);
       let most = -Infinity;
-      for (let k = this.#first(frame); k <= this.#last(frame); k++) most = Math.max(most, heightAt(k));
+      for (let k = this.#first(frame); k <= last; k++) most = Math.max(most, heightAt(k));
       return most;
     }));
   }
@@ -367,7 +368,8 @@ class Walker {
   // Averages a number of every frame over a second.
   #averaged(numberAt) {
     return kept(frame => {
-      const [first, last] = [this.#first(frame), this.#last(frame)];
+      const first = this.#first(frame);
+      const last = this.#last(frame);
       let sum = 0;
       for (let k = first; k <= last; k++) sum += numberAt(k);
       return sum / (last - first + 1);
@@ -385,7 +387,8 @@ class Walker {
 
   // The least and the greatest coordinate of the body on an axis.
   #extent(positions, axis) {
-    let [least, most] = [Infinity, -Infinity];
+    let least = Infinity;
+    let most = -Infinity;
     for (const node of this.body) {
       const x = positions[3 * node + axis];
       least = Math.min(least, x);
