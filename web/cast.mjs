@@ -4,7 +4,7 @@
 // It needs `web/dist` (build.sh) and the program. Finished runs in the folder are not done again. With --check it opens the
 // robots of the links instead and compares their walks with the file.
 import { execFileSync } from "node:child_process";
-import { existsSync, mkdtempSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -36,6 +36,7 @@ const wasm = process.env.WASM ?? readdirSync(here("dist"), { recursive: true }).
 const engine = new Engine(new WebAssembly.Module(readFileSync(wasm)));
 const { values: given } = parseArgs({ options: { check: { type: "boolean" }, program: { type: "string", default: here("../target/release/cosmic") }, runs: { type: "string" } } });
 const runs = given.runs ?? mkdtempSync(join(tmpdir(), "cosmic-cast-"));
+mkdirSync(runs, { recursive: true });
 const file = here("page/cast.json");
 
 /** The scene of a link, in the form that requests have. */
