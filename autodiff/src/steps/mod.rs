@@ -4,11 +4,6 @@
 //! A step is a list of operations on arrays, which a model records by the methods of [`Program`]. It has no control flow:
 //! kernels select between values, and a model records only the operations that it needs.
 //!
-//! All arrays of a step, except for the parameters, lie one after the other in a **row**. If the state comes first in
-//! the row, the next row begins at this row's new state. A rollout that keeps all rows then copies nothing. The reverse
-//! sweep reads the rows from the last to the first and recomputes the values inside operations. The memory is `steps`
-//! rows, or less with a [`Memory`] budget.
-//!
 //! A program can run from several **starts** (initial states) at once: from two, or from one for each lane of a
 //! register. There is a separate code path for two starts, because most gradients of designs run two: one by one, they
 //! make `cosmic optimize --iterations 60 --threads 1` take 1.2 times as long. The numbers of the starts are interleaved,

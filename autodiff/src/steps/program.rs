@@ -4,7 +4,12 @@ use super::checks::Known;
 use super::operation::StepOperation;
 use crate::arrays::{Array, Matrix, Parameter, TOO_LONG, checked_sum};
 
-/// A recorded step. See the [module](super) for its memory layout.
+/// A recorded step of a simulation, which a [`Rollout`](crate::Rollout) runs many times, forward and in reverse.
+///
+/// All arrays of a step, except for the parameters, lie one after the other in a **row**. If the state comes first in
+/// the row, the next row begins at this row's new state. A rollout that keeps all rows then copies nothing. The reverse
+/// sweep reads the rows from the last to the first and recomputes the values inside operations. The memory is `steps`
+/// rows, or less with a [`Memory`](crate::Memory) budget.
 ///
 /// Parameters, states, inputs and controls can be declared in any order, but before the operations that read them.
 /// Arrays may be empty.
