@@ -340,8 +340,13 @@ pub(crate) const fn is_rare_in(dimension: usize) -> bool {
     dimension == 3 || cfg!(target_arch = "wasm32")
 }
 
+/// Whether a kernel that all robots use is rare: in space, but not in a browser, where a replay would be several times slower.
+pub(crate) const fn is_rare_natively_in(dimension: usize) -> bool {
+    dimension == 3 && !cfg!(target_arch = "wasm32")
+}
+
 /// Implements a kernel for vectors of the plane, where the constant `D` is 2, and for vectors of space, where it is 3.
-/// Kernels in space are rare (`IS_RARE`), which saves one in seven functions for wide registers.
+/// Natively, kernels in space are rare (`IS_RARE`), which saves one in seven functions for wide registers.
 #[macro_export]
 macro_rules! in_both_dimensions {
     ($D:ident => $($item:tt)*) => {

@@ -4,7 +4,7 @@ use autodiff::kernels::vjp_by_duals;
 use autodiff::{Kernel, Pullback, Real};
 
 use super::law::Law;
-use crate::geometry::Vector;
+use crate::geometry::{Vector, is_rare_natively_in};
 use crate::lattice::EdgeVector;
 use crate::{in_both_dimensions, kernel};
 
@@ -212,7 +212,7 @@ impl<L: BarForce> Kernel<6, 2> for Tension<L> {
 
 #[kernel]
 impl<L: BarForce> Kernel<7, 3> for Tension<L> {
-    const IS_RARE: bool = true;
+    const IS_RARE: bool = is_rare_natively_in(3);
     const UNIFORMS: usize = L::COUNT;
     const IS_REPLAYED: bool = L::IS_REPLAYED;
 
@@ -233,7 +233,7 @@ pub struct MovingTension<L>(pub Tension<L>);
 in_both_dimensions! { D =>
     #[kernel]
     impl<L: BarForce> Kernel<{ 2 * D + 4 }, D> for MovingTension<L> {
-        const IS_RARE: bool = D == 3;
+        const IS_RARE: bool = is_rare_natively_in(D);
         const UNIFORMS: usize = L::COUNT;
         const IS_REPLAYED: bool = L::IS_REPLAYED;
 

@@ -8,7 +8,7 @@ use autodiff::{Kernel, Pullback, Real};
 use super::law::Law;
 use super::motion::{Drift, Particle, Push};
 use super::terrain::{IMPACTS, NONE, RemainingDrift, Route, Terrain};
-use crate::geometry::{Plane, Rotation, Vector};
+use crate::geometry::{Plane, Rotation, Vector, is_rare_natively_in};
 use crate::kernel;
 
 /// A node at the moment when it meets the ground.
@@ -372,7 +372,7 @@ impl<C: Contact, G: Surface> Kernel<7, 4> for Flying<C, G> {
 
 #[kernel]
 impl<C: Contact> Kernel<10, 6> for Flying<C> {
-    const IS_RARE: bool = true;
+    const IS_RARE: bool = is_rare_natively_in(3);
     const UNIFORMS: usize = Push::<f64, 3>::COUNT + C::COUNT;
 
     fn eval<R: Real>(&self, node: [R; 10], given: &[R]) -> [R; 6] {

@@ -9,7 +9,7 @@ use super::force::{AnyForce, Force, ForceParameters, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};
 use super::motion::Particle;
 use super::stiffness::Stiffness;
-use crate::geometry::{Axes, Matrix, Vector, inputs};
+use crate::geometry::{Axes, Matrix, Vector, inputs, is_rare_natively_in};
 use crate::lattice::Lattice;
 use crate::settings::Settings;
 use crate::{in_both_dimensions, in_dimension, kernel};
@@ -89,7 +89,7 @@ impl<L: NodeForce> NodeKernel<L> {
 in_both_dimensions! { D =>
     #[kernel]
     impl<L: NodeForce> Kernel<{ 2 * D + 3 }, D> for NodeKernel<L> {
-        const IS_RARE: bool = D == 3;
+        const IS_RARE: bool = is_rare_natively_in(D);
         const UNIFORMS: usize = L::COUNT;
         const IS_REPLAYED: bool = L::IS_REPLAYED;
 
