@@ -14,6 +14,8 @@ export async function designing(page) {
   await page.waitForFunction(() => Number.parseInt(document.getElementById("iteration").textContent, 10) > 3);
   await page.click("#design");
   await says(page, "Resume");
+  // An attempt that is under way still ends.
+  await wait(1000);
   const paused = await text(page, "iteration");
   await wait(400);
   check(paused === await text(page, "iteration"), `pause holds at ${paused}`);
