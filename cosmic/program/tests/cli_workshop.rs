@@ -136,12 +136,13 @@ fn the_set_points_repeat_what_the_robot_does_in_open_loop() {
     assert!(moved > 1e-3, "{moved}");
 }
 
-/// A truss with odd angles and lengths and with nodes without a bar. In this file the payload is node 4, so this node
-/// becomes node 0 of the robot.
+/// A truss with odd angles and lengths and with nodes without a bar. In this file the first payload is node 4, so this
+/// node becomes node 0 of the robot. The second one weighs twice as much.
 const TRUSS: &str = r#"{"format": "cosmic-truss", "version": 1,
     "nodes": [[0, 0], [0.13, 0], [0.26, 0], [0.05, 0.12], [0.19, 0.11], [0.31, 0.14], [0.4, 0.01]],
     "edges": [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [1, 4], [2, 4], [3, 4], [0, 4], [2, 5], [4, 5],
-              [5, 6], [2, 6], [2, 3]], "payload": 4, "keep": [0, 1, 2]}"#;
+              [5, 6], [2, 6], [2, 3]], "keep": [0, 1, 2],
+    "payload": [{"node": 4, "mass": 0.01}, {"node": 2, "mass": 0.02}]}"#;
 
 #[test]
 fn nodes_also_have_the_numbers_of_the_truss_file() {

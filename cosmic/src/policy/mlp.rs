@@ -1,7 +1,6 @@
 //! The paper's policy: a network with one hidden layer.
 
-use autodiff::Kernel;
-use autodiff::{Array, Real};
+use autodiff::{Array, Kernel, Real};
 
 use super::block::{Block, Controller};
 use super::fold::{Fold, Mean};

@@ -4,10 +4,10 @@
 //! lattice's lower left corner.
 
 use crate::report::RobotFiles;
-use crate::table::{Cell, Table};
+use crate::table::Table;
 use cosmic::design::Material;
 use cosmic::geometry::{Segment, Vector};
-use cosmic::scene::{ActuatorPart, Named, PartsSettings, SkeletonPart};
+use cosmic::scene::{ActuatorPart, MaterialSettings, Named, PartsSettings, SkeletonPart};
 use cosmic::simulator::BarLoad;
 use std::collections::BTreeSet;
 
@@ -35,6 +35,21 @@ impl Member {
             Material::Actuator => "actuator",
             Material::Void | Material::Skeleton => "skeleton",
         }
+    }
+
+    /// Returns the name of the part that the bar is; `None` for a bar of plain numbers.
+    pub(super) fn part(&self, parts: &PartsSettings) -> Option<&'static str> {
+        match self.material {
+            Material::Actuator if parts.actuator == ActuatorPart::Numbers => None,
+            Material::Actuator => Some(parts.actuator.name()),
+            _ if parts.skeleton == SkeletonPart::Numbers => None,
+            _ => Some(parts.skeleton.name()),
+        }
+    }
+
+    /// Returns the mass of the bar with its fittings, in kilograms.
+    pub(super) fn mass(&self, materials: &MaterialSettings) -> f64 {
+        self.material.of(&materials.of_length(self.length).density) * self.length
     }
 }
 
@@ -82,7 +97,6 @@ pub(super) fn bars(robot: &RobotFiles, members: &[Member], loads: &[BarLoad]) ->
         let bar = materials.of_edge(&robot.lattice, m.edge);
         m.material.of(&bar.stiffness)
     };
-    let mass = |m: &Member| m.material.of(&materials.of_length(m.length).density) * m.length;
     let safety = |m: &Member| loads[m.edge].euler_safety(materials, m.material, m.length);
     let part_says = "tube, rod, strut or device; empty for a bar of plain numbers";
     let size_says = "diameters of a tube, diameter of a rod, or width of a strut, m";
@@ -102,13 +116,15 @@ pub(super) fn bars(robot: &RobotFiles, members: &[Member], loads: &[BarLoad]) ->
             m.length
         })
         .column("material", "skeleton or actuator", Member::made_of)
-        .column("part", part_says, |m| part(m, &materials.parts))
+        .column("part", part_says, |m| m.part(&materials.parts))
         .columns(["outer", "inner"], size_says, |m, k| {
             section(m, &materials.parts)[k]
         })
         .column("stroke", stroke_says, |m| stroke(m, &materials.max_strain))
         .column("stiffness", "N/m", stiffness)
-        .column("mass", "mass of the bar with its fittings, kg", mass)
+        .column("mass", "mass of the bar with its fittings, kg", |m| {
+            m.mass(materials)
+        })
         .column("peak_tension", "largest pull, N", |m| loads[m.edge].tension)
         .column("peak_compression", "largest push, N", |m| {
             loads[m.edge].compression
@@ -122,17 +138,6 @@ pub(super) fn bars(robot: &RobotFiles, members: &[Member], loads: &[BarLoad]) ->
         .column("euler_safety", euler_says, safety)
         .rounded(DECIMALS)
         .done()
-}
-
-/// Returns the name of the part that a bar is.
-fn part(member: &Member, parts: &PartsSettings) -> Cell {
-    let name = match member.material {
-        Material::Actuator if parts.actuator == ActuatorPart::Numbers => None,
-        Material::Actuator => Some(parts.actuator.name()),
-        _ if parts.skeleton == SkeletonPart::Numbers => None,
-        _ => Some(parts.skeleton.name()),
-    };
-    name.into()
 }
 
 /// Returns the outer and the inner size of a bar's section, as far as it has them.

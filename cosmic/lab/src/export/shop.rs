@@ -1,4 +1,4 @@
-//! What a workshop needs besides the bars: the list of parts to buy and to saw, and what drives the actuators.
+//! What a workshop needs besides the table of bars: a list of parts, and set points for the actuators.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -8,7 +8,8 @@ use crate::report::RunFiles;
 use crate::report::gait::Gait;
 use crate::table::Table;
 use cosmic::case::Case;
-use cosmic::scene::{ActuatorPart, GoalKind, Named, SkeletonPart};
+use cosmic::design::Material;
+use cosmic::scene::GoalKind;
 use cosmic::simulator::Trajectory;
 
 /// The number of rows of the table of set points in a period.
@@ -16,42 +17,26 @@ const ROWS: usize = 100;
 /// How much an activation at the end of a period may differ from that at its start: the clock's phase is rounded.
 const ROUNDING: f64 = 1e-9;
 
-/// Equal pieces of a robot.
-#[derive(Debug, Default)]
-struct Pieces {
-    number: usize,
-    /// The mass of one, kg.
-    mass: f64,
-    /// The numbers of their edges or nodes.
-    places: Vec<usize>,
-}
-
 /// Returns the table of parts: bars of equal length and material, joints, nodes and payload. Together they weigh what the
 /// robot weighs.
 pub(super) fn parts(run: &RunFiles, members: &[Member]) -> Table {
     let (scene, lattice) = (&run.robot.scene, &run.robot.lattice);
     let (parts, physics) = (&scene.materials.parts, &scene.physics);
-    // Keys sort by name and then by length, which is a whole number of nanometres.
-    let mut pieces: BTreeMap<(&str, Option<u64>), Pieces> = BTreeMap::new();
+    // Pieces of equal name, length (in whole nanometres) and mass (in whole micrograms), and the edges or nodes of each.
+    let mut pieces: BTreeMap<(&str, Option<u64>, u64), Vec<usize>> = BTreeMap::new();
+    let whole = |x: f64| (1e9 * x).round() as u64;
     let mut count = |name, length: Option<f64>, mass, place| {
-        let nanometres = length.map(|length| (1e9 * length).round() as u64);
-        let all = pieces.entry((name, nanometres)).or_default();
-        all.number += 1;
-        all.mass = mass;
-        all.places.push(place);
+        let all = pieces.entry((name, length.map(whole), whole(mass)));
+        all.or_default().push(place);
     };
     for member in members {
-        let name = match member.made_of() {
-            "actuator" if parts.actuator != ActuatorPart::Numbers => parts.actuator.name(),
-            "skeleton" if parts.skeleton != SkeletonPart::Numbers => parts.skeleton.name(),
-            plain => plain,
-        };
-        let joints = if member.made_of() == name { 0 } else { 2 };
-        let numbers = scene.materials.of_length(member.length);
-        let mass = member.material.of(&numbers.density) * member.length;
-        let mass = mass - joints as f64 * parts.end_mass;
+        let (part, mut mass) = (member.part(parts), member.mass(&scene.materials));
+        if part.is_some() {
+            mass -= 2.0 * parts.end_mass;
+            (0..2).for_each(|_| count("joint", None, parts.end_mass, member.edge));
+        }
+        let name = part.unwrap_or(member.made_of());
         count(name, Some(member.length), mass, member.edge);
-        (0..joints).for_each(|_| count("joint", None, parts.end_mass, member.edge));
     }
     for node in nodes_of(members) {
         count("node", None, physics.node_mass, node);
@@ -61,21 +46,23 @@ pub(super) fn parts(run: &RunFiles, members: &[Member]) -> Table {
         count("payload", None, mass, payload.node);
     }
     let rows: Vec<_> = pieces.into_iter().collect();
-    let places = |places: &[usize]| {
-        let mut places: Vec<String> = places.iter().map(usize::to_string).collect();
-        places.dedup();
-        places.join(" ")
+    let names = |places: &[usize]| {
+        let mut names: Vec<String> = places.iter().map(usize::to_string).collect();
+        names.dedup();
+        names.join(" ")
     };
     let length_says = "from joint to joint, m: a tube is sawn shorter by what its two joints add";
     let places_says = "the numbers of their edges; of nodes and payload, of the nodes";
     Table::of("", "", &rows)
-        .column("part", "what it is", |((name, _), _)| *name)
-        .column("number", "how many", |(_, all)| all.number)
-        .column("length", length_says, |((_, nanometres), _)| {
-            nanometres.map(|length| length as f64 * 1e-9)
+        .column("part", "what it is", |((name, ..), _)| *name)
+        .column("number", "how many", |(_, places)| places.len())
+        .column("length", length_says, |((_, length, _), _)| {
+            length.map(|nanometres| nanometres as f64 * 1e-9)
         })
-        .column("mass", "mass of one, kg", |(_, all)| all.mass)
-        .column("places", places_says, |(_, all)| places(&all.places))
+        .column("mass", "mass of one, kg", |((.., micrograms), _)| {
+            *micrograms as f64 * 1e-9
+        })
+        .column("places", places_says, |(_, places)| names(places))
         .rounded(DECIMALS)
         .done()
 }
@@ -84,12 +71,11 @@ pub(super) fn parts(run: &RunFiles, members: &[Member]) -> Table {
 /// controller sees the robot as it is at the start (open loop). The last row is the first again. `None` if that does not
 /// repeat, and for goals that are given.
 pub(super) fn drive(run: &RunFiles, gait: &Gait, members: &[Member]) -> Option<Table> {
-    let mut case: Case = gait.case.clone();
-    let period = TAU / run.robot.omega;
-    if !period.is_finite() || case.scene.controller.goals == GoalKind::Given {
+    let dt = TAU / run.robot.omega / ROWS as f64;
+    if !dt.is_finite() || gait.case.scene.controller.goals == GoalKind::Given {
         return None;
     }
-    let dt = period / ROWS as f64;
+    let mut case: Case = gait.case.clone();
     case.scene.physics.dt = dt;
     let (rows, body): (Vec<usize>, _) = ((0..=ROWS).collect(), case.body());
     let still = Trajectory::new(rows.clone(), vec![case.start.clone(); rows.len()]);
@@ -104,7 +90,7 @@ pub(super) fn drive(run: &RunFiles, gait: &Gait, members: &[Member]) -> Option<T
         return None;
     }
     let mut table = Table::of("", "", &rows).column("time", "s", |row| *row as f64 * dt);
-    for member in members.iter().filter(|m| m.made_of() == "actuator") {
+    for member in members.iter().filter(|m| m.material == Material::Actuator) {
         let (edge, rest) = (member.edge, member.length);
         table = table.column(&format!("length_{edge}"), "m", |row| {
             rest * (1.0 + moments[*row].activation[edge] * body.strain[edge])
