@@ -15,8 +15,10 @@ use cosmic_lab::check::{check_gradients_of, terms};
 use cosmic_tests::few_directions;
 
 /// The policies to test: three from the model, one that is defined in this file, the policy `gaits` of a robot that is its
-/// own mirror image, and `mlp` of a robot in space that is.
-const POLICIES: [&str; 6] = ["mlp", "clock", "reflex", "gaits", "mirrored", "sides"];
+/// own mirror image, `mlp` and `gaits` of a robot in space that is, and `gaits` of one that is not.
+const POLICIES: [&str; 8] = [
+    "mlp", "clock", "reflex", "gaits", "mirrored", "sides", "steers", "turns",
+];
 
 /// A policy with three parts: a hidden layer that reads the observation, a rhythm, and what the bars feel. The rhythm is
 /// the same for all edges, multiplied by a factor for each edge.
@@ -121,7 +123,7 @@ fn robot_with(name: &str, settings: &str, of_cases: OfCases) -> Case {
             "goals = \"given\"\ngoal = [0.3, 0.1]\ngoal_scale = 3.0\n",
             task,
         ],
-        "steers" => [
+        "steers" | "turns" => [
             "goals = \"given\"\ngoal = [0.3, -0.4, 0.1]\ngoal_scale = 3.0\n",
             task,
         ],
@@ -137,6 +139,7 @@ fn robot_with(name: &str, settings: &str, of_cases: OfCases) -> Case {
             "gaits",
             "mirror = true\npayload = 3\nkind = \"cubic\"\ndepth = 3\n",
         ),
+        "turns" => ("gaits", "kind = \"cubic\"\ndepth = 2\n"),
         _ => (name, ""),
     };
     let text = format!(
@@ -226,6 +229,7 @@ fn a_step_uses_the_observation() {
         ("sides", on_a_slope, RAISED),
         ("steers", "", plain),
         ("steers", on_a_slope, RAISED),
+        ("turns", "", plain),
     ] {
         let case = robot_with(policy, settings, of_cases);
         let (body, ground) = (case.body(), case.task().ground());
@@ -237,7 +241,10 @@ fn a_step_uses_the_observation() {
             &ground,
         );
         let network = Network::of(&case.controller, &case.scene.controller, &case.lattice).unwrap();
-        let expected = network.activation(&seen, seen[case.scene.controller.clocks]);
+        let dimension = case.lattice.dimension;
+        let goal = &seen[case.scene.controller.clocks..][..dimension.count()];
+        let goal = dimension.vector(goal);
+        let expected = network.activation(&seen, [goal.forward(), goal.sideways()]);
         let start = Trajectory::new(vec![0], vec![case.start.clone()]);
         let moments = (case.task().simulator).moments(&body, &case.controller, &start);
         let found = &moments[0].activation;

@@ -5,55 +5,65 @@ use autodiff::{Array, Kernel, Real};
 use super::block::Block;
 use super::sensing::Sight;
 use super::step::{Policy, PolicyStep, Sizes};
+use crate::geometry::{Dimension, is_rare_in};
 use crate::kernel;
 use crate::lattice::Sides;
 
-/// A network whose hidden units are in three groups: one for a goal ahead, one for a goal behind, and one for a goal
-/// that is reached. The observed goal `g` along the ground, from -1 to 1, multiplies them by `(g^2 + g) / 2`,
-/// `(g^2 - g) / 2` and `1 - g^2`.
+/// A network whose hidden units are in groups: one for each direction of the goal, and one for a goal that is reached. The
+/// observed goal has the components `g` along the ground and `h` across it, whose squares add up to less than 1; in the
+/// plane there is no `h`. They multiply
 ///
-/// A robot in the plane that is its own mirror image (`lattice.mirror`) has no weights for a goal behind: what it does then
-/// is the mirror image of what it does if the goal is ahead. So it walks back exactly as well as ahead.
+/// - the units for a goal ahead by `(g^2 + g) / 2`, and those for a goal behind by `(g^2 - g) / 2`;
+/// - in space, the units for a goal to the left by `(h^2 + h) / 2`, and those for a goal to the right by `(h^2 - h) / 2`;
+/// - the units for a goal that is reached by `1 - g^2 - h^2`.
+///
+/// A robot that is its own mirror image (`lattice.mirror`) has no weights for a goal behind, or in space for a goal to the
+/// right: what it does then is the mirror image of what it does if the goal is ahead, or to the left. So it walks one way
+/// exactly as well as the other.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Gaits;
 
 /// A group of hidden units: the names of its weights and biases, and what its units are multiplied by.
 pub(super) type Group = (&'static str, &'static str, Gate);
 
-/// The groups of hidden units.
-const GAITS: [Group; 3] = [
-    ("w1_ahead", "b1_ahead", Gate([0.0, 0.5, 0.5])),
-    ("w1_behind", "b1_behind", Gate([0.0, -0.5, 0.5])),
-    ("w1_there", "b1_there", Gate([1.0, 0.0, -1.0])),
-];
+const AHEAD: Group = ("w1_ahead", "b1_ahead", Gate([0.0, 0.5, 0.5, 0.0, 0.0]));
+const BEHIND: Group = ("w1_behind", "b1_behind", Gate([0.0, -0.5, 0.5, 0.0, 0.0]));
+const LEFT: Group = ("w1_left", "b1_left", Gate([0.0, 0.0, 0.0, 0.5, 0.5]));
+const RIGHT: Group = ("w1_right", "b1_right", Gate([0.0, 0.0, 0.0, -0.5, 0.5]));
+const THERE: Group = ("w1_there", "b1_there", Gate([1.0, 0.0, -1.0, 0.0, -1.0]));
+/// [`THERE`], halved because its image, which is added, has the same gate.
+const HALF_THERE: Group = ("w1_there", "b1_there", Gate([0.5, 0.0, -0.5, 0.0, -0.5]));
 
-/// The groups of a robot whose front and back are images of each other. Each is followed by its image, with the
+/// The groups of hidden units. If sides of the robot are images of each other, each group is followed by its image, with the
 /// [turned](Gate::of_image) gate.
-const MIRRORED: [Group; 2] = [
-    ("w1_ahead", "b1_ahead", Gate([0.0, 0.5, 0.5])),
-    ("w1_there", "b1_there", Gate([0.5, 0.0, -0.5])),
-];
-
-/// The groups of hidden units of a robot whose sides are mirror images of each other, or are not.
-pub(super) fn groups(mirrored: Option<Sides>) -> &'static [Group] {
-    match mirrored {
-        Some(Sides::FrontAndBack) => &MIRRORED,
-        Some(Sides::LeftAndRight) | None => &GAITS,
+pub(super) fn groups(dimension: Dimension, mirrored: Option<Sides>) -> &'static [Group] {
+    match (dimension, mirrored) {
+        (Dimension::Plane, None) => &[AHEAD, BEHIND, THERE],
+        (Dimension::Plane, Some(_)) => &[AHEAD, HALF_THERE],
+        (Dimension::Space, None) => &[AHEAD, BEHIND, LEFT, RIGHT, THERE],
+        (Dimension::Space, Some(_)) => &[AHEAD, BEHIND, LEFT, HALF_THERE],
     }
 }
 
-/// Multiplies a hidden unit by a polynomial of the observed goal, which has these coefficients, the constant first.
+/// Multiplies a hidden unit by the polynomial `a + b g + c g^2 + d h + e h^2` with the coefficients `[a, b, c, d, e]`, where
+/// `g` is the observed goal along the ground, and `h` the one across it, which is 0 in the plane.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Gate(pub(super) [f64; 3]);
+pub(super) struct Gate(pub(super) [f64; 5]);
 
 impl Gate {
     /// The gate for the goal of the mirror image, which is behind if the goal is ahead and the sides are front and back.
     pub(super) const fn of_image(self, sides: Sides) -> Self {
-        let Self([a, b, c]) = self;
+        let Self([a, b, c, d, e]) = self;
         match sides {
-            Sides::FrontAndBack => Self([a, -b, c]),
-            Sides::LeftAndRight => self,
+            Sides::FrontAndBack => Self([a, -b, c, d, e]),
+            Sides::LeftAndRight => Self([a, b, c, -d, e]),
         }
+    }
+
+    /// The product of a hidden unit and the polynomial of this goal.
+    pub(super) fn of<R: Real>(self, unit: R, [g, h]: [R; 2]) -> R {
+        let [product] = InSpace(self).eval([unit, g, h], &[]);
+        product
     }
 }
 
@@ -61,9 +71,24 @@ impl Gate {
 impl Kernel<2, 1> for Gate {
     fn eval<R: Real>(&self, [unit, goal]: [R; 2], _: &[R]) -> [R; 1] {
         // Not `map`, which is not inlined into the loop around a kernel.
-        let [a, b, c] = self.0;
+        let [a, b, c, _, _] = self.0;
         let (a, b, c) = (R::lit(a), R::lit(b), R::lit(c));
         [unit * (a + goal * (b + goal * c))]
+    }
+}
+
+/// A gate in space, which reads both components of the goal.
+#[derive(Clone, Copy, Debug)]
+struct InSpace(Gate);
+
+#[kernel]
+impl Kernel<3, 1> for InSpace {
+    const IS_RARE: bool = is_rare_in(3);
+
+    fn eval<R: Real>(&self, [unit, along, across]: [R; 3], _: &[R]) -> [R; 1] {
+        let [a, b, c, d, e] = self.0.0;
+        let (a, b, c, d, e) = (R::lit(a), R::lit(b), R::lit(c), R::lit(d), R::lit(e));
+        [unit * (a + along * (b + along * c) + across * (d + across * e))]
     }
 }
 
@@ -71,7 +96,7 @@ impl Policy for Gaits {
     fn parameters(&self, robot: &Sizes) -> Vec<Block> {
         let (hidden, [first, second]) = (robot.settings.hidden, robot.settings.gain);
         let inputs = robot.observation(Sight::Robot);
-        let groups = groups(robot.mirrored);
+        let groups = groups(robot.dimension, robot.mirrored);
         let of_group = |&(weights, biases, _): &Group| {
             [
                 Block::weights(weights, hidden, inputs, first),
@@ -88,7 +113,7 @@ impl Policy for Gaits {
     fn record(&self, step: &mut PolicyStep) -> Array {
         let mirrored = step.mirrored();
         let mut units = Vec::new();
-        for &(weights, biases, gate) in groups(mirrored) {
+        for &(weights, biases, gate) in groups(step.dimension(), mirrored) {
             let own = step.observed_layer(weights, biases);
             units.push(gated(step, own, gate));
             if let Some(sides) = mirrored {
@@ -107,7 +132,15 @@ impl Policy for Gaits {
 /// Records the gate of a group of hidden units.
 fn gated(step: &mut PolicyStep, units: Array, gate: Gate) -> Array {
     let goal = step.observed_goal().expect("goals are given");
-    let goal = step.program().gather(goal, &vec![Some(0); units.len()]);
-    let [gated] = step.program().map(gate, [units, goal], &[]);
+    let in_space = step.dimension() == Dimension::Space;
+    let program = step.program();
+    let mut component = |k| program.gather(goal, &vec![Some(k); units.len()]);
+    let [gated] = if in_space {
+        let (along, across) = (component(0), component(1));
+        program.map(InSpace(gate), [units, along, across], &[])
+    } else {
+        let along = component(0);
+        program.map(gate, [units, along], &[])
+    };
     gated
 }

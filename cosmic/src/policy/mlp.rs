@@ -1,6 +1,6 @@
 //! The paper's policy: a network with one hidden layer.
 
-use autodiff::{Array, Kernel, Real};
+use autodiff::{Array, Real};
 
 use super::block::{Block, Controller};
 use super::fold::{Fold, Mean};
@@ -73,9 +73,10 @@ pub struct Network<R> {
     /// The layer from the inputs to the hidden units. The groups of units of [`Gaits`](super::Gaits) come one after the
     /// other.
     pub first: Layer<R>,
-    /// For each hidden unit of [`Gaits`](super::Gaits), the coefficients `a, b, c` of the factor `a + b g + c g^2` on it,
-    /// where `g` is the observed goal along the ground; empty for other policies.
-    pub gates: Vec<[f64; 3]>,
+    /// For each hidden unit of [`Gaits`](super::Gaits), the coefficients of the factor `a + b g + c g^2 + d h + e h^2` on it,
+    /// where `g` is the observed goal along the ground, and `h` the one across it, which is 0 in the plane; empty for other
+    /// policies.
+    pub gates: Vec<[f64; 5]>,
     /// The layer from the hidden units to the activations.
     pub second: Layer<R>,
 }
@@ -93,7 +94,7 @@ impl<R: Real> Network<R> {
         let (of_units, second) = names.split_at(names.len().checked_sub(2)?);
         let mirror = lattice.mirror.as_ref();
         let sides = mirror.map(|mirror| mirror.sides);
-        let groups = groups(sides);
+        let groups = groups(lattice.dimension, sides);
         let of_gaits = groups
             .iter()
             .flat_map(|&(weights, biases, _)| [weights, biases]);
@@ -180,12 +181,12 @@ impl<R: Real> Network<R> {
         }
     }
 
-    /// The activations that the network computes from `inputs`. `goal` is the observed goal along the ground, which only
-    /// the gates read.
-    pub fn activation(&self, inputs: &[R], goal: R) -> Vec<R> {
+    /// The activations that the network computes from `inputs`. `goal` is the observed goal along the ground and
+    /// across it, which only the gates read.
+    pub fn activation(&self, inputs: &[R], goal: [R; 2]) -> Vec<R> {
         let mut hidden = self.first.outputs(inputs);
         for (unit, &gate) in hidden.iter_mut().zip(&self.gates) {
-            [*unit] = Gate(gate).eval([*unit, goal], &[]);
+            *unit = Gate(gate).of(*unit, goal);
         }
         self.second.outputs(&hidden)
     }

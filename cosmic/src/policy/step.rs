@@ -368,6 +368,11 @@ impl<'a> PolicyStep<'a> {
         self.seen.rest_length
     }
 
+    /// Whether the robot moves in the plane or in space.
+    pub fn dimension(&self) -> Dimension {
+        self.seen.nodes.x.dimension()
+    }
+
     /// The program that the step is recorded into. A policy can map [kernels](autodiff::Kernel) over arrays with it.
     pub fn program(&mut self) -> &mut Program {
         self.program
@@ -431,7 +436,7 @@ impl<'a> PolicyStep<'a> {
         let kernel = Towards {
             scale: self.goal_scale,
         };
-        let dimension = self.seen.nodes.x.dimension();
+        let dimension = self.dimension();
         let p = self.program();
         let [offset] = p.map(Offset, [goal, mean], &[]);
         in_dimension!(dimension, D => {

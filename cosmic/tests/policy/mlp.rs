@@ -31,14 +31,14 @@ fn check(settings: &ControllerSettings, presence: &[f64], ground: &Ground) {
     let phase = settings.omega * (4096.0 * 0.002);
     let observed = observation(settings, phase, &state, presence, ground);
     let goal = &observed[settings.clocks..][..2];
-    let plain = network.activation(&observed, goal[0]);
+    let plain = network.activation(&observed, [goal[0], 0.0]);
     let mut sensed = sensed(&state.to_ground(ground), &clock(phase));
     if settings.goals == GoalKind::Given {
         sensed.extend(goal);
     }
     let nodes = (lattice.dimension, lattice.nodes());
     let folded = network.folded(settings, nodes, Sight::Robot, presence, ground);
-    let got = folded.activation(&sensed, goal[0]);
+    let got = folded.activation(&sensed, [goal[0], 0.0]);
     assert_eq!(got.len(), plain.len());
     for (a, b) in got.iter().zip(&plain) {
         // Each sum has about thirty terms of order one, each with a rounding error of 1e-16. The phase of a clock

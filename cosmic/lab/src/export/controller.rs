@@ -27,7 +27,7 @@ pub(super) struct GoalFields {
     origin: Vec<f64>,
     start: Vec<f64>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    gates: Vec<[f64; 3]>,
+    gates: Vec<[f64; 5]>,
 }
 
 impl<'c> Folded<'c> {

@@ -31,7 +31,9 @@ def step(model, robots, net, n, goal=None):
         sensed = np.hstack([sensed, [observed(net, data, net["goal"] if goal is None else goal) for data in robots]])
     hidden = np.tanh(sensed @ net["w1"].T + net["b1"])
     if "gates" in net:
-        hidden *= np.vander(sensed[:, -len(net["goal"])], 3, increasing=True) @ net["gates"].T
+        axes = len(net["goal"])
+        along, across = sensed[:, -axes], sensed[:, 1 - axes] * (axes == 3)
+        hidden *= np.transpose([along**0, along, along**2, across, across**2]) @ net["gates"].T
     for data, target in zip(robots, net["strain"] * np.tanh(hidden @ net["w2"].T + net["b2"])):
         if "force" not in net:
             data.ctrl = target

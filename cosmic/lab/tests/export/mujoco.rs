@@ -32,7 +32,7 @@ struct Exported {
     #[serde(default)]
     origin: Vec<f64>,
     #[serde(default)]
-    gates: Vec<[f64; 3]>,
+    gates: Vec<[f64; 5]>,
 }
 
 impl Exported {
@@ -55,12 +55,12 @@ impl Exported {
         let mut inputs = [flat(&x), flat(&v), vec![sin, cos]].concat();
         let mean = x.iter().zip(&self.mean);
         let mean = mean.fold(Vector::zero(), |sum, (&x, &weight)| sum + x * weight);
-        let mut first = 0.0;
+        let mut goal_seen = [0.0; 2];
         if self.goal.is_some() {
             let offset = (goal - state.dimension.vector(&self.origin) - mean) * self.goal_scale;
             let seen = offset * (1.0 / (1.0 + offset.dot(offset)).sqrt());
             inputs.extend(state.dimension.components(seen));
-            first = seen.forward();
+            goal_seen = [seen.forward(), seen.sideways()];
         }
         let layer = |weights: &[Vec<f64>], biases: &[f64]| Layer {
             weights: weights.concat(),
@@ -71,7 +71,7 @@ impl Exported {
             gates: self.gates.clone(),
             second: layer(&self.w2, &self.b2),
         };
-        let activation = network.activation(&inputs, first);
+        let activation = network.activation(&inputs, goal_seen);
         let pairs = activation.iter().zip(&self.strain);
         pairs
             .map(|(activation, strain)| activation * strain)
