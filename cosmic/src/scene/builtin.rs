@@ -80,8 +80,8 @@ macro_rules! builtin {
 }
 
 /// All built-in scenes. The first one is the default of the program. The base of each is `stability`, except for
-/// `errand`, `workshop` and `cube`, whose base is `earth`.
-pub const BUILTIN: [Builtin; 16] = builtin![
+/// `errand`, `workshop` and `cube`, whose base is `earth`, and `scout`, whose base is `cube`.
+pub const BUILTIN: [Builtin; 17] = builtin![
     "earth",
     "stability",
     "baseline_tall",
@@ -98,6 +98,7 @@ pub const BUILTIN: [Builtin; 16] = builtin![
     "errand",
     "workshop",
     "cube",
+    "scout",
 ];
 
 /// The noun for a scene in messages and in the registry.
