@@ -24,6 +24,9 @@ crate::keys! {
         smaller: Option<f64>, "number or `null`", unit "m";
         /// The difference for eleven tenths of the number; `null` if too many rollouts diverge.
         larger: Option<f64>, "number or `null`", unit "m";
+        /// Standard error of these differences. A difference of less than twice as much may be chance; `null` if too many
+        /// rollouts diverge.
+        error: Option<f64>, "number or `null`", unit "m";
     }
 }
 
@@ -50,29 +53,33 @@ impl Evaluator {
         let names = numbers.map(|(name, _)| name).chain(OF_BODY);
         let varied = names.flat_map(|name| FACTORS.map(|factor| (name, factor)));
         let varied: Vec<(&str, f64)> = std::iter::once(("", 1.0)).chain(varied).collect();
-        let medians: Vec<f64> = (varied.par_iter())
-            .map(|&(name, factor)| self.median_with(design, controller, domains, name, factor))
+        let walks: Vec<Quantiles> = (varied.par_iter())
+            .map(|&(name, factor)| self.walks_with(design, controller, domains, name, factor))
             .collect();
-        let (own, medians) = (medians[0], &medians[1..]);
+        let (own, walks) = (walks[0], &walks[1..]);
         let names = varied[1..].chunks_exact(FACTORS.len());
-        let pairs = names.zip(medians.as_chunks().0);
-        let sensitivity = |(names, [smaller, larger]): (&[(&str, f64)], &[f64; 2])| Sensitivity {
-            name: names[0].0.to_owned(),
-            smaller: finite(smaller - own),
-            larger: finite(larger - own),
+        let pairs = names.zip(walks.as_chunks().0);
+        let sensitivity = |(names, [smaller, larger]): (&[(&str, f64)], &[Quantiles; 2])| {
+            let most = median_error(smaller).max(median_error(larger));
+            Sensitivity {
+                name: names[0].0.to_owned(),
+                smaller: finite(smaller.p50 - own.p50),
+                larger: finite(larger.p50 - own.p50),
+                error: finite(most.hypot(median_error(&own))),
+            }
         };
         pairs.map(sensitivity).collect()
     }
 
-    /// The median displacement (m) of a robot if the number `name` of its physics is multiplied by `factor`.
-    fn median_with(
+    /// The displacements (m) of a robot if the number `name` of its physics is multiplied by `factor`.
+    fn walks_with(
         &self,
         design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
         domains: &[Domain],
         name: &str,
         factor: f64,
-    ) -> f64 {
+    ) -> Quantiles {
         let simulator = &self.task.simulator;
         let (mut surroundings, mut body) = (simulator.surroundings(), self.task.body(design));
         if !body.scale(name, &[factor], &self.task.lattice.rest_length) {
@@ -90,6 +97,13 @@ impl Evaluator {
         let moved: Vec<f64> = moved
             .map(|(walk, start)| self.between(start, walk).forward())
             .collect();
-        Quantiles::of(&moved).p50
+        Quantiles::of(&moved)
     }
+}
+
+/// The standard error of the median over [`STARTS`], of a normal distribution with these quantiles. 80 % of it lie within
+/// 1.28 standard deviations.
+fn median_error(walks: &Quantiles) -> f64 {
+    let deviation = (walks.p90 - walks.p10) / (2.0 * 1.2816);
+    (std::f64::consts::FRAC_PI_2 / STARTS as f64).sqrt() * deviation
 }

@@ -168,11 +168,12 @@ fn crossings(run: &RunFiles) -> [String; 2] {
     [number, format!("at most {says}, in {share} % of the time")]
 }
 
-/// The strongest effects of other physics on the distance.
+/// The strongest effects of other physics on the distance that are not chance.
 fn sensitivity(run: &RunFiles) -> [String; 2] {
     let effects = run.summary.sensitivities.iter().flat_map(|of| {
         let both = [("smaller", of.smaller), ("larger", of.larger)];
-        both.map(|(way, metres)| (&*of.name, way, metres))
+        let least = 2.0 * of.error.unwrap_or(f64::INFINITY);
+        both.map(|(way, metres)| (&*of.name, way, metres.filter(|x| x.abs() > least)))
     });
     let mut effects: Vec<_> = effects
         .filter_map(|(name, way, x)| Some((name, way, x?)))
@@ -183,7 +184,10 @@ fn sensitivity(run: &RunFiles) -> [String; 2] {
     let Some((first, others)) = effects.split_first() else {
         return [
             NOT_KNOWN.to_owned(),
-            "how other physics change the distance".to_owned(),
+            match run.summary.sensitivities.is_empty() {
+                true => "how other physics change the distance".to_owned(),
+                false => "10 % more or less of a number of the physics changes the distance less than chance does".to_owned(),
+            },
         ];
     };
     let others = others.iter().take(2);
