@@ -149,8 +149,8 @@ export class Design {
   isReplacing = false;
   /** Scene and seed of this design. */
   key = null;
-  /** The walk on which the user has sent the robot: after a push, to another world, or to a goal `along` (m along the
-   * ground, from the payload at the start), from which it is `left` metres away in the end. Null if there is none. */
+  /** The walk on which the user has sent the robot: after a push, to another world, or `to` a goal ([along, across] in
+   * m from the payload at the start), from which it is `left` metres away in the end. Null if there is none. */
   told = null;
   /** The other world in which the robot walks: { world, changes, settings }; null in its own world. `changes` are
    * the kinds of settings that differ, each with its `name` and its `settings`; `settings` are all of them. */
@@ -387,13 +387,13 @@ export class Design {
   }
 
   /**
-   * Lets the latest robot walk on to a goal, from a frame of its walk.
+   * Lets the latest robot walk on to a goal, from a frame of its walk. `to` is its place [along, across], m.
    * @param ontold is called before the walk is shown.
    */
-  async tell(along, frame, ontold) {
+  async tell(to, frame, ontold) {
     const run = this.#run;
-    const { robot, left } = await this.#client.ask({ do: "tell", along, frame });
-    if (run === this.#run) this.#send(robot, { along, left }, ontold);
+    const { robot, left } = await this.#client.ask({ do: "tell", to, frame });
+    if (run === this.#run) this.#send(robot, { to, left }, ontold);
   }
 
   /** Lets the latest robot walk on after a push, from a frame of its walk. `velocity` is [along, across, above] in m/s. */
@@ -425,10 +425,11 @@ export class Design {
     this.#send(robot, { visits: true }, onvisit);
   }
 
-  #send(robot, { along = null, left = null, visits = false }, onsent) {
-    const walk = Walk.sent(this.place, robot, along !== null);
-    if (left !== null) left = Math.abs(along - walk.along);
-    this.told = { walk, along, left, visits };
+  #send(robot, { to = null, left = null, visits = false }, onsent) {
+    const walk = Walk.sent(this.place, robot, to !== null);
+    // What is left is to agree with the place at the end that the page shows.
+    if (left !== null && this.place.robot.axes === 2) left = Math.abs(to[0] - walk.along);
+    this.told = { walk, to, left, visits };
     onsent();
     this.onchange(this.state);
   }

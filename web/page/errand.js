@@ -15,7 +15,9 @@ export class Errand {
   #parts;
   /** The goal that the robot has before it is told another one: its components in the ground's frame, m. */
   #own = [0, 0];
-  /** The goal that the user chose last, while the library still computes the walk to an earlier one. */
+  /** The farthest goals along the ground and across, m. */
+  #most = [0, 0];
+  /** The goal [along, across] that the user chose last, while the library still computes the walk to an earlier one. */
   #next = null;
   #asks = false;
 
@@ -27,11 +29,11 @@ export class Errand {
     [this.#stage, this.#player, this.#design, this.#parts] = [stage, player, design, parts];
     Object.assign(this, { ontell, onerror });
     parts.slider.addEventListener("input", () => this.#name(Number(parts.slider.value)));
-    parts.slider.addEventListener("change", () => this.#tell(Number(parts.slider.value)));
+    parts.slider.addEventListener("change", () => this.#tell([Number(parts.slider.value), this.#place[1]]));
     canvas.addEventListener("click", event => {
       // While the robot can be edited, a click on a bar changes the bar.
       const edits = canvas.classList.contains("editable") && stage.edgeAt(event.clientX, event.clientY) !== null;
-      if (this.#listens && !edits) this.#tell(this.#alongAt(event));
+      if (this.#listens && !edits) this.#tell(this.#placeAt(event));
     });
   }
 
@@ -43,7 +45,8 @@ export class Errand {
   open(settings) {
     const { row, slider } = this.#parts;
     row.hidden = settings["controller.goals"] !== "given";
-    const most = BEYOND * Math.max(...settings["goals.along"].map(Math.abs));
+    this.#most = ["along", "across"].map(axis => BEYOND * Math.max(...settings[`goals.${axis}`].map(Math.abs)));
+    const [most] = this.#most;
     Object.assign(slider, { min: -most, max: most, step: most / STEPS });
     this.#own = settings["controller.goal"];
   }
@@ -53,15 +56,27 @@ export class Errand {
     const { row, slider } = this.#parts;
     slider.disabled = !this.#listens;
     if (row.hidden || this.#design.place === null) return null;
-    const { world, robot: { start, payloads: [payload] } } = this.#design.place;
-    const [x, y, z] = start.slice(3 * payload);
-    const { told } = this.#design;
-    const along = told?.along ?? this.#own[0] - (x * world.cos + z * world.sin);
-    const across = told ? y : this.#own.length > 2 ? this.#own[1] : 0;
+    const { world } = this.#design.place;
+    const [along, across] = this.#place;
     slider.value = along;
     this.#name(along);
     const foot = world.origin + along * world.cos;
-    return [foot, across, levelAt(world.ground, foot)];
+    return [foot, this.#start[1] + across, levelAt(world.ground, foot)];
+  }
+
+  /** Where the payload is at the start, [x, y, z]. */
+  get #start() {
+    const { robot: { start, payloads: [payload] } } = this.#design.place;
+    return start.slice(3 * payload, 3 * payload + 3);
+  }
+
+  /** The place of the goal along the ground and across, m from the payload at the start. */
+  get #place() {
+    const { told, place: { world, robot } } = this.#design;
+    if (told?.to) return told.to;
+    const [x, y, z] = this.#start;
+    const along = this.#own[0] - (x * world.cos + z * world.sin);
+    return [along, robot.axes === 3 ? this.#own[1] - y : 0];
   }
 
   #name(along) {
@@ -69,25 +84,25 @@ export class Errand {
     this.#parts.slider.setAttribute("aria-valuetext", this.#parts.place.textContent);
   }
 
-  /** The place along the ground at a point of the window, m from the payload at the start. */
-  #alongAt({ clientX, clientY }) {
+  /** The place of the ground at a point of the window, along and across, m from the payload at the start. */
+  #placeAt({ clientX, clientY }) {
     const { world } = this.#design.place;
-    const along = (this.#stage.xAt(clientX, clientY) - world.origin) / world.cos;
-    const { min, max } = this.#parts.slider;
-    return Math.min(Number(max), Math.max(Number(min), along));
+    const [x, y] = this.#stage.groundAt(clientX, clientY);
+    const place = [(x - world.origin) / world.cos, y - this.#start[1]];
+    return place.map((at, axis) => Math.min(this.#most[axis], Math.max(-this.#most[axis], at)));
   }
 
-  async #tell(along) {
-    this.#next = along;
+  async #tell(to) {
+    this.#next = to;
     if (this.#asks) return;
     this.#asks = true;
     this.ontell();
     if (this.#design.state === "working") this.#design.pause();
     try {
       while (this.#next !== null) {
-        const along = this.#next;
+        const to = this.#next;
         this.#next = null;
-        await this.#player.goOn((frame, ongoing) => this.#design.tell(along, frame, ongoing));
+        await this.#player.goOn((frame, ongoing) => this.#design.tell(to, frame, ongoing));
       }
     } catch (error) {
       this.onerror(error);

@@ -350,7 +350,7 @@ function show(how = {}) {
   const { walk } = shown();
   const isDelivered = looked === null && design.delivered !== null;
   const goesOn = walk === design.told?.walk;
-  if (player.walk !== walk) player.show(walk, { ...how, withVoid: isDelivered, goesOn, stops: goesOn && design.told.along !== null });
+  if (player.walk !== walk) player.show(walk, { ...how, withVoid: isDelivered, goesOn, stops: goesOn && design.told.to !== null });
   const { far, title } = headline({ walk, looked, design });
   flag(far);
   if (!player.playing) player.paint();

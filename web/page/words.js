@@ -22,7 +22,7 @@ const isKnown = distance => distance !== null && [distance.p10, distance.p50, di
 export function headline({ walk, looked, design: { delivered, told } }) {
   const distance = looked === null && told === null && delivered?.measured?.distance;
   if (distance) return { far: distance.p50, title: "distance, robust median" };
-  if (looked === null && told !== null && told.along !== null) return { far: walk.along, title: "place at the end" };
+  if (looked === null && told !== null && told.to !== null) return { far: walk.along, title: "place at the end" };
   return { far: walk.along, title: looked === null && told !== null ? "distance, this walk" : "distance, one walk" };
 }
 
@@ -81,13 +81,15 @@ function visits({ walk }, { elsewhere, delivered }) {
   return `The same robot, now ${here}: it walks ${metres(walk.along)} in ${walk.took.toFixed(1)} s. In its own world it walks ${home}.`;
 }
 
-function told({ walk, along, left }) {
-  if (along === null) {
+function told({ walk, to, left }) {
+  if (to === null) {
     if (walk.along === null) return `After your push: ${walk.diverged}.`;
     return `You pushed the robot. It walks on from there: ${metres(walk.along)} in ${walk.took.toFixed(1)} s.`;
   }
-  if (left === null) return `Told to go to ${metres(along)}: ${walk.diverged}.`;
-  return `Told to go to ${metres(along)}. After ${walk.took.toFixed(1)} s the robot is ${metres(left)} away from it.`;
+  const [along, across] = to;
+  const aside = across === 0 ? "" : `, ${metres(Math.abs(across))} to the ${across > 0 ? "left" : "right"}`;
+  if (left === null) return `Told to go to ${metres(along)}${aside}: ${walk.diverged}.`;
+  return `Told to go to ${metres(along)}${aside}. After ${walk.took.toFixed(1)} s the robot is ${metres(left)} away from it.`;
 }
 
 /** What the race against the robot to beat has come to. */

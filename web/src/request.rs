@@ -29,9 +29,9 @@ enum Request {
     Edit { materials: Option<Vec<Material>> },
     /// Gives the delivered robot the edits of a link.
     Restore { bytes: Vec<u8> },
-    /// Lets the robot that was shown last walk on to a goal, from a frame of its walk. `along` is the place of the goal
-    /// along the ground (m), counted from the payload at the start.
-    Tell { along: f64, frame: usize },
+    /// Lets the robot that was shown last walk on to a goal, from a frame of its walk. `to` is the place of the goal
+    /// along the ground and across (m), counted from the payload at the start; a planar robot ignores the part across.
+    Tell { to: [f64; 2], frame: usize },
     /// Lets the robot that was shown last walk on after a push, from a frame of its walk. `velocity` (along,
     /// across, above) is added to the velocity of every node, m/s; a planar robot ignores the part across.
     Push { velocity: [f64; 3], frame: usize },
@@ -109,7 +109,7 @@ fn carry_out(session: &mut Session, request: Request) -> Result<Value> {
         Request::Deliver { packed } => session.deliver(packed),
         Request::Edit { materials } => session.edit(materials),
         Request::Restore { bytes } => session.restore(bytes),
-        Request::Tell { along, frame } => session.tell(along, frame),
+        Request::Tell { to, frame } => session.tell(to, frame),
         Request::Push { velocity, frame } => session.push(velocity, frame),
         Request::Visit { settings, frame } => session.visit(&settings, frame),
         Request::Judge => session.judge(),

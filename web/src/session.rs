@@ -111,16 +111,16 @@ impl Session {
         Ok(json!({ "robot": shown }))
     }
 
-    /// Lets the robot that was shown last walk on to a goal, from a frame of its walk. Its clock goes on, too. `along` is
-    /// the place of the goal along the ground (m), counted from the payload at the start.
-    pub(crate) fn tell(&mut self, along: f64, frame: usize) -> Answer {
+    /// Lets the robot that was shown last walk on to a goal, from a frame of its walk. Its clock goes on, too. `to` is
+    /// the place of the goal along the ground and across (m), counted from the payload at the start.
+    pub(crate) fn tell(&mut self, to: [f64; 2], frame: usize) -> Answer {
         let work = self.work()?;
         if work.codesign.scene().controller.goals != GoalKind::Given {
             let says = "only robots with given goals can be told where to go: the scene needs `controller.goals = \"given\"`";
             return Err(Error::Usage(says.to_owned()));
         }
         let (robot, first, start) = work.moment(frame)?;
-        Ok(work.go_on(robot, first, &start, along))
+        Ok(work.go_on(robot, first, &start, to))
     }
 
     /// Lets the robot that was shown last walk on from a frame of its walk, after a push. `velocity` (along,

@@ -261,19 +261,20 @@ impl Work {
         self.answer(robot, 0, seen)
     }
 
-    /// Returns a robot and its rollout from the state `start` to a goal `along` metres from the payload at the start of the
-    /// first walk. The clock has done `first` steps in the state `start`.
+    /// Returns a robot and its rollout from the state `start` to a goal that is so many metres along the ground and across
+    /// from the payload at the start of the first walk; a planar robot ignores the part across. The clock has done `first` steps in the state `start`.
     pub(crate) fn go_on(
         &mut self,
         robot: Robot,
         first: usize,
         start: &State<f64>,
-        along: f64,
+        [along, across]: [f64; 2],
     ) -> Value {
         let mut task = self.later(first);
         let rest = task.lattice.state_at_rest();
         let ground = task.ground();
-        let goal = task.lattice.payload_point(&rest, &ground) + Vector::upright(along, 0.0);
+        let goal = task.lattice.payload_point(&rest, &ground)
+            + rest.dimension.onto(Vector::new([along, across, 0.0]));
         task.simulator = task.simulator.with_goals(&Goals::at(goal));
         let (robot, end) = self.walk_on(robot, first, start, &task);
         let off = |end| goal - ground.vector_to_ground(end);

@@ -12,7 +12,7 @@ import { asks, headlines, links, refusedLinks } from "./links.mjs";
 import { beating, gaining, loading, picking, switches, takingBack, tinting } from "./moments.mjs";
 import { serve } from "./serve.mjs";
 import { shots, stranger, without } from "./strangers.mjs";
-import { errand, goingOn, judging, moon, space, visiting, worlds } from "./worlds.mjs";
+import { aside, errand, goingOn, judging, moon, space, visiting, worlds } from "./worlds.mjs";
 
 const { values: given } = parseArgs({ options: { shots: { type: "string" }, browser: { type: "string" }, program: { type: "string", default: here("../../target/release/cosmic") } } });
 
@@ -32,6 +32,7 @@ async function everywhere(browser, address, folder) {
   await refusedLinks(browser, address);
   await cancelled(browser, address);
   await errand(browser, address);
+  await aside(browser, address);
   await worlds(browser, address);
   await moon(browser, address);
   await headlines(browser, address);

@@ -14,7 +14,7 @@ function framesOf({ counts }) {
 export function goingOn() {
   const engine = library();
   engine.ask({ do: "begin", scene: { scene: "errand", settings: TOLD }, seed: 1 });
-  const tell = (along, frame) => framesOf(engine.ask({ do: "tell", along, frame }).robot.walk);
+  const tell = (along, frame) => framesOf(engine.ask({ do: "tell", to: [along, 0], frame }).robot.walk);
   const apart = (walk, other) => Math.max(...walk.flatMap((frame, k) => frame.map((x, i) => Math.abs(x - other[k][i]))));
   const whole = tell(1, 4).slice(6, 16);
   const again = tell(1, 6).slice(0, 10);
@@ -24,9 +24,9 @@ export function goingOn() {
   check(apart(whole, again) <= 1, `a walk that is told the same goal goes on: ${apart(whole, again)} units apart`);
   check(apart(again, other) > 1, `with the goal behind, it does not: ${apart(again, other)} units apart`);
   for (const [request, reason] of [
-    [{ do: "tell", along: 1, frame: 9999 }, /`frame` is 9999; the walk has \d+ frames/],
+    [{ do: "tell", to: [1, 0], frame: 9999 }, /`frame` is 9999; the walk has \d+ frames/],
     [{ do: "begin", scene: { scene: "stability", settings: TOLD.slice(0, 2) }, seed: 1 }, null],
-    [{ do: "tell", along: 1, frame: 0 }, /only robots with given goals can be told where to go/],
+    [{ do: "tell", to: [1, 0], frame: 0 }, /only robots with given goals can be told where to go/],
   ]) {
     let refusal = null;
     try {
@@ -254,5 +254,18 @@ export async function space(browser, address) {
   await drag([x + (robot[0] + robot[2]) / 2, y + (robot[1] + robot[3]) / 2], [60, -60]);
   await until(page, "a drag on the robot pushes it", () => /^(You pushed|After your push)/.test(document.getElementById("status").textContent));
   check(await isAt(-20, 10), "and does not turn the view");
+  await close(page, faults);
+}
+
+/** A robot in space goes to a click on any side of it. */
+export async function aside(browser, address) {
+  const { page, faults } = await open(browser, address + linkTo("scout", [...TOLD, "lattice.rows=2"]));
+  await ready(page);
+  const box = await boxOf(page, "#stage");
+  for (const [right, down, side] of [[0.75, 0.5, "left"], [0.4, 0.95, "right"]]) {
+    await page.mouse.click(box.x + right * box.width, box.y + down * box.height);
+    await until(page, `a click to its ${side}`, side => RegExp(`^Told to go to .* m to the ${side}[.:]`).test(document.getElementById("status").textContent), side);
+    console.log(`     ${await text(page, "status")}`);
+  }
   await close(page, faults);
 }

@@ -234,13 +234,14 @@ class Stage extends Drawing {
     return x > box[0] - margin && y > box[1] - margin && x < box[2] + margin && y < box[3] + margin;
   }
 
-  // The x of the ground at a point of the window, m.
-  xAt(clientX, clientY) {
+  // The place [x, y] of the ground at a point of the window, m. From the side it is on the line of the robot.
+  groundAt(clientX, clientY) {
     const { left, top, width } = this.canvas.getBoundingClientRect();
     const { eye, middle, base, scale } = this.#sight;
     const right = (clientX - left - width / 2) / scale;
     const away = eye.tilt > 0.02 ? (base - (clientY - top)) / scale / eye.tilt : 0;
-    return middle[0] + (eye.tilt > 0.02 ? eye.cos * right + eye.sin * away : right / (eye.cos || 1));
+    if (eye.tilt <= 0.02) return [middle[0] + right / (eye.cos || 1), middle[1]];
+    return [middle[0] + eye.cos * right + eye.sin * away, middle[1] + eye.cos * away - eye.sin * right];
   }
 
   // The velocity in the world of a push that moves points by (x, y) pixels to the right and down on the drawing.
