@@ -3,16 +3,18 @@
     cosmic sweep run studies/findings.toml --out sweeps/findings
     python3 studies/tables.py sweeps/findings --compare stability simp --compare stability stops
     python3 studies/tables.py sweeps/transfer --mujoco 5 2.5 1 0.6
+    python3 studies/tables.py sweeps/scout --goals 0.4 0.8 --seconds 12.6
 
-It needs pandas and matplotlib, and with `--mujoco` the packages mujoco and numpy and the program `cosmic` on the
-path. It prints Markdown and writes seeds.svg, the chart of every seed, and mujoco.csv into the folder of the sweep.
-Runs that diverged are left out of medians and quantiles.
+It needs pandas and matplotlib, with `--mujoco` and `--goals` the program `cosmic` on the path, and with `--mujoco` also the
+packages mujoco and numpy. It prints Markdown and writes seeds.svg, the chart of every seed, and mujoco.csv or goals.csv into
+the folder of the sweep. Runs that diverged are left out of medians and quantiles.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -87,6 +89,24 @@ def chart(results: pd.DataFrame, plan: dict, path: Path) -> None:
     figure.savefig(path, bbox_inches="tight")
 
 
+def to_goals(run: Path, distances: list[float], seconds: float) -> pd.DataFrame:
+    """How much of the way to goals on every side is left after so many seconds: here, and in MuJoCo with the scene's friction."""
+    subprocess.run(["cosmic", "export", run, "--mujoco", "--quiet"], check=True)
+    rows = []
+    for distance in distances:
+        for degrees in range(0, 360, 45):
+            angle = math.radians(degrees)
+            goal = f"--goal={distance * math.cos(angle)},{distance * math.sin(angle)}"
+            asked = ["cosmic", "walk", run, goal, "--seconds", str(seconds), "--json"]
+            walked = json.loads(subprocess.run(asked, check=True, capture_output=True).stdout)
+            steps = round(seconds / json.loads((run / "export" / "controller.json").read_text())["dt"])
+            player = [sys.executable, run / "export" / "walk.py", goal, "--steps", str(steps)]
+            there = subprocess.run(player, check=True, capture_output=True, text=True).stdout.split()
+            row = [distance, min(degrees, 360 - degrees), walked["goals"][0]["ratio"], float(there[-5]) / distance]
+            rows.append([run.name, *row])
+    return pd.DataFrame(rows, columns=["run", "distance, m", "degrees aside", "left", "left in MuJoCo"])
+
+
 def in_mujoco(run: Path, frictions: list[float]) -> list[float]:
     """The distances of a run's robot in MuJoCo, on ground of these frictions, from the start of its scene."""
     import mujoco
@@ -117,6 +137,8 @@ def main() -> None:
     arguments.add_argument("sweep", type=Path, help="the folder of a sweep")
     arguments.add_argument("--compare", nargs=2, action="append", default=[], metavar=("FROM", "TO"))
     arguments.add_argument("--mujoco", nargs="+", type=float, default=[], metavar="FRICTION")
+    arguments.add_argument("--goals", nargs="+", type=float, default=[], metavar="METRES", help="how far away goals are")
+    arguments.add_argument("--seconds", type=float, default=12.0, help="the time to get to a goal [default: 12]")
     given = arguments.parse_args()
     plan = json.loads((given.sweep / "sweep.json").read_text())
     results = pd.read_csv(given.sweep / "results.csv")
@@ -126,9 +148,13 @@ def main() -> None:
     if given.compare:
         changes = [change(results, *pair) for pair in given.compare]
         print(markdown(pd.DataFrame(changes).set_index("from")))
+    done = results[results["state"] == "done"]
+    folders = given.sweep / "runs" / (done["trial"] + "-" + done["seed"].astype(str))
+    if given.goals:
+        walks = pd.concat([to_goals(Path(folder), given.goals, given.seconds) for folder in folders])
+        walks.to_csv(given.sweep / "goals.csv", index=False)
+        print(markdown(walks.groupby(["distance, m", "degrees aside"])[["left", "left in MuJoCo"]].median().unstack(0)))
     if given.mujoco:
-        done = results[results["state"] == "done"]
-        folders = given.sweep / "runs" / (done["trial"] + "-" + done["seed"].astype(str))
         walks = [in_mujoco(Path(folder), given.mujoco) for folder in folders]
         walks = pd.DataFrame(walks, columns=given.mujoco, index=done.index)
         walks.insert(0, "trial", done["trial"])

@@ -5,8 +5,8 @@ use cosmic::scene::Scene;
 use cosmic_lab::sweep::{Overrides, Plan, read};
 
 /// The files that need no policy of an example program.
-const FILES: [&str; 6] = [
-    "paper", "ablation", "findings", "transfer", "realism", "worlds",
+const FILES: [&str; 7] = [
+    "paper", "ablation", "findings", "transfer", "realism", "worlds", "space",
 ];
 
 fn scenes(plan: &Plan) -> Vec<(&str, Scene)> {
