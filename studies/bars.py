@@ -17,8 +17,12 @@ os.environ["RAYON_NUM_THREADS"] = "1"
 import cosmic
 import numpy as np
 
+if len(sys.argv) < 2:
+    sys.exit(__doc__)
 run, n = cosmic.load(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 16
 sim, rest = run.simulator(), run.inputs.x0
+if run.scene["lattice.payload"] != 0:
+    sys.exit(f"{sys.argv[1]}: expected a robot with the payload at node 0, found {run.scene['lattice.payload']}")
 bars = np.flatnonzero(run.design.materials > 0)
 scale = 10 * float(run.scene["lattice.spacing"])
 

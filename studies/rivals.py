@@ -1,5 +1,5 @@
-"""Compares this library with the public programs of two papers on one core: with DiffTaichi's robots A to D, and with the
-world of codesign-mpt on flat ground.
+"""Compares this library on one core with the programs that two papers have published: with DiffTaichi's robots A to D, and
+with the world of codesign-mpt on flat ground.
 
     pip install ./python taichi==1.7.4 pyyaml matplotlib
     git clone https://github.com/taichi-dev/difftaichi && git clone https://github.com/lstrgar/codesign-mpt
@@ -168,7 +168,7 @@ def robot_of_difftaichi(folder: Path, robot: int) -> list[str]:
         return longest
 
     def cosine(steps: int) -> str:
-        """The cosine between both gradients of the position after so many steps, if that depends on the controller yet."""
+        """The cosine between both gradients of the position after so many steps; "–" while they are 0."""
         theirs.steps = steps + 1
         pair = of_theirs_at(begin), of_ours(begin, steps)
         theirs.steps = last + 1

@@ -5,8 +5,8 @@
     python3 studies/tables.py sweeps/transfer --mujoco 5 2.5 1 0.6
     python3 studies/tables.py sweeps/scout --goals 0.4 0.8 --seconds 12.6
 
-It needs pandas and matplotlib, with `--mujoco` and `--goals` the program `cosmic` on the path, and with `--mujoco` also the
-packages mujoco and numpy. It prints Markdown and writes seeds.svg, the chart of every seed, and mujoco.csv or goals.csv into
+It needs pandas and matplotlib; with `--mujoco` and `--goals` also the packages mujoco and numpy, and the program `cosmic` on
+the path. It prints Markdown and writes seeds.svg, the chart of every seed, and mujoco.csv or goals.csv into
 the folder of the sweep. Runs that diverged are left out of medians and quantiles.
 """
 
@@ -90,7 +90,7 @@ def chart(results: pd.DataFrame, plan: dict, path: Path) -> None:
 
 
 def to_goals(run: Path, distances: list[float], seconds: float) -> pd.DataFrame:
-    """How much of the way to goals on every side is left after so many seconds: here, and in MuJoCo with the scene's friction."""
+    """The share of the way to goals on every side that is left in the end: here, and in MuJoCo with the scene's friction."""
     subprocess.run(["cosmic", "export", run, "--mujoco", "--quiet"], check=True)
     rows = []
     for distance in distances:
@@ -98,10 +98,10 @@ def to_goals(run: Path, distances: list[float], seconds: float) -> pd.DataFrame:
             angle = math.radians(degrees)
             goal = f"--goal={distance * math.cos(angle)},{distance * math.sin(angle)}"
             asked = ["cosmic", "walk", run, goal, "--seconds", str(seconds), "--json"]
-            walked = json.loads(subprocess.run(asked, check=True, capture_output=True).stdout)
+            walked = json.loads(subprocess.run(asked, check=True, stdout=subprocess.PIPE).stdout)
             steps = round(seconds / json.loads((run / "export" / "controller.json").read_text())["dt"])
             player = [sys.executable, run / "export" / "walk.py", goal, "--steps", str(steps)]
-            there = subprocess.run(player, check=True, capture_output=True, text=True).stdout.split()
+            there = subprocess.run(player, check=True, stdout=subprocess.PIPE, text=True).stdout.split()
             row = [distance, min(degrees, 360 - degrees), walked["goals"][0]["ratio"], float(there[-5]) / distance]
             rows.append([run.name, *row])
     return pd.DataFrame(rows, columns=["run", "distance, m", "degrees aside", "left", "left in MuJoCo"])
@@ -153,7 +153,9 @@ def main() -> None:
     if given.goals:
         walks = pd.concat([to_goals(Path(folder), given.goals, given.seconds) for folder in folders])
         walks.to_csv(given.sweep / "goals.csv", index=False)
-        print(markdown(walks.groupby(["distance, m", "degrees aside"])[["left", "left in MuJoCo"]].median().unstack(0)))
+        table = walks.groupby(["distance, m", "degrees aside"])[["left", "left in MuJoCo"]].median().unstack(0)
+        table.columns = [f"{what}, {distance:g} m" for what, distance in table.columns]
+        print(markdown(table))
     if given.mujoco:
         walks = [in_mujoco(Path(folder), given.mujoco) for folder in folders]
         walks = pd.DataFrame(walks, columns=given.mujoco, index=done.index)

@@ -149,8 +149,8 @@ export class Design {
   isReplacing = false;
   /** Scene and seed of this design. */
   key = null;
-  /** The walk on which the user has sent the robot: after a push, to another world, or `to` a goal ([along, across] in
-   * m from the payload at the start), from which it is `left` metres away in the end. Null if there is none. */
+  /** The walk on which the user has sent the robot: after a push, to another world, or to the goal `to`, which is [along,
+   * across] from the payload at the start (m); in the end the robot is `left` metres away from it. Null if there is none. */
   told = null;
   /** The other world in which the robot walks: { world, changes, settings }; null in its own world. `changes` are
    * the kinds of settings that differ, each with its `name` and its `settings`; `settings` are all of them. */
@@ -427,7 +427,7 @@ export class Design {
 
   #send(robot, { to = null, left = null, visits = false }, onsent) {
     const walk = Walk.sent(this.place, robot, to !== null);
-    // What is left is to agree with the place at the end that the page shows.
+    // The page also shows the place at the end. Both numbers are to fit together.
     if (left !== null && this.place.robot.axes === 2) left = Math.abs(to[0] - walk.along);
     this.told = { walk, to, left, visits };
     onsent();

@@ -76,7 +76,9 @@ export class Errand {
     if (told?.to) return told.to;
     const [x, y, z] = this.#start;
     const along = this.#own[0] - (x * world.cos + z * world.sin);
-    return [along, robot.axes === 3 ? this.#own[1] - y : 0];
+    // A goal of two numbers is along the ground and above it.
+    const across = this.#own.length > 2 ? this.#own[1] : 0;
+    return [along, robot.axes === 3 ? across - y : 0];
   }
 
   #name(along) {

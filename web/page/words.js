@@ -87,7 +87,7 @@ function told({ walk, to, left }) {
     return `You pushed the robot. It walks on from there: ${metres(walk.along)} in ${walk.took.toFixed(1)} s.`;
   }
   const [along, across] = to;
-  const aside = across === 0 ? "" : `, ${metres(Math.abs(across))} to the ${across > 0 ? "left" : "right"}`;
+  const aside = Math.abs(across) < 0.005 ? "" : `, ${metres(Math.abs(across))} to the ${across > 0 ? "left" : "right"}`;
   if (left === null) return `Told to go to ${metres(along)}${aside}: ${walk.diverged}.`;
   return `Told to go to ${metres(along)}${aside}. After ${walk.took.toFixed(1)} s the robot is ${metres(left)} away from it.`;
 }

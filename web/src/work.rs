@@ -261,8 +261,8 @@ impl Work {
         self.answer(robot, 0, seen)
     }
 
-    /// Returns a robot and its rollout from the state `start` to a goal that is so many metres along the ground and across
-    /// from the payload at the start of the first walk; a planar robot ignores the part across. The clock has done `first` steps in the state `start`.
+    /// Returns a robot and its rollout from the state `start` to a goal. `along` and `across` (m) count from the payload at the
+    /// start of the first walk; a planar robot ignores `across`. The clock has done `first` steps in the state `start`.
     pub(crate) fn go_on(
         &mut self,
         robot: Robot,

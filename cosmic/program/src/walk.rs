@@ -71,8 +71,8 @@ fn cut(text: &str, mark: char) -> (&str, Option<&str>) {
 fn told(text: &str) -> std::result::Result<GoalArgument, String> {
     let (place, time) = cut(text, '@');
     let (along, across) = cut(place, ',');
-    let expected =
-        "expected a place from -1000 to 1000 m, and its time after `@`, as in 1.2 or -1@5s";
+    let expected = "expected a place from -1000 to 1000 m, in space also one across, and its time after `@`, as in 1.2 or \
+                    1.2,0.5 or -1@5s";
     let of_place = |text: &str| number(text, |x| x.abs() <= 1e3, expected.to_owned());
     let of_time = |time: &str| seconds(time.strip_suffix('s').unwrap_or(time));
     Ok(GoalArgument {

@@ -24,8 +24,8 @@ crate::keys! {
         smaller: Option<f64>, "number or `null`", unit "m";
         /// The difference for eleven tenths of the number; `null` if too many rollouts diverge.
         larger: Option<f64>, "number or `null`", unit "m";
-        /// Standard error of these differences. A difference of less than twice as much may be chance; `null` if too many
-        /// rollouts diverge.
+        /// The larger standard error of the two differences. A difference may be chance if it is less than twice this number;
+        /// `null` if a rollout diverges.
         error: Option<f64>, "number or `null`", unit "m";
     }
 }

@@ -10,8 +10,8 @@ use crate::kernel;
 use crate::lattice::Sides;
 
 /// A network whose hidden units are in groups: one for each direction of the goal, and one for a goal that is reached. The
-/// observed goal has the components `g` along the ground and `h` across it, whose squares add up to less than 1; in the
-/// plane there is no `h`. They multiply
+/// observed goal is `g` along the ground and `h` across it; in the plane there is no `h`. The squares of both add up to less
+/// than 1. The observed goal multiplies
 ///
 /// - the units for a goal ahead by `(g^2 + g) / 2`, and those for a goal behind by `(g^2 - g) / 2`;
 /// - in space, the units for a goal to the left by `(h^2 + h) / 2`, and those for a goal to the right by `(h^2 - h) / 2`;
@@ -31,7 +31,8 @@ const BEHIND: Group = ("w1_behind", "b1_behind", Gate([0.0, -0.5, 0.5, 0.0, 0.0]
 const LEFT: Group = ("w1_left", "b1_left", Gate([0.0, 0.0, 0.0, 0.5, 0.5]));
 const RIGHT: Group = ("w1_right", "b1_right", Gate([0.0, 0.0, 0.0, -0.5, 0.5]));
 const THERE: Group = ("w1_there", "b1_there", Gate([1.0, 0.0, -1.0, 0.0, -1.0]));
-/// [`THERE`], halved because its image, which is added, has the same gate.
+/// [`THERE`], halved because its image, which is added, has the same gate. In space that is also true of [`AHEAD`] and
+/// [`BEHIND`], which are not halved: goals ahead and behind count twice as much as goals aside.
 const HALF_THERE: Group = ("w1_there", "b1_there", Gate([0.5, 0.0, -0.5, 0.0, -0.5]));
 
 /// The groups of hidden units. If sides of the robot are images of each other, each group is followed by its image, with the

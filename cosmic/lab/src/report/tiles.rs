@@ -168,7 +168,7 @@ fn crossings(run: &RunFiles) -> [String; 2] {
     [number, format!("at most {says}, in {share} % of the time")]
 }
 
-/// The strongest effects of other physics on the distance that are not chance.
+/// The strongest effects of other physics on the distance, of those that are larger than twice their standard error.
 fn sensitivity(run: &RunFiles) -> [String; 2] {
     let effects = run.summary.sensitivities.iter().flat_map(|of| {
         let both = [("smaller", of.smaller), ("larger", of.larger)];
@@ -184,9 +184,17 @@ fn sensitivity(run: &RunFiles) -> [String; 2] {
     let Some((first, others)) = effects.split_first() else {
         return [
             NOT_KNOWN.to_owned(),
-            match run.summary.sensitivities.is_empty() {
-                true => "how other physics change the distance".to_owned(),
-                false => "10 % more or less of a number of the physics changes the distance less than chance does".to_owned(),
+            match run
+                .summary
+                .sensitivities
+                .iter()
+                .any(|of| of.error.is_some())
+            {
+                true => {
+                    "no number of the physics, 10 % larger or smaller, has an effect beyond chance"
+                        .to_owned()
+                }
+                false => "how other physics change the distance".to_owned(),
             },
         ];
     };

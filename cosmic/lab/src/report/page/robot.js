@@ -234,7 +234,7 @@ class Stage extends Drawing {
     return x > box[0] - margin && y > box[1] - margin && x < box[2] + margin && y < box[3] + margin;
   }
 
-  // The place [x, y] of the ground at a point of the window, m. From the side it is on the line of the robot.
+  // The place [x, y] of the ground at a point of the window, m. Seen from the side, it has the y of the middle of the view.
   groundAt(clientX, clientY) {
     const { left, top, width } = this.canvas.getBoundingClientRect();
     const { eye, middle, base, scale } = this.#sight;
