@@ -31,7 +31,7 @@ import cosmic
 import numpy as np
 import taichi as ti
 import yaml
-from steps import LATTICES, STEPS, WORLD, sweeps
+from steps import LATTICES, STEPS, WORLD, least, sweeps, waves
 
 ITERATIONS, LENGTH, SHORT = 100, 0.2, 50
 #: The world of DiffTaichi's mass_spring.py: its ground, and how much shorter its rest lengths are than its springs, m.
@@ -40,21 +40,6 @@ PHYSICS = {
     "dt": 0.004, "gravity": 4.8, "damping": 15.0, "contact": "infinite", "forces": [], "payload_mass": 0.0, "node_mass": 1.0,
 }
 CONTROLLER = {"omega": 10.0, "offset_scale": 0.05, "velocity_scale": 0.05, "goal_scale": 1.0}
-
-
-def least(calls: dict[str, Callable[[], Any]], repeats: int) -> dict[str, float]:
-    """The least user seconds of each call, after one that compiles. The calls take turns."""
-    seconds = dict.fromkeys(calls, np.inf)
-    for turn in range(repeats + 1):
-        for name, call in calls.items():
-            begin, count = os.times().user, 0
-            # The clock of user seconds has ticks of 10 ms.
-            while count == 0 or os.times().user - begin < 0.5:
-                call()
-                count += 1
-            if turn > 0:
-                seconds[name] = min(seconds[name], (os.times().user - begin) / count)
-    return seconds
 
 
 def loaded(path: Path) -> types.ModuleType:
@@ -181,7 +166,7 @@ def robot_of_difftaichi(folder: Path, robot: int) -> list[str]:
 
     cosines = [cosine(SHORT), cosine(last)]
     put(begin)
-    costs = least({"theirs": of_theirs, "ours": lambda: of_ours(begin)}, 5)
+    costs = least({"theirs": of_theirs, "ours": lambda: of_ours(begin)})
     each = [1e6 * costs[name] / last for name in ("theirs", "ours")]
     lengths = [
         trained(of_theirs_at, distance_there), trained(of_ours, distance),
@@ -210,16 +195,13 @@ def of_codesign_mpt(folder: Path) -> None:
     with mock.patch.dict(sys.modules, {"torch": torch}):
         simulator = loaded(folder / "simulator.py")
     ours = cosmic.Simulator({**WORLD, "lattice": LATTICES["space"]}, "layout")
-    first, edges = ours.initial(), ours.edges
-    masses = first.x0 - first.x0.min(0)
-    workspace = {
-        "masses": masses, "springs": edges, "spring_lengths": ours.rest_length.astype(np.float32),
-    }
+    x0, edges = ours.initial().x0, ours.edges
+    masses = x0 - x0.min(0)
+    workspace = {"masses": masses, "springs": edges, "spring_lengths": ours.rest_length.astype(np.float32)}
     print("| | there, us | here, us | ratio |")
     print("| --- | --: | --: | --: |")
     for robots in (1, 8):
-        phases = np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, (robots, 1, len(edges)))
-        drawn = np.sin(10.0 * ours.dt * np.arange(STEPS)[:, None] + phases).astype(np.float32)
+        drawn = waves(ours, robots, np.float32)
 
         class Given(simulator.Simulator):  # type: ignore[misc, name-defined]
             """The simulator with given activations in place of a network."""
@@ -262,7 +244,7 @@ def of_codesign_mpt(folder: Path) -> None:
 
         own = sweeps(ours, robots, np.float32)
         for what, there, here in zip(("forward", "with the gradient"), (forward, with_gradient), own):
-            costs = least({"there": there, "here": here}, 9)
+            costs = least({"there": there, "here": here})
             each = [1e6 * seconds / robots / STEPS for seconds in costs.values()]
             name = f"{what}, {robots} robot{'s' * (robots > 1)}"
             print(f"| {name} | {each[0]:.0f} | {each[1]:.1f} | {each[0] / each[1]:.1f} |", flush=True)

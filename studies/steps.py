@@ -142,14 +142,31 @@ LATTICES: dict[str, dict[str, Any]] = {
 }
 
 
+def least(calls: dict[str, Callable[[], Any]]) -> dict[str, float]:
+    """The least user seconds of each call in nine measurements. The calls take turns."""
+    seconds = dict.fromkeys(calls, np.inf)
+    for _ in range(9):
+        for name, call in calls.items():
+            begin, count = os.times().user, 0
+            # The clock of user seconds has ticks of 10 ms.
+            while count == 0 or os.times().user - begin < 0.5:
+                call()
+                count += 1
+            seconds[name] = min(seconds[name], (os.times().user - begin) / count)
+    return seconds
+
+
+def waves(sim: cosmic.Simulator, robots: int, dtype: Any) -> Any:
+    """Activations: one slow wave for each bar. Noise would shake the robot in space to pieces."""
+    phases = np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, (robots, 1, len(sim.edges)))
+    return np.sin(10.0 * sim.dt * np.arange(STEPS)[:, None] + phases).astype(dtype)
+
+
 def sweeps(sim: cosmic.Simulator, robots: int, dtype: Any) -> list[Callable[[], Any]]:
     """A rollout of so many robots, and a gradient with its rollout."""
     first, edges = sim.initial(), len(sim.edges)
     z = np.tile(np.array([0, 0, 1], dtype), (edges, 1))
-    # One slow wave for each bar. Noise would shake the robot in space to pieces.
-    phases = np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, (robots, 1, edges))
-    drawn = np.sin(10.0 * sim.dt * np.arange(STEPS)[:, None] + phases).astype(dtype)
-    robot = cosmic.Inputs(z, {"activations": drawn}, first.x0.astype(dtype), first.v0.astype(dtype))
+    robot = cosmic.Inputs(z, {"activations": waves(sim, robots, dtype)}, first.x0.astype(dtype), first.v0.astype(dtype))
     bars = np.zeros((2, robots, 1, *first.x0.shape), dtype)
     bars[0, ..., 0] = 1.0 / len(first.x0)
     forward = partial(sim.rollout, robot, observed=[STEPS])
@@ -168,19 +185,10 @@ def in_space() -> None:
     for robots, dtype in ((1, np.float64), (1, np.float32), (8, np.float32)):
         calls = {name: sweeps(sim, robots, dtype) for name, sim in sims.items()}
         for k, sweep in enumerate(("forward", "with the gradient")):
-            least = dict.fromkeys(sims, np.inf)
-            for _ in range(9):
-                for name in sims:
-                    begin = os.times().user
-                    # The clock of user seconds has ticks of 10 ms.
-                    count = 0
-                    while count == 0 or os.times().user - begin < 0.5:
-                        calls[name][k]()
-                        count += 1
-                    seconds = (os.times().user - begin) / count
-                    least[name] = min(least[name], 1e6 * seconds / robots / STEPS)
-            each = {name: 1e3 * least[name] / bars[name] for name in sims}
-            numbers = [least["space"], least["plane"], each["space"], each["plane"]]
+            seconds = least({name: calls[name][k] for name in sims})
+            step = {name: 1e6 * seconds[name] / robots / STEPS for name in sims}
+            each = {name: 1e3 * step[name] / bars[name] for name in sims}
+            numbers = [step["space"], step["plane"], each["space"], each["plane"]]
             what = f"{sweep}, {robots} robot{'s' * (robots > 1)}, {'double' if dtype is np.float64 else 'single'} precision"
             cells = " | ".join(f"{number:.1f}" for number in numbers)
             print(f"| {what} | {cells} | {each['space'] / each['plane']:.2f} |", flush=True)

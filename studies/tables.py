@@ -89,46 +89,56 @@ def chart(results: pd.DataFrame, plan: dict, path: Path) -> None:
     figure.savefig(path, bbox_inches="tight")
 
 
+class Exported:
+    """The robot of a run in MuJoCo."""
+
+    def __init__(self, run: Path) -> None:
+        rigid = ["--rigid"] if 'integrator = "implicit"' in (run / "scene.toml").read_text() else []
+        subprocess.run(["cosmic", "export", run, "--mujoco", *rigid, "--quiet"], check=True)
+        sys.path.insert(0, str(run / "export"))
+        import walk  # the player that `cosmic export` writes
+
+        self.walk = walk
+        self.model, self.net = walk.load(str(run / "export"))
+
+    def path(self, steps: int, goal: object = None) -> list:
+        """The positions before and after so many steps from the start of its scene; NaN after a walk that diverges."""
+        import mujoco
+
+        data = mujoco.MjData(self.model)
+        mujoco.mj_resetDataKeyframe(self.model, data, 0)
+        begun = data.qpos.copy()
+        for step in range(steps):
+            self.walk.step(self.model, [data], self.net, step, goal)
+        # If the simulation diverges, MuJoCo resets it to time 0.
+        whole = data.time > (steps * self.net["substeps"] - 0.5) * self.model.opt.timestep
+        return [begun, data.qpos if whole else data.qpos * float("nan")]
+
+
 def to_goals(run: Path, distances: list[float], seconds: float) -> pd.DataFrame:
     """The share of the way to goals on every side that is left in the end: here, and in MuJoCo with the scene's friction."""
-    subprocess.run(["cosmic", "export", run, "--mujoco", "--quiet"], check=True)
-    rows = []
+    robot, rows = Exported(run), []
+    steps = round(seconds / robot.net["dt"])
     for distance in distances:
         for degrees in range(0, 360, 45):
             angle = math.radians(degrees)
-            goal = f"--goal={distance * math.cos(angle)},{distance * math.sin(angle)}"
-            asked = ["cosmic", "walk", run, goal, "--seconds", str(seconds), "--json"]
-            walked = json.loads(subprocess.run(asked, check=True, stdout=subprocess.PIPE).stdout)
-            steps = round(seconds / json.loads((run / "export" / "controller.json").read_text())["dt"])
-            player = [sys.executable, run / "export" / "walk.py", goal, "--steps", str(steps)]
-            there = subprocess.run(player, check=True, stdout=subprocess.PIPE, text=True).stdout.split()
-            row = [distance, min(degrees, 360 - degrees), walked["goals"][0]["ratio"], float(there[-5]) / distance]
-            rows.append([run.name, *row])
+            place = [distance * math.cos(angle), distance * math.sin(angle)]
+            asked = ["cosmic", "walk", run, f"--goal={place[0]},{place[1]}", "--seconds", str(seconds), "--json"]
+            here = json.loads(subprocess.run(asked, check=True, stdout=subprocess.PIPE).stdout)["goals"][0]["ratio"]
+            goal = robot.walk.point(robot.net, place)
+            *_, there = robot.walk.ways(robot.net, [(0, goal)], robot.path(steps, goal))[0]
+            rows.append([run.name, distance, min(degrees, 360 - degrees), here, there / distance])
     return pd.DataFrame(rows, columns=["run", "distance, m", "degrees aside", "left", "left in MuJoCo"])
 
 
 def in_mujoco(run: Path, frictions: list[float]) -> list[float]:
     """The distances of a run's robot in MuJoCo, on ground of these frictions, from the start of its scene."""
-    import mujoco
-
-    rigid = ["--rigid"] if 'integrator = "implicit"' in (run / "scene.toml").read_text() else []
-    subprocess.run(["cosmic", "export", run, "--mujoco", *rigid, "--quiet"], check=True)
-    sys.path.insert(0, str(run / "export"))
-    import walk  # the player that `cosmic export` writes
-
-    model, net = walk.load(str(run / "export"))
-    distances = []
+    robot, distances = Exported(run), []
     for friction in frictions:
         # MuJoCo uses the larger friction of two bodies in contact, so all bodies get the same friction.
-        model.geom_friction[:, 0] = friction
-        data = mujoco.MjData(model)
-        mujoco.mj_resetDataKeyframe(model, data, 0)
-        begun = data.qpos.copy()
-        for step in range(int(net["steps"])):
-            walk.step(model, [data], net, step)
-        # If the simulation diverges, MuJoCo resets it to time 0.
-        whole = data.time > (net["steps"] * net["substeps"] - 0.5) * model.opt.timestep
-        distances.append(walk.moved(net, data.qpos - begun)[0] if whole else float("nan"))
+        robot.model.geom_friction[:, 0] = friction
+        begun, end = robot.path(int(robot.net["steps"]))
+        distances.append(robot.walk.moved(robot.net, end - begun)[0])
     return distances
 
 
