@@ -2,11 +2,6 @@
 
 use cosmic::codesign::Quantiles;
 use cosmic::numbers::finite;
-use cosmic::random::{Purpose, stream};
-use rand::RngExt;
-
-/// The number of resamples from which the standard error of a median is estimated.
-const RESAMPLES: usize = 1000;
 
 /// The statistics of a sample of runs. A number is `None` if it depends on a diverged run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -36,22 +31,7 @@ impl Statistics {
             p10: finite(spread.p10),
             median: finite(spread.p50),
             p90: finite(spread.p90),
-            standard_error: finite(standard_error(sample)).filter(|_| sample.len() > 1),
+            standard_error: finite(Quantiles::median_error(sample)).filter(|_| sample.len() > 1),
         }
     }
-}
-
-/// Returns the bootstrap estimate of the median's standard error: the standard deviation of the medians of resamples,
-/// which are drawn with replacement. The random stream is fixed, so the result depends only on the sample.
-fn standard_error(sample: &[f64]) -> f64 {
-    let mut stream = stream(0, Purpose::Bootstrap);
-    let mut again = vec![0.0; sample.len()];
-    let mut draw = |_| {
-        again.fill_with(|| sample[stream.random_range(0..sample.len())]);
-        Quantiles::of(&again).p50
-    };
-    let medians: Vec<f64> = (0..RESAMPLES).map(&mut draw).collect();
-    let mean = medians.iter().sum::<f64>() / RESAMPLES as f64;
-    let squares: f64 = medians.iter().map(|x| (x - mean).powi(2)).sum();
-    (squares / (RESAMPLES as f64 - 1.0)).sqrt()
 }

@@ -1,6 +1,9 @@
 //! Quantiles of a robot's results from several starts.
 
+use rand::RngExt;
 use serde::{Deserialize, Serialize};
+
+use crate::random::{Purpose, stream};
 
 /// Three quantiles of a robot's results over several starts, mostly displacements along the ground in metres.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -27,7 +30,29 @@ impl Quantiles {
             p90: between(&sorted, 0.9),
         }
     }
+
+    /// Returns the bootstrap estimate of the standard error of the sample's median: the standard deviation of the medians of
+    /// resamples, which are drawn with replacement. The random stream is fixed, so the result depends only on the sample. It
+    /// is not finite if a median is not.
+    ///
+    /// # Panics
+    /// If the sample is empty.
+    pub fn median_error(sample: &[f64]) -> f64 {
+        let mut stream = stream(0, Purpose::Bootstrap);
+        let mut again = vec![0.0; sample.len()];
+        let mut draw = |_| {
+            again.fill_with(|| sample[stream.random_range(0..sample.len())]);
+            Self::of(&again).p50
+        };
+        let medians: Vec<f64> = (0..RESAMPLES).map(&mut draw).collect();
+        let mean = medians.iter().sum::<f64>() / RESAMPLES as f64;
+        let squares: f64 = medians.iter().map(|x| (x - mean).powi(2)).sum();
+        (squares / (RESAMPLES as f64 - 1.0)).sqrt()
+    }
 }
+
+/// The number of resamples from which the standard error of a median is estimated.
+const RESAMPLES: usize = 1000;
 
 /// What a number that is not finite counts as.
 const FALLEN: f64 = f64::NEG_INFINITY;

@@ -37,6 +37,13 @@ const FACTORS: [f64; 2] = [0.9, 1.1];
 /// The numbers of a body that are varied.
 const OF_BODY: [&str; 3] = ["bars.stiffness", "bars.strain", "nodes.mass"];
 
+/// A median displacement with its standard error, m.
+#[derive(Clone, Copy)]
+struct Median {
+    value: f64,
+    error: f64,
+}
+
 impl Evaluator {
     /// The sensitivities of a robot to the numbers of its surroundings that are not 0, and to those of its body.
     pub(super) fn sensitivities(
@@ -53,33 +60,34 @@ impl Evaluator {
         let names = numbers.map(|(name, _)| name).chain(OF_BODY);
         let varied = names.flat_map(|name| FACTORS.map(|factor| (name, factor)));
         let varied: Vec<(&str, f64)> = std::iter::once(("", 1.0)).chain(varied).collect();
-        let walks: Vec<Quantiles> = (varied.par_iter())
-            .map(|&(name, factor)| self.walks_with(design, controller, domains, name, factor))
+        let medians: Vec<Median> = (varied.par_iter())
+            .map(|&(name, factor)| self.median_with(design, controller, domains, name, factor))
             .collect();
-        let (own, walks) = (walks[0], &walks[1..]);
+        let (own, medians) = (medians[0], &medians[1..]);
         let names = varied[1..].chunks_exact(FACTORS.len());
-        let pairs = names.zip(walks.as_chunks().0);
-        let sensitivity = |(names, [smaller, larger]): (&[(&str, f64)], &[Quantiles; 2])| {
-            let most = median_error(smaller).max(median_error(larger));
+        let pairs = names.zip(medians.as_chunks().0);
+        let sensitivity = |(names, pair): (&[(&str, f64)], &[Median; 2])| {
+            let [smaller, larger] = pair.map(|median| finite(median.value - own.value));
+            let errors = pair.map(|median| finite(median.error.hypot(own.error)));
             Sensitivity {
                 name: names[0].0.to_owned(),
-                smaller: finite(smaller.p50 - own.p50),
-                larger: finite(larger.p50 - own.p50),
-                error: finite(most.hypot(median_error(&own))),
+                smaller,
+                larger,
+                error: errors[0].zip(errors[1]).map(|(a, b)| a.max(b)),
             }
         };
         pairs.map(sensitivity).collect()
     }
 
-    /// The displacements (m) of a robot if the number `name` of its physics is multiplied by `factor`.
-    fn walks_with(
+    /// The median displacement of a robot if the number `name` of its physics is multiplied by `factor`.
+    fn median_with(
         &self,
         design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
         domains: &[Domain],
         name: &str,
         factor: f64,
-    ) -> Quantiles {
+    ) -> Median {
         let simulator = &self.task.simulator;
         let (mut surroundings, mut body) = (simulator.surroundings(), self.task.body(design));
         if !body.scale(name, &[factor], &self.task.lattice.rest_length) {
@@ -97,13 +105,9 @@ impl Evaluator {
         let moved: Vec<f64> = moved
             .map(|(walk, start)| self.between(start, walk).forward())
             .collect();
-        Quantiles::of(&moved)
+        Median {
+            value: Quantiles::of(&moved).p50,
+            error: Quantiles::median_error(&moved),
+        }
     }
-}
-
-/// The standard error of the median over [`STARTS`], of a normal distribution with these quantiles. 80 % of it lie within
-/// 1.28 standard deviations.
-fn median_error(walks: &Quantiles) -> f64 {
-    let deviation = (walks.p90 - walks.p10) / (2.0 * 1.2816);
-    (std::f64::consts::FRAC_PI_2 / STARTS as f64).sqrt() * deviation
 }
