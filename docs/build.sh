@@ -50,6 +50,18 @@ listing python/examples 'Examples in Python'
 find "$book/src" -name '*.md' ! -name SUMMARY.md -exec sed -E -i 's#(\]\([^):]*)README\.md#\1index.html#g' {} +
 # Rustdoc resolves the links of this table.
 sed -i 's#\.\./autodiff/src/kinks\.md#../../api/autodiff/real/index.html#' "$book"/src/docs/*.md
+# Tables have up to seven columns, so they get more room than paragraphs. On a phone they scroll, with readable cells.
+cat >"$book/theme/head.hbs" <<'END'
+<style>
+html:root { --content-max-width: 1100px }
+.content main > :is(p, ul, ol) { max-width: 800px }
+.table-wrapper :is(td, th) { padding: 3px 8px; vertical-align: top }
+@media (max-width: 700px) {
+  .table-wrapper table { width: max-content }
+  .table-wrapper :is(td, th) { max-width: 17em }
+}
+</style>
+END
 # Every page leads to the other parts of the site. mdBook moves its pages up by the height of the menu.
 cat >"$book/theme/header.hbs" <<'END'
 <p style="margin: 0 0 calc(8px - var(--menu-bar-height)); padding: calc(var(--menu-bar-height) + 8px) 16px 0">
