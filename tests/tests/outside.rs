@@ -113,7 +113,13 @@ fn the_dependencies_of_the_pages_resolve() {
         fs::write(folder.join("src/lib.rs"), "").unwrap();
         let package = "[package]\nname = \"pasted\"\nedition = \"2024\"\n";
         let features = "[features]\nall = [\"autodiff/derive\", \"autodiff/nalgebra\", \"autodiff/rayon\", \"autodiff/wgsl\"]\n";
-        let manifest = format!("{package}{block}{features}[workspace]\n");
+        // Until a release is published, its versions are those of the workspace.
+        let member =
+            |name, path| format!("cosmic-{name}.path = \"{}/{path}\"\n", repository.display());
+        let patch = member("autodiff", "autodiff")
+            + &member("codesign", "cosmic")
+            + &member("program", "cosmic/program");
+        let manifest = format!("{package}{block}{features}[workspace]\n[patch.crates-io]\n{patch}");
         fs::write(folder.join("Cargo.toml"), manifest).unwrap();
         fs::copy(repository.join("Cargo.lock"), folder.join("Cargo.lock")).unwrap();
         let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
