@@ -29,7 +29,7 @@ pub(crate) fn f64_lanes<V: Vectorized<f64>>(work: V) -> V::Output {
         // SAFETY: `level` checked that the processor has the instructions.
         level::Level::Avx2 | level::Level::Avx512 => unsafe { f64_avx2(work) },
         #[cfg(any(lanes = "neon", lanes = "simd128"))]
-        level::Level::Neon | level::Level::Simd128 => work.run::<narrow::F64x2>(),
+        level::Level::Neon | level::Level::Simd128 => f64_narrow(work),
         _ => scalars(work),
     }
 }
@@ -44,7 +44,7 @@ pub(crate) fn f32_lanes<V: Vectorized<f32>>(work: V) -> V::Output {
         // SAFETY: `level` checked that the processor has the instructions.
         level::Level::Avx2 | level::Level::Avx512 => unsafe { f32_avx2(work) },
         #[cfg(all(any(lanes = "neon", lanes = "simd128"), any(lanes_f32, test)))]
-        level::Level::Neon | level::Level::Simd128 => work.run::<narrow::F32x4>(),
+        level::Level::Neon | level::Level::Simd128 => f32_narrow(work),
         _ => scalars(work),
     }
 }
@@ -77,4 +77,17 @@ pub(super) fn f32_avx512<V: Vectorized<f32>>(work: V) -> V::Output {
 #[target_feature(enable = "avx2,fma")]
 pub(super) fn f32_avx2<V: Vectorized<f32>>(work: V) -> V::Output {
     work.run::<avx2::F32x8>()
+}
+
+// Each work is a function of its own here too. Otherwise a replay, which enters lanes for each of its longer functions, would
+// have a copy of all of them at every such place.
+#[cfg(any(lanes = "neon", lanes = "simd128"))]
+#[inline(never)]
+fn f64_narrow<V: Vectorized<f64>>(work: V) -> V::Output {
+    work.run::<narrow::F64x2>()
+}
+#[cfg(all(any(lanes = "neon", lanes = "simd128"), any(lanes_f32, test)))]
+#[inline(never)]
+fn f32_narrow<V: Vectorized<f32>>(work: V) -> V::Output {
+    work.run::<narrow::F32x4>()
 }
