@@ -45,6 +45,7 @@ pub mod inputs;
 pub mod task;
 pub mod domain;
 pub mod case;
+pub mod shop;
 pub mod codesign;
 pub mod verdict;
 pub mod record;

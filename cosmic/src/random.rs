@@ -34,6 +34,8 @@ pub enum Purpose {
     Errands = 12,
     /// Bootstrap resampling, to estimate the uncertainty of statistics.
     Bootstrap = 16,
+    /// Changes of robots in an evolution.
+    Mutation = 17,
 }
 
 /// The stream of random numbers for a seed and a purpose. It is the same on every platform.

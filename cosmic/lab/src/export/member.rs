@@ -7,7 +7,8 @@ use crate::report::RobotFiles;
 use crate::table::Table;
 use cosmic::design::Material;
 use cosmic::geometry::{Segment, Vector};
-use cosmic::scene::{ActuatorPart, MaterialSettings, Named, PartsSettings, SkeletonPart};
+use cosmic::scene::{PartsSettings, SkeletonPart};
+use cosmic::shop::{made_of, mass, part};
 use cosmic::simulator::BarLoad;
 use std::collections::BTreeSet;
 
@@ -26,31 +27,6 @@ pub(super) struct Member {
     pub(super) material: Material,
     /// The rest length, in metres.
     pub(super) length: f64,
-}
-
-impl Member {
-    /// Returns the name of the bar's material in files.
-    pub(super) fn made_of(&self) -> &'static str {
-        match self.material {
-            Material::Actuator => "actuator",
-            Material::Void | Material::Skeleton => "skeleton",
-        }
-    }
-
-    /// Returns the name of the part that the bar is; `None` for a bar of plain numbers.
-    pub(super) fn part(&self, parts: &PartsSettings) -> Option<&'static str> {
-        match self.material {
-            Material::Actuator if parts.actuator == ActuatorPart::Numbers => None,
-            Material::Actuator => Some(parts.actuator.name()),
-            _ if parts.skeleton == SkeletonPart::Numbers => None,
-            _ => Some(parts.skeleton.name()),
-        }
-    }
-
-    /// Returns the mass of the bar with its fittings, in kilograms.
-    pub(super) fn mass(&self, materials: &MaterialSettings) -> f64 {
-        self.material.of(&materials.of_length(self.length).density) * self.length
-    }
 }
 
 /// Returns the nodes at which bars end.
@@ -115,15 +91,15 @@ pub(super) fn bars(robot: &RobotFiles, members: &[Member], loads: &[BarLoad]) ->
         .column("rest_length", "length of the unstrained bar, m", |m| {
             m.length
         })
-        .column("material", "skeleton or actuator", Member::made_of)
-        .column("part", part_says, |m| m.part(&materials.parts))
+        .column("material", "skeleton or actuator", |m| made_of(m.material))
+        .column("part", part_says, |m| part(&materials.parts, m.material))
         .columns(["outer", "inner"], size_says, |m, k| {
             section(m, &materials.parts)[k]
         })
         .column("stroke", stroke_says, |m| stroke(m, &materials.max_strain))
         .column("stiffness", "N/m", stiffness)
         .column("mass", "mass of the bar with its fittings, kg", |m| {
-            m.mass(materials)
+            mass(materials, m.material, m.length)
         })
         .column("peak_tension", "largest pull, N", |m| loads[m.edge].tension)
         .column("peak_compression", "largest push, N", |m| {

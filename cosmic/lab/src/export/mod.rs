@@ -29,8 +29,8 @@ pub fn write_tables(run: &RunFiles, folder: &Path) -> Result<Vec<PathBuf>> {
     let tables = [
         ("bars.csv", Some(bars(&run.robot, &members, &gait.loads))),
         ("nodes.csv", Some(nodes(&run.robot, &members))),
-        ("parts.csv", Some(parts(run, &members))),
-        ("drive.csv", drive(run, &gait, &members)),
+        ("parts.csv", Some(parts(run))),
+        ("drive.csv", drive(run, &gait)),
     ];
     make_folder(folder)?;
     let tables = tables.into_iter();
