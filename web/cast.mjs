@@ -22,7 +22,7 @@ const CAST = {
   "the Moon": { scene: "creature", seed: 4, set: CHOICES.gravity.Moon },
   "long body": { scene: "creature", seed: 1, set: CHOICES.size.long },
   "three dimensions": { scene: "cube", seed: 0, set: { "physics.steps": 4096 }, short: ["--iterations", "60"], hidden: 8 },
-  "could be built": { scene: "workshop", seed: 0, short: ["--iterations", "60"] },
+  "could be built": { scene: "real_parts", seed: 8 },
 };
 /** The clocks of a robot in a link, and the hidden units of these robots. */
 const CLOCKS = 4;

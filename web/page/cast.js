@@ -18,6 +18,14 @@ export function mayBegin() {
 /** The robot of a link in the form that links have. */
 export const robotOf = link => new URLSearchParams(link.slice(1)).get("robot");
 
+/** The name of the robot of the parade that consists of real parts. */
+const REAL = "could be built";
+
+const cast = async () => (await fetch(new URL("cast.json", import.meta.url))).json();
+
+/** A finished robot of real parts. */
+export const realRobot = async () => (await cast()).find(({ name }) => name === REAL);
+
 /** The robots are drawn in turns, in so many frames. */
 const TURNS = 3;
 
@@ -50,15 +58,15 @@ export class Parade {
 
   /** Loads the robots and shows them. Resolves to whether they could be loaded. */
   async open() {
-    let cast;
+    let robots;
     try {
-      cast = await (await fetch(new URL("cast.json", import.meta.url))).json();
+      robots = await cast();
     } catch {
       return false;
     }
     this.#place.hidden = false;
     this.#began = performance.now();
-    this.robots = cast.map(robot => this.#add(robot));
+    this.robots = robots.map(robot => this.#add(robot));
     everyFrame(passed => { if (this.isOpen) this.#tick(passed); });
     return true;
   }

@@ -159,6 +159,8 @@ export class Design {
   /** What more material in each bar of the robot in design would bring: { gains, seconds }, in metres for a whole bar within
    * the first seconds; null if it is not known. */
   gains = null;
+  /** The evolution that races this design. */
+  twin = null;
   /** The robot to beat: { walk, link, far }, where `far` is the distance to quote, m; null if there is none. */
   rival = null;
 
@@ -432,6 +434,11 @@ export class Design {
     this.told = { walk, to, left, visits };
     onsent();
     this.onchange(this.state);
+  }
+
+  /** The pieces of the finished robot, with its edits, and the set points of its actuators: { pieces, drive }. */
+  async lists() {
+    return this.#client.ask({ do: "shop" });
   }
 
   /** The texts of `design.json` and `scene.toml` for the finished robot: { design, scene }. */

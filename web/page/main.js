@@ -2,7 +2,7 @@
 /* global Stage: of robot.js; Ternary, Curve: of charts.js; decimals, levelAt: of drawing.js */
 
 import { keepAddress, keepRobot, linked } from "./address.js";
-import { ENOUGH, Parade, mayBegin, robotOf } from "./cast.js";
+import { ENOUGH, Parade, mayBegin, realRobot, robotOf } from "./cast.js";
 import { Chips } from "./chips.js";
 import { Client, Refused, Stopped } from "./client.js";
 import { Design } from "./design.js";
@@ -15,10 +15,12 @@ import { toBytes, toText } from "./packed.js";
 import { Player } from "./player.js";
 import { progressOf } from "./progress.js";
 import { Push } from "./push.js";
-import { Race } from "./race.js";
+import { Race, outcome } from "./race.js";
 import { Refusals } from "./refusal.js";
-import { DEFAULT, OWN, Scene } from "./scene.js";
+import { DEFAULT, OWN, REAL, Scene } from "./scene.js";
+import { Shop } from "./shop.js";
 import { Strip } from "./strip.js";
+import { Twin } from "./twin.js";
 import { Visit } from "./visit.js";
 import { takeFilm, takeLink } from "./take.js";
 import { headline, metres, sentence, shownAs, showVerdict } from "./words.js";
@@ -31,7 +33,7 @@ const JUMPS = 0.02;
 /** The distance of the first column of a lattice from the origin of the ground, in metres. */
 const ORIGIN = 0.1;
 /** The buttons that cannot be used before there is a robot. */
-const LATER = ["design", "challenge", "takeback", "race", "back", "ahead", "latest", "save-film", "save-design", "save-scene"];
+const LATER = ["design", "challenge", "twin", "takeback", "race", "back", "ahead", "latest", "save-film", "save-design", "save-scene"];
 /** `?panic=5` makes the library panic after iteration 5, for tests. */
 const panicAfter = new URLSearchParams(location.search).get("panic");
 
@@ -48,10 +50,13 @@ const scene = new Scene(client, $("settings"), mayChange, sceneKnown);
 const ground = new GroundEditor($("ground"), points => scene.setGround(points));
 const chips = new Chips(
   { ground: $("chip-ground"), gravity: $("chip-gravity"), size: $("chip-size") },
-  [...document.querySelectorAll("#worlds button")],
+  [...document.querySelectorAll("#worlds button[data-kind]")],
   chooseWorld,
 );
-const toLatest = () => { looked = null; };
+const toLatest = () => {
+  looked = null;
+  race.end();
+};
 /** Whether the finished robot is on the stage, and not an earlier attempt. */
 const isShown = () => design.state === "finished" && looked === null;
 const visit = new Visit({ scene, player, design, onvisit: toLatest });
@@ -74,7 +79,15 @@ const errand = new Errand({
   parts: { row: $("errand"), slider: $("goal"), place: $("place") },
 });
 const refusal = new Refusals({ text: $("refusal"), details: $("details"), scene, before: $("status") });
-const race = new Race($("lanes"));
+const race = new Race($("lanes"), { player, onchange: raced });
+const twin = design.twin = new Twin(tellTwin);
+const shop = new Shop({
+  design, onerror: error => refusal.show(error),
+  parts: {
+    section: $("shop"), pieces: $("pieces"), drive: $("drive"), says: $("drive-says"), savePieces: $("save-pieces"),
+    saveDrive: $("save-drive"),
+  },
+});
 /** The iteration that the user chose to see; null for the last iteration or the delivered robot. */
 let looked = null;
 let recording = null;
@@ -184,6 +197,7 @@ async function navigate() {
 async function sceneKnown(error) {
   $("scene").value = scene.name;
   $("seed").value = scene.seed;
+  $("real").setAttribute("aria-pressed", scene.name === REAL);
   refusal.forget();
   if (error) {
     design.abandon("empty");
@@ -226,6 +240,7 @@ async function prepare() {
   looked = null;
   recording?.abort();
   race.end();
+  twin.end();
   editor.open(null);
   try {
     if (scene.robot === null) {
@@ -279,9 +294,9 @@ const waits = state => state === "preparing" || state === "measuring" || (state 
 function tellButton(state) {
   const words = { preparing: "Preparing …", working: "Pause", measuring: "Measuring …", paused: "Resume", finished: design.elsewhere ? "Design for this world" : "Design another" };
   if (state === "empty" && loaded < 1) words.empty = `Loading, ${Math.round(100 * loaded)} %`;
-  const long = waits(state) && client.busyFor >= LONG;
-  $("design").textContent = long ? "Cancel" : words[state] ?? "Design a robot";
-  $("design").disabled = !long && ["empty", "stopped", "preparing", "measuring"].includes(state);
+  const long = !race.runs && waits(state) && client.busyFor >= LONG;
+  $("design").textContent = race.runs ? "End the race" : long ? "Cancel" : words[state] ?? "Design a robot";
+  $("design").disabled = !race.runs && !long && ["empty", "stopped", "preparing", "measuring"].includes(state);
   clearTimeout(waiting);
   if (waits(state) && !long) waiting = setTimeout(() => tellButton(design.state), LONG / 4);
 }
@@ -307,6 +322,8 @@ function changed(state) {
   $("save-scene").disabled = scene.checked === null;
   // The winner of a race is opened from its link.
   $("race").disabled = scene.checked === null || scene.takesGoals;
+  $("twin").disabled = scene.checked === null || scene.takesGoals || !["working", "paused", "finished"].includes(state);
+  shop.show();
   $("save-film").disabled = design.world === null || filmKind() === null || recording !== null;
   giveWay(state);
   if (parade.isOpen) {
@@ -333,8 +350,9 @@ function flag(far) {
   player.goal = errand.show();
   player.goalLabel = "";
   const designed = delivered?.designed.walk ?? null;
-  player.lane = design.rival && design.told === null ? `to beat: ${shownAs(design.rival.far)}` : null;
-  player.ghost = design.rival ? design.rival.walk : delivered ? (delivered.walk === designed ? null : designed) : best?.walk ?? null;
+  const other = twin.walk ? { walk: twin.walk, says: `evolution, ${twin.tries} tries` } : design.rival && { walk: design.rival.walk, says: "to beat" };
+  player.lane = other && design.told === null ? `${other.says}: ${shownAs(design.rival && !twin.walk ? design.rival.far : twin.walk.along)}` : null;
+  player.ghost = other ? other.walk : delivered ? (delivered.walk === designed ? null : designed) : best?.walk ?? null;
   if (player.goal !== null || place === null) return;
   const isBest = looked === null && delivered === null;
   const to = isBest ? best?.walk.along : far;
@@ -384,12 +402,14 @@ function tellJump(walk) {
 
 function look(iteration) {
   if (design.world === null) return;
+  race.end();
   const within = Math.min(design.iteration, Math.max(0, iteration));
   looked = within === design.iteration && design.state !== "finished" ? null : within;
   show();
 }
 
 function step(by) {
+  race.end();
   const at = looked ?? (design.delivered ? design.iteration + 1 : design.iteration);
   if (at + by > design.iteration) looked = null;
   else looked = Math.max(0, at + by);
@@ -411,9 +431,9 @@ function describe(walk) {
 
 function tellStatus(state) {
   // Screen readers do not read texts that change with every iteration.
-  $("status").setAttribute("aria-live", state === "working" ? "off" : "polite");
+  $("status").setAttribute("aria-live", state === "working" || twin.runs ? "off" : "polite");
   const first = performance.now() < farewell.until && looked === null ? farewell.words : "";
-  $("status").textContent = first + sentence(state, design, looked);
+  $("status").textContent = race.runs ? race.words : first + sentence(state, design, looked);
   showVerdict($("verdict"), (isShown() && design.told === null && design.delivered.measured?.verdict) || []);
 }
 
@@ -437,6 +457,7 @@ function togglePlay() {
 }
 
 async function pressDesign() {
+  if (race.runs) return race.end();
   if ($("design").textContent === "Cancel") return cancel();
   if (parade.isOpen) endGreeting();
   if (design.state === "working") return design.pause();
@@ -505,26 +526,71 @@ async function startRace() {
   if (race.runs) return race.end();
   if (!(await mayChange())) return;
   if (design.state === "working") design.pause();
-  $("race").textContent = "End the race";
+  recording?.abort();
+  twin.end();
+  tell("");
   try {
-    const best = await race.run(scene.asked, scene.seed);
-    if (best === null) return;
-    scene.robot = toText(best.bytes);
-    scene.seed = best.seed;
+    let ranking = null;
+    // The robot on the stage stands still behind the lanes.
+    await player.goOn(async () => { ranking = await race.run(scene.asked, scene.seed); });
+    if (ranking === null) return;
+    tell(outcome(ranking));
+    const [{ seed, far, measured, bytes }] = ranking;
+    if (far === null) return;
+    [scene.robot, scene.seed] = [toText(bytes), seed];
+    design.known.set(scene.robot, measured);
     // The robot before may have won.
     if (scene.link !== location.hash) history.pushState(null, "", scene.link);
     await scene.check();
-    $("saved").textContent = `Seed ${best.seed} won the race: ${shownAs(best.far)}.`;
   } catch (error) {
     refusal.show(error);
-  } finally {
-    $("race").textContent = "Race of seeds";
   }
+}
+
+/** Lets an evolution without gradients race the design. A second press ends it. */
+async function raceTwin() {
+  if (twin.runs) return twin.end();
+  if (parade.isOpen) {
+    endGreeting();
+    changed(design.state);
+  }
+  $("twin").textContent = "End evolution";
+  toLatest();
+  try {
+    await twin.run(scene.asked, scene.seed);
+  } catch (error) {
+    refusal.show(error);
+  }
+}
+
+/** Shows the latest of the evolution. */
+function tellTwin() {
+  $("twin").textContent = twin.runs ? "End evolution" : "Race evolution";
+  if (design.world === null || parade.isOpen || ["stopped", "empty", "preparing", "cancelled"].includes(design.state)) return;
+  flag(headline({ walk: shown().walk, looked, design }).far);
+  tellStatus(design.state);
+}
+
+/** Shows a robot of real parts, or goes back to the page's own scene. */
+async function chooseReal() {
+  if (scene.name === REAL) return changeAndDesign(() => scene.choose(DEFAULT));
+  const { link, measured } = await realRobot();
+  design.known.set(robotOf(link), measured);
+  location.hash = link;
+}
+
+/** Shows or hides the lanes of a race. */
+function raced() {
+  $("robot").classList.toggle("races", race.runs);
+  $("race").textContent = race.runs ? "End the race" : "Race of seeds";
+  tellButton(design.state);
+  tellStatus(design.state);
 }
 
 const tell = text => { $("saved").textContent = text; };
 
 async function saveFilm() {
+  race.end();
   recording = new AbortController();
   $("save-film").disabled = true;
   try {
@@ -590,6 +656,8 @@ function connect() {
   on("save-film", saveFilm);
   on("link", share);
   on("challenge", challenge);
+  on("twin", raceTwin);
+  on("real", chooseReal);
   on("takeback", () => editor.takeBack());
   on("home", goHome);
   on("stay", () => $("leave").close("stay"));
@@ -622,6 +690,7 @@ if (designs) begin();
 /** How long the scripts of frames take, for tests. */
 globalThis.playerCost = player.cost;
 globalThis.parade = parade;
+globalThis.race = race;
 /** Pushes the robot, and says what the stage shows, for tests. */
 globalThis.push = ([along, above]) => push.push([along, 0, above]);
 globalThis.onStage = () => {

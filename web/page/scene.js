@@ -23,7 +23,32 @@ samples = 1
 iterations = 120
 `,
   },
+  real_parts: {
+    about: "a small robot of tubes and cylinders that one can buy, designed in three minutes",
+    toml: `base = "workshop"
+[physics]
+steps = 1600
+[controller]
+hidden = 16
+[robust]
+samples = 1
+[materials]
+max_strain = [0.0, 0.0, 0.07]
+[actuator]
+speed = 0.6
+[stops]
+stiffness = 6e4
+[adam]
+rate = 0.008
+fine_rate = 0.003
+[schedule]
+iterations = 60
+`,
+  },
 };
+
+/** The page's own scene of real parts. */
+export const REAL = "real_parts";
 
 /** The fields of the form: a key of the scene, the label of the field, and the allowed numbers or words. */
 const FIELDS = [
@@ -127,8 +152,8 @@ export class Scene {
   }
 
   /** Chooses a built-in scene with its own settings. */
-  async choose(name) {
-    await this.#change(() => {
+  choose(name) {
+    return this.#change(() => {
       this.name = name;
       this.changed.clear();
     });

@@ -102,13 +102,22 @@ function race({ rival, delivered }, state) {
   return own > far ? `You beat it: ${metres(own)} against ${metres(far)}${claims}. Share the link. ` : `Not beaten yet: ${metres(own)} against ${metres(far)}${claims}. “Design another” tries again. `;
 }
 
+/** What the race against evolution has come to. */
+function evolution({ twin, robots }) {
+  if (!twin.walk) return twin.runs ? "Evolution begins with robots at random. " : "";
+  const far = twin.walk.along;
+  const as = robots.findIndex(({ walk }) => walk.along >= far);
+  const here = as > 0 ? `by the gradient it took ${as} attempts` : robots.length > 1 ? "no attempt by the gradient was as far yet" : "";
+  return `Evolution has tried ${twin.tries} robots to walk ${metres(far)}${here && `; ${here}`}. `;
+}
+
 /** The sentence for a state of the design. `looked` is the attempt that the user looks at, or null. */
 export function sentence(state, design, looked) {
   if (looked !== null && ["working", "paused", "measuring", "finished"].includes(state)) return attempt(design, looked);
   if (design.told !== null && ["ready", "paused", "finished"].includes(state)) {
     return design.told.visits ? visits(design.told, design) : told(design.told);
   }
-  return race(design, state) + {
+  return evolution(design) + race(design, state) + {
     empty: "",
     preparing: "Preparing the robot …",
     cancelled: "Cancelled. Press “Design a robot” to start again.",

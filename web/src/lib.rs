@@ -11,6 +11,7 @@
 mod view;
 mod packed;
 mod gains;
+mod evolve;
 mod work;
 mod session;
 mod request;

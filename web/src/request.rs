@@ -23,6 +23,8 @@ enum Request {
     /// Returns what more material in each bar of the robot in design would bring within the horizon of the next iteration.
     /// If `tried` is the number of a bar and a share, also how much farther the robot gets with this share more in it.
     Gains { tried: Option<(usize, f64)> },
+    /// Tries more robots of an evolution for the scene of the design, which has no gradients.
+    Evolve { tries: usize },
     /// Chooses the robot to deliver, after the last iteration. If `packed`, it is the robot that its link holds.
     Deliver { packed: bool },
     /// Gives the delivered robot other materials. Without `materials`, restores those of the design.
@@ -43,6 +45,8 @@ enum Request {
     Share,
     /// Opens a robot that was packed for a link, in its scene.
     Open { scene: Asked, bytes: Vec<u8> },
+    /// Returns the pieces of the delivered robot, and the set points of its actuators.
+    Shop,
     /// Returns the texts of `design.json` and `scene.toml`.
     Design,
     /// Panics, for tests.
@@ -106,6 +110,7 @@ fn carry_out(session: &mut Session, request: Request) -> Result<Value> {
         Request::Begin { scene, seed } => session.begin(&scene.read()?, seed),
         Request::Iterate { shown } => session.iterate(shown),
         Request::Gains { tried } => session.gains(tried),
+        Request::Evolve { tries } => session.evolve(tries),
         Request::Deliver { packed } => session.deliver(packed),
         Request::Edit { materials } => session.edit(materials),
         Request::Restore { bytes } => session.restore(bytes),
@@ -115,6 +120,7 @@ fn carry_out(session: &mut Session, request: Request) -> Result<Value> {
         Request::Judge => session.judge(),
         Request::Share => session.share(),
         Request::Open { scene, bytes } => session.open(&scene.read()?, bytes),
+        Request::Shop => session.shop(),
         Request::Design => session.design(),
         Request::Panic => panic!("a panic for tests"),
     }

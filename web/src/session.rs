@@ -1,13 +1,16 @@
 //! The requests of the page on an optimisation in progress, and on the robot that it delivers.
 
+use crate::evolve::Evolution;
 use crate::gains;
 use crate::work::{MEASURED, Robot, Whole, Work, clearance, nothing, solid_nodes};
+use cosmic::case::Case;
 use cosmic::codesign::{CoDesign, Progress};
 use cosmic::design::{Design, Material};
 use cosmic::error::Error;
 use cosmic::geometry::Vector;
 use cosmic::record::DesignFile;
 use cosmic::scene::{GoalKind, Scene};
+use cosmic::shop::{self, Piece};
 use serde_json::{Value, json};
 
 type Answer = cosmic::Result<Value>;
@@ -44,6 +47,25 @@ impl Session {
     pub(crate) fn gains(&mut self, tried: Option<(usize, f64)>) -> Answer {
         let work = self.work()?;
         gains::gains(&work.codesign, &work.progress, tried)
+    }
+
+    /// Tries `tries` more robots of an evolution for the scene of the design. Returns the best robot if it is a new one. The
+    /// evolution takes the place of the design.
+    pub(crate) fn evolve(&mut self, tries: usize) -> Answer {
+        let work = self.work()?;
+        let seed = work.progress.seed;
+        let mut evolution = work
+            .evolution
+            .take()
+            .unwrap_or_else(|| Evolution::new(seed));
+        let mut is_better = false;
+        for _ in 0..tries {
+            is_better |= evolution.attempt(work);
+        }
+        let shown = is_better.then(|| evolution.present(work));
+        let tried = evolution.tries();
+        work.evolution = Some(evolution);
+        Ok(json!({ "tries": tried, "robot": shown }))
     }
 
     /// Chooses the robot to deliver and measures it. If `packed`, the robot is the one that a link holds: its policy is in
@@ -188,6 +210,20 @@ impl Session {
         let answer = json!({ "world": begun.world(), "robot": shown });
         self.0 = Some(begun);
         Ok(answer)
+    }
+
+    /// Returns what is needed to build the finished robot, with its edits: the pieces, and the set points of its actuators
+    /// over a period (`null` if they do not repeat).
+    pub(crate) fn shop(&mut self) -> Answer {
+        let work = self.work()?;
+        let (scene, robot) = (work.codesign.scene(), work.finished()?);
+        let materials = robot.projected.materials();
+        let case = Case::of_robot(scene, robot.design.clone(), robot.controller.clone());
+        let pieces = shop::pieces(scene, &case.lattice, &materials);
+        let piece = |piece: &Piece| json!({ "part": piece.name, "length": piece.length, "mass": piece.mass, "places": piece.places });
+        let drive = shop::drive(&case, &materials);
+        let drive = drive.map(|drive| json!({ "every": drive.every, "lengths": drive.lengths }));
+        Ok(json!({ "pieces": pieces.iter().map(piece).collect::<Vec<_>>(), "drive": drive }))
     }
 
     /// Returns the texts of `design.json` and `scene.toml` for the finished robot, with its edits.

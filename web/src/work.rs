@@ -1,10 +1,11 @@
 //! The work of a session: a design in progress, or a finished robot, with its walk and its measurements.
 
+use crate::evolve::Evolution;
 use crate::{packed, view};
 use cosmic::codesign::{CoDesign, Delivery, Progress};
 use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::Error;
-use cosmic::geometry::Vector;
+use cosmic::geometry::{Ground, Vector};
 use cosmic::lattice::State;
 use cosmic::policy::{Controller, Goals};
 use cosmic::scene::{ControllerSettings, GoalKind, PhysicsSettings, Scene};
@@ -28,6 +29,8 @@ pub(crate) struct Work {
     pub(crate) elsewhere: Option<Task>,
     /// The walk that was shown last; `None` if it diverged.
     pub(crate) walk: Option<Walk>,
+    /// The evolution of robots for this scene; `None` before its first try.
+    pub(crate) evolution: Option<Evolution>,
 }
 
 /// A walk that can go on from any of its frames.
@@ -82,6 +85,7 @@ impl Work {
             edited: None,
             elsewhere: None,
             walk: None,
+            evolution: None,
         }
     }
 
@@ -301,10 +305,6 @@ impl Work {
         seen: Result<Trajectory<f64>, String>,
     ) -> Value {
         let ground = self.task().ground();
-        let along = |seen: &Trajectory<f64>| {
-            let from = seen.states[0].x[seen.marker.payload];
-            ground.along(seen.position(seen.last_step())) - ground.along(from)
-        };
         let thousandths = |share: f64| (1e3 * share).round() as i64;
         let mixtures = robot.projected.mixtures();
         let mixtures = mixtures.iter().map(|mixture| mixture.0.map(thousandths));
@@ -317,10 +317,16 @@ impl Work {
             "materials": robot.projected.materials(),
             "mixtures": mixtures.collect::<Vec<_>>(),
             "walk": seen.as_ref().ok().map(|seen| view::walk(&self.codesign, seen)),
-            "along": seen.as_ref().ok().map(along),
+            "along": seen.as_ref().ok().map(|seen| along(seen, &ground)),
             "diverged": seen.err(),
         })
     }
+}
+
+/// How far the payload gets in a rollout, m along the ground.
+pub(crate) fn along(seen: &Trajectory<f64>, ground: &Ground) -> f64 {
+    let from = seen.states[0].x[seen.marker.payload];
+    ground.along(seen.position(seen.last_step())) - ground.along(from)
 }
 
 /// Returns the nodes that have a solid bar; all nodes if there is no solid bar.

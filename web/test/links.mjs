@@ -1,6 +1,7 @@
 // Tests of links, of Back and refresh, and of the questions before a robot is lost.
 import { ready, says, text } from "./browsers.mjs";
 import { SMALL, HELLO, open, unfold, goBack, boxOf, check, press, value, until, close } from "./helpers.mjs";
+import { winning } from "./races.mjs";
 
 /** Robots of other versions, of other lattices, too short, too long, not text, and scenes with absurd numbers. */
 async function hostileLinks(browser, address) {
@@ -175,10 +176,7 @@ export async function asks(browser, address) {
   await until(page, "or the change is made", () => location.hash.includes("gravity%3D3.7") && document.getElementById("design").textContent === "Pause");
   await says(page, "Design another");
   const before = page.url();
-  await press(page, "race");
-  await until(page, "a race of seeds", () => document.querySelectorAll("#lanes progress").length > 1);
-  await page.waitForFunction(() => document.getElementById("saved").textContent.includes("won the race"), { timeout: 240_000 });
-  check(page.url().includes("robot="), await text(page, "saved"));
+  await winning(page);
   if (page.url() !== before) await goBack(page);
   check(page.url() === before, "Back leads to the robot before the race, if another one has won");
   const isEarly = () => document.getElementById("status").textContent === "Loading …" && !document.getElementById("design").disabled;

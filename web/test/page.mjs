@@ -6,10 +6,12 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { parseArgs } from "node:util";
 import { installed, launch, ready } from "./browsers.mjs";
+import { building, evolving, listing, twins } from "./building.mjs";
 import { cancelled, designing, editing, files, framed, motionless, playing, scenes, stopping, unreliable } from "./controls.mjs";
 import { SMALL, checkShifts, close, failed, here, open } from "./helpers.mjs";
 import { asks, headlines, links, refusedLinks } from "./links.mjs";
 import { beating, gaining, loading, picking, switches, takingBack, tinting } from "./moments.mjs";
+import { racing, standing } from "./races.mjs";
 import { serve } from "./serve.mjs";
 import { shots, stranger, without } from "./strangers.mjs";
 import { aside, errand, goingOn, judging, moon, space, visiting, worlds } from "./worlds.mjs";
@@ -41,7 +43,10 @@ async function everywhere(browser, address, folder) {
   await takingBack(browser, address);
   await beating(browser, address);
   await tinting(browser, address);
+  await racing(browser, address);
   await asks(browser, address);
+  await building(browser, address, folder);
+  await twins(browser, address);
 }
 
 async function inChromium(address) {
@@ -52,6 +57,7 @@ async function inChromium(address) {
     await motionless(browser, address);
     await framed(browser, address);
     await space(browser, address);
+    await standing(browser, address);
     await stranger(browser, address);
     await picking(browser, address);
     await loading(browser, address);
@@ -88,6 +94,8 @@ goingOn();
 visiting();
 judging();
 gaining();
+listing();
+evolving();
 const server = await serve(here("../dist"));
 for (const [browser, test] of [["chrome", inChromium], ["firefox", inFirefox]]) {
   if (given.browser && given.browser !== browser) continue;

@@ -103,7 +103,7 @@ function paintGrid(drawing, { eye, place, middle, base, scale, world }, width, h
   pen.strokeStyle = fade;
   pen.lineWidth = 1;
   pen.stroke();
-  if (width < 320 && height < 240) return;
+  if (!world.isMarked || (width < 320 && height < 240)) return;
   // Numbers in front of the robot, along the ground, or across it if the viewer looks along it.
   const [axis, turn] = Math.abs(eye.cos) > 0.3 ? [0, eye.cos] : [1, eye.sin];
   const apart = Math.max(1, Math.round(0.2 * seen / step)) * step;
