@@ -343,6 +343,12 @@ function changed(state) {
   if (state === "finished" && isCurrent) keepRobot(scene, design);
 }
 
+/** The robot that walks in a lane of its own: the best of the evolution, or the one to beat; null if there is none. */
+function inLane() {
+  if (twin.walk) return { walk: twin.walk, says: `evolution, ${twin.tries} tries: ${shownAs(twin.walk.along)}` };
+  return design.rival && { walk: design.rival.walk, says: `to beat: ${shownAs(design.rival.far)}` };
+}
+
 /** Sets the flag: at the goal, or at the distance of the headline; during a design at the best distance so far. The best
  * robot so far is shown as a ghost; after an edit, it is the robot before the edit. */
 function flag(far) {
@@ -350,8 +356,8 @@ function flag(far) {
   player.goal = errand.show();
   player.goalLabel = "";
   const designed = delivered?.designed.walk ?? null;
-  const other = twin.walk ? { walk: twin.walk, says: `evolution, ${twin.tries} tries` } : design.rival && { walk: design.rival.walk, says: "to beat" };
-  player.lane = other && design.told === null ? `${other.says}: ${shownAs(design.rival && !twin.walk ? design.rival.far : twin.walk.along)}` : null;
+  const other = inLane();
+  player.lane = other && design.told === null ? other.says : null;
   player.ghost = other ? other.walk : delivered ? (delivered.walk === designed ? null : designed) : best?.walk ?? null;
   if (player.goal !== null || place === null) return;
   const isBest = looked === null && delivered === null;
