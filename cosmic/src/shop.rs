@@ -12,7 +12,7 @@ use crate::scene::{
 };
 use crate::simulator::Trajectory;
 
-/// The number of rows of a [`Drive`] in a period.
+/// The number of rows of a [`Drive`] in a period, without the last, which repeats the first.
 const ROWS: usize = 100;
 /// How much an activation at the end of a period may differ from that at its start: the clock's phase is rounded.
 const ROUNDING: f64 = 1e-9;
@@ -49,7 +49,7 @@ pub struct Piece {
     pub length: Option<f64>,
     /// The mass of one, kg.
     pub mass: f64,
-    /// Where they are, a number for each: the edge of the lattice; of nodes and payload, the node.
+    /// The number of the edge of each; of nodes and payload, the number of the node.
     pub places: Vec<usize>,
 }
 

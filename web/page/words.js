@@ -107,8 +107,8 @@ function evolution({ twin, robots }) {
   if (!twin.walk) return twin.runs ? "Evolution begins with robots at random. " : "";
   const far = twin.walk.along;
   const as = robots.findIndex(({ walk }) => walk.along >= far);
-  const here = as > 0 ? `by the gradient it took ${as} attempts` : robots.length > 1 ? "no attempt by the gradient was as far yet" : "";
-  return `Evolution has tried ${twin.tries} robots to walk ${metres(far)}${here && `; ${here}`}. `;
+  const here = as > 0 ? `; the gradient needed ${as} attempts for that` : robots.length > 1 ? "; the gradient has not got that far" : "";
+  return `Evolution has tried ${twin.tries} robots, and its best one walks ${metres(far)}${here}. `;
 }
 
 /** The sentence for a state of the design. `looked` is the attempt that the user looks at, or null. */
