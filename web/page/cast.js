@@ -19,7 +19,7 @@ export function mayBegin() {
 export const robotOf = link => new URLSearchParams(link.slice(1)).get("robot");
 
 /** The name of the robot of the parade that consists of real parts. */
-const REAL = "could be built";
+export const REAL = "could be built";
 
 const cast = async () => (await fetch(new URL("cast.json", import.meta.url))).json();
 

@@ -2,7 +2,7 @@
 /* global Stage: of robot.js; Ternary, Curve: of charts.js; decimals, levelAt: of drawing.js */
 
 import { keepAddress, keepRobot, linked } from "./address.js";
-import { ENOUGH, Parade, mayBegin, realRobot, robotOf } from "./cast.js";
+import { ENOUGH, Parade, REAL as BUILDABLE, mayBegin, realRobot, robotOf } from "./cast.js";
 import { Chips } from "./chips.js";
 import { Client, Refused, Stopped } from "./client.js";
 import { Design } from "./design.js";
@@ -59,9 +59,14 @@ const toLatest = () => {
 };
 /** Whether the finished robot is on the stage, and not an earlier attempt. */
 const isShown = () => design.state === "finished" && looked === null;
-const visit = new Visit({ scene, player, design, onvisit: toLatest });
+/** Before the robot leaves its own walk. */
+const toOther = () => {
+  toLatest();
+  twin.end();
+};
+const visit = new Visit({ scene, player, design, onvisit: toOther });
 const push = new Push({
-  canvas: $("stage"), stage, player, design, isShown, onpush: toLatest, onerror: error => refusal.show(error),
+  canvas: $("stage"), stage, player, design, isShown, onpush: toOther, onerror: error => refusal.show(error),
 });
 const editor = new Editor({
   canvas: $("stage"), stage, player, isShown, onedit: toLatest, onerror: error => refusal.show(error),
@@ -75,7 +80,7 @@ const gains = new Gains({
   isShown: () => looked === null && ["working", "paused"].includes(design.state),
 });
 const errand = new Errand({
-  canvas: $("stage"), stage, player, design, ontell: toLatest, onerror: error => refusal.show(error),
+  canvas: $("stage"), stage, player, design, ontell: toOther, onerror: error => refusal.show(error),
   parts: { row: $("errand"), slider: $("goal"), place: $("place") },
 });
 const refusal = new Refusals({ text: $("refusal"), details: $("details"), scene, before: $("status") });
@@ -200,6 +205,7 @@ async function sceneKnown(error) {
   $("real").setAttribute("aria-pressed", scene.name === REAL);
   refusal.forget();
   if (error) {
+    endRaces();
     design.abandon("empty");
     return refuse(error);
   }
@@ -239,8 +245,7 @@ async function changeAndDesign(change) {
 async function prepare() {
   looked = null;
   recording?.abort();
-  race.end();
-  twin.end();
+  endRaces();
   editor.open(null);
   try {
     if (scene.robot === null) {
@@ -276,7 +281,13 @@ function refuse(error) {
   if (error instanceof Refused) $("status").textContent = "This setting cannot be used.";
 }
 
+function endRaces() {
+  race.end();
+  twin.end();
+}
+
 function stopped(message) {
+  endRaces();
   design.abandon("stopped");
   $("message").textContent = message;
   if (!$("stopped").open) $("stopped").showModal();
@@ -358,7 +369,7 @@ function flag(far) {
   const designed = delivered?.designed.walk ?? null;
   const other = inLane();
   player.lane = other && design.told === null ? other.says : null;
-  player.ghost = other ? other.walk : delivered ? (delivered.walk === designed ? null : designed) : best?.walk ?? null;
+  player.ghost = other && design.told === null ? other.walk : delivered ? (delivered.walk === designed ? null : designed) : best?.walk ?? null;
   if (player.goal !== null || place === null) return;
   const isBest = looked === null && delivered === null;
   const to = isBest ? best?.walk.along : far;
@@ -437,7 +448,7 @@ function describe(walk) {
 
 function tellStatus(state) {
   // Screen readers do not read texts that change with every iteration.
-  $("status").setAttribute("aria-live", state === "working" || twin.runs ? "off" : "polite");
+  $("status").setAttribute("aria-live", state === "working" ? "off" : "polite");
   const first = performance.now() < farewell.until && looked === null ? farewell.words : "";
   $("status").textContent = race.runs ? race.words : first + sentence(state, design, looked);
   showVerdict($("verdict"), (isShown() && design.told === null && design.delivered.measured?.verdict) || []);
@@ -497,6 +508,7 @@ async function lengthen(walk) {
 
 /** Ends a computation that takes too long. The worker loses its robot. */
 function cancel() {
+  endRaces();
   client.start();
   design.abandon("cancelled");
 }
@@ -560,10 +572,13 @@ async function raceTwin() {
     endGreeting();
     changed(design.state);
   }
-  $("twin").textContent = "End evolution";
+  // Both walks begin together.
+  if (design.state === "finished") await goHome();
   toLatest();
   try {
-    await twin.run(scene.asked, scene.seed);
+    const race = twin.run(scene.asked, scene.seed);
+    tellTwin();
+    await race;
   } catch (error) {
     refusal.show(error);
   }
@@ -574,11 +589,15 @@ function tellTwin() {
   $("twin").textContent = twin.runs ? "End evolution" : "Race evolution";
   if (design.world === null || parade.isOpen || ["stopped", "empty", "preparing", "cancelled"].includes(design.state)) return;
   flag(headline({ walk: shown().walk, looked, design }).far);
+  if (!player.playing) player.paint();
   tellStatus(design.state);
 }
 
 /** Shows a robot of real parts, or goes back to the page's own scene. */
 async function chooseReal() {
+  if (parade.isOpen) return adopt(parade.robots.find(({ name }) => name === BUILDABLE));
+  if (!designs) return;
+  await scenesKnown;
   if (scene.name === REAL) return changeAndDesign(() => scene.choose(DEFAULT));
   const { link, measured } = await realRobot();
   design.known.set(robotOf(link), measured);

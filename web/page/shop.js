@@ -65,8 +65,10 @@ export class Shop {
     const now = state === "finished" ? delivered : null;
     if (now === this.#delivered) return;
     this.#delivered = now;
-    this.#parts.section.hidden = true;
-    if (now === null) return;
+    if (now === null) {
+      this.#parts.section.hidden = true;
+      return;
+    }
     try {
       const lists = await this.#design.lists();
       if (this.#delivered === now) this.#list(lists);
@@ -78,6 +80,7 @@ export class Shop {
   #list(lists) {
     this.#lists = lists;
     const { section, pieces, drive, says, saveDrive } = this.#parts;
+    const hasMuscles = this.#delivered.walk.count(2) > 0;
     const total = lists.pieces.reduce((sum, { mass, places }) => sum + places.length * mass, 0);
     const length = ({ length }) => length === null ? "" : `${decimals(1000 * length, 0)} mm`;
     const grams = mass => `${decimals(1000 * mass, 1)} g`;
@@ -85,7 +88,7 @@ export class Shop {
     fill(pieces, [["part", "number", "length", "mass of one", "bars or nodes"], ...rows, ["together", "", "", grams(total), ""]]);
     saveDrive.disabled = lists.drive === null;
     drive.hidden = lists.drive === null;
-    says.textContent = lists.drive === null ? "Its muscles have no fixed course: they follow what the robot sees."
+    says.textContent = !hasMuscles ? "It has no muscles." : lists.drive === null ? "Its muscles have no fixed course: they follow what the robot sees."
       : "The lengths of its muscles over a period, in mm";
     if (lists.drive !== null) fill(drive, Shop.#moments(lists.drive));
     section.hidden = false;

@@ -3,13 +3,14 @@
 import { Client, Stopped } from "./client.js";
 import { Walk } from "./design.js";
 
-/** So many robots are tried before the page hears of them. */
-const TRIES = 20;
+/** The page hears of an evolution after so many robots at most, and about as often as this, milliseconds. */
+const [MOST, OFTEN] = [64, 150];
 
 export class Twin {
   #client = null;
-  /** The best robot so far; null before the first. */
+  /** The best robot so far, and how many robots were tried until it was found; null and 0 before the first. */
   walk = null;
+  found = 0;
   /** How many robots were tried. */
   tries = 0;
 
@@ -25,13 +26,16 @@ export class Twin {
   /** Tries robots for a scene until it is ended. */
   async run(scene, seed) {
     const client = new Client(() => {});
-    [this.#client, this.walk, this.tries] = [client, null, 0];
+    [this.#client, this.walk, this.found, this.tries] = [client, null, 0, 0];
+    let count = 1;
     try {
       const { world } = await client.ask({ do: "begin", scene, seed });
       while (this.#client === client) {
-        const { tries, robot } = await client.ask({ do: "evolve", tries: TRIES });
+        const begun = performance.now();
+        const { tries, robot } = await client.ask({ do: "evolve", tries: count });
+        if (performance.now() - begun < OFTEN) count = Math.min(MOST, 2 * count);
         this.tries = tries;
-        if (robot !== null) this.walk = new Walk(world, robot);
+        if (robot !== null) [this.walk, this.found] = [new Walk(world, robot), tries];
         this.onchange();
       }
     } catch (error) {

@@ -103,12 +103,12 @@ function race({ rival, delivered }, state) {
 }
 
 /** What the race against evolution has come to. */
-function evolution({ twin, robots }) {
+function evolution({ twin, robots }, state) {
   if (!twin.walk) return twin.runs ? "Evolution begins with robots at random. " : "";
   const far = twin.walk.along;
   const as = robots.findIndex(({ walk }) => walk.along >= far);
-  const here = as > 0 ? `; the gradient needed ${as} attempts for that` : robots.length > 1 ? "; the gradient has not got that far" : "";
-  return `Evolution has tried ${twin.tries} robots, and its best one walks ${metres(far)}${here}. `;
+  const here = as > 0 ? `; the gradient needed ${as} ${as === 1 ? "attempt" : "attempts"} for that` : as < 0 && robots.length > 1 ? `; the gradient ${state === "finished" ? "did not get" : "has not got"} that far` : "";
+  return `Evolution needed ${twin.found} robots to walk ${metres(far)}${here}. `;
 }
 
 /** The sentence for a state of the design. `looked` is the attempt that the user looks at, or null. */
@@ -117,7 +117,7 @@ export function sentence(state, design, looked) {
   if (design.told !== null && ["ready", "paused", "finished"].includes(state)) {
     return design.told.visits ? visits(design.told, design) : told(design.told);
   }
-  return evolution(design) + race(design, state) + {
+  return evolution(design, state) + race(design, state) + {
     empty: "",
     preparing: "Preparing the robot …",
     cancelled: "Cancelled. Press “Design a robot” to start again.",

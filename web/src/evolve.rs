@@ -2,10 +2,9 @@
 //! gradients, and shows what they are worth.
 
 use crate::work::{Work, along};
-use cosmic::design::{Design, Material};
+use cosmic::design::{Design, Material, joined_to_payload};
 use cosmic::policy::Controller;
 use cosmic::random::{Purpose, stream, symmetric};
-use cosmic::scene::Scene;
 use rand::rngs::ChaCha8Rng;
 use rand::seq::SliceRandom;
 use rand::{Rng, RngExt};
@@ -15,6 +14,8 @@ use serde_json::Value;
 const KEPT: usize = 8;
 /// The largest change of a weight. Children change by this, or by up to a hundredth of it.
 const STRIDE: f64 = 0.5;
+/// A random body that keeps to the rules of the scene is drawn at most so many times.
+const DRAWS: usize = 100;
 
 /// A robot that was tried.
 #[derive(Clone)]
@@ -92,21 +93,27 @@ impl Work {
 fn founder(work: &Work, random: &mut ChaCha8Rng) -> Tried {
     let (scene, lattice) = (work.codesign.scene(), &work.codesign.task().lattice);
     let edges = lattice.edges.len();
-    let mut number = |[low, high]: [f64; 2], most: usize| {
+    let number = |[low, high]: [f64; 2], most: usize, random: &mut ChaCha8Rng| {
         let most = most.min((high * edges as f64) as usize);
         let least = ((low * edges as f64).ceil() as usize).min(most);
         random.random_range(least..=most)
     };
-    let muscles = number(scene.volume.actuator, edges);
-    let bars = number(scene.volume.solid, edges).max(muscles);
-    let mut materials: Vec<Material> = (0..edges)
-        .map(|edge| match edge {
-            _ if edge < muscles => Material::Actuator,
-            _ if edge < bars => Material::Skeleton,
-            _ => Material::Void,
-        })
-        .collect();
-    materials.shuffle(random);
+    let mut materials = Vec::new();
+    for _ in 0..DRAWS {
+        let muscles = number(scene.volume.actuator, edges, random);
+        let bars = number(scene.volume.solid, edges, random).max(muscles);
+        materials = (0..edges)
+            .map(|edge| match edge {
+                _ if edge < muscles => Material::Actuator,
+                _ if edge < bars => Material::Skeleton,
+                _ => Material::Void,
+            })
+            .collect();
+        materials.shuffle(random);
+        if keep_to_rules(work, &mut materials) {
+            break;
+        }
+    }
     Tried {
         materials,
         controller: Controller::xavier(&scene.controller, lattice, random.next_u64()),
@@ -122,26 +129,32 @@ fn child(parent: &Tried, work: &Work, random: &mut ChaCha8Rng) -> Tried {
         *weight += symmetric(random, stride);
     }
     for _ in 0..random.random_range(0..4_usize).saturating_sub(1) {
-        let edge = random.random_range(0..child.materials.len());
-        let before = std::mem::replace(&mut child.materials[edge], material(random));
-        if !is_allowed(work.codesign.scene(), &child.materials) {
-            child.materials[edge] = before;
+        let before = child.materials.clone();
+        let edge = random.random_range(0..before.len());
+        child.materials[edge] = Material::ALL[random.random_range(0..3)];
+        if !keep_to_rules(work, &mut child.materials) {
+            child.materials = before;
         }
     }
     child
 }
 
-fn material(random: &mut ChaCha8Rng) -> Material {
-    Material::ALL[random.random_range(0..3)]
-}
-
-/// Whether the shares of bars and of muscles are within the bounds of the scene.
-fn is_allowed(scene: &Scene, materials: &[Material]) -> bool {
-    let share = |of: fn(Material) -> bool| {
+/// Removes loose bars, unless the scene allows them. Returns whether the shares of bars and of muscles are within the bounds of
+/// the scene.
+fn keep_to_rules(work: &Work, materials: &mut [Material]) -> bool {
+    let (scene, lattice) = (work.codesign.scene(), &work.codesign.task().lattice);
+    if scene.design.one_piece {
+        let joined = joined_to_payload(lattice, materials);
+        for (material, ends) in materials.iter_mut().zip(&lattice.edges) {
+            if !joined[ends[0]] {
+                *material = Material::Void;
+            }
+        }
+    }
+    let within = |of: fn(Material) -> bool, [low, high]: [f64; 2]| {
         let count = materials.iter().filter(|&&material| of(material)).count();
-        count as f64 / materials.len() as f64
+        (low..=high).contains(&(count as f64 / materials.len() as f64))
     };
-    let within = |share: f64, [low, high]: [f64; 2]| (low..=high).contains(&share);
-    within(share(Material::is_solid), scene.volume.solid)
-        && within(share(|m| m == Material::Actuator), scene.volume.actuator)
+    within(Material::is_solid, scene.volume.solid)
+        && within(|m| m == Material::Actuator, scene.volume.actuator)
 }

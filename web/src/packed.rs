@@ -48,8 +48,17 @@ pub(crate) fn pack(
     if settings.goals == GoalKind::Given {
         return refused("a robot that can be told where to go does not fit into a link");
     }
+    // Of a robot that sees only the time, a link holds the weights of one side: its scene adds the image again.
+    let one_sided = Lattice {
+        mirror: None,
+        ..lattice.clone()
+    };
+    let sided = match settings.policy.name() {
+        "clock" => &one_sided,
+        _ => lattice,
+    };
     let network =
-        Network::of(controller, settings, lattice).filter(|network| network.gates.is_empty());
+        Network::of(controller, settings, sided).filter(|network| network.gates.is_empty());
     let Some(Network { first, second, .. }) = network else {
         return refused("the policy of this robot does not fit into a link");
     };

@@ -1,19 +1,37 @@
 // Tests of robots of real parts, with the lists for a workshop, and of the race against evolution.
 import { readFileSync } from "node:fs";
 import { partsFile, driveFile } from "../page/shop.js";
-import { ready, says, text } from "./browsers.mjs";
-import { CAST, SMALL, check, close, library, linkTo, open, press, saved, until } from "./helpers.mjs";
+import { open as openPage, ready, says, text } from "./browsers.mjs";
+import { CAST, SMALL, check, close, library, linkTo, open, press, saved, set, until } from "./helpers.mjs";
 import { OWN } from "../page/scene.js";
 import { toBytes } from "../page/packed.js";
 
 const rowsOf = csv => csv.trim().split("\n").map(line => line.split(","));
 
+/** Opens a robot of the parade in the library. */
+function opened(engine, robot) {
+  const link = new URLSearchParams(robot.link.slice(1));
+  const scene = { scene: OWN[link.get("scene")]?.toml ?? link.get("scene"), settings: link.getAll("set") };
+  return engine.ask({ do: "open", scene, bytes: toBytes(link.get("robot")) }).robot;
+}
+
+/** A robot in space that comes from a link can be edited, and goes into a link again. */
+export function editingInSpace() {
+  const engine = library();
+  const robot = CAST.find(({ name }) => name === "three dimensions");
+  const { materials, along } = opened(engine, robot);
+  const edited = engine.ask({ do: "edit", materials: materials.with(0, (materials[0] + 1) % 3) }).robot.along;
+  check(edited !== along, `an edit of a robot in space: ${edited.toFixed(2)} m in place of ${along.toFixed(2)} m`);
+  engine.ask({ do: "edit", materials: null });
+  check(Buffer.from(engine.ask({ do: "share" }).bytes).equals(Buffer.from(toBytes(new URLSearchParams(robot.link.slice(1)).get("robot")))), "and back to the robot of its link");
+}
+
 /** The lists of the library: together the parts weigh what the verdict says, and the set points repeat. */
 export function listing() {
   const engine = library();
-  const { link: address, measured } = CAST.find(({ name }) => name === "could be built");
-  const link = new URLSearchParams(address.slice(1));
-  engine.ask({ do: "open", scene: { scene: OWN[link.get("scene")]?.toml ?? link.get("scene"), settings: link.getAll("set") }, bytes: toBytes(link.get("robot")) });
+  const robot = CAST.find(({ name }) => name === "could be built");
+  const { measured } = robot;
+  opened(engine, robot);
   const lists = engine.ask({ do: "shop" });
   const [head, ...parts] = rowsOf(partsFile(lists));
   check(head.join() === "part,number,length,mass,places", "parts.csv has the columns of `cosmic export`");
@@ -40,6 +58,16 @@ export function evolving() {
   const far = answers.flatMap(({ robot }) => robot === null ? [] : [robot.along]);
   check(answers.at(-1).tries === 300 && far.every((x, k) => k === 0 || x > far[k - 1]), `300 robots of an evolution walk ${far.map(x => x.toFixed(2)).join(", ")} m`);
   check(JSON.stringify(run()) === JSON.stringify(answers), "and the same again with the same seed");
+}
+
+/** During the parade the switch for real parts takes the robot of the parade. */
+export async function choosing(browser, address) {
+  const { page, faults } = await openPage(browser, address);
+  await page.waitForSelector("#parade button");
+  await press(page, "real");
+  await until(page, "the switch takes the robot of real parts from the parade", () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
+  check(await page.$eval("#real", button => button.getAttribute("aria-pressed")) === "true" && page.url().includes("scene=real_parts"), "and is on");
+  await close(page, faults);
 }
 
 /** The switch for real parts leads to a robot that could be built, with its lists. */
@@ -74,7 +102,7 @@ export async function twins(browser, address) {
   await page.waitForSelector("#twin:enabled");
   await press(page, "twin");
   await until(page, "evolution has a lane", () => /^evolution, \d+ tries: -?\d/.test(globalThis.onStage().lane));
-  check(/^Evolution has tried \d+ robots, and its best one walks/.test(await text(page, "status")), await text(page, "status"));
+  check(/^Evolution needed \d+ robots to walk/.test(await text(page, "status")), await text(page, "status"));
   await says(page, "Design another");
   await until(page, "it goes on beside the finished robot", () => /^evolution, \d+ tries/.test(globalThis.onStage().lane));
   await press(page, "twin");
@@ -84,5 +112,14 @@ export async function twins(browser, address) {
   await press(page, "other");
   await says(page, "Pause");
   check(await text(page, "twin") === "Race evolution", "another seed ends it");
+  await says(page, "Design another");
+  await press(page, "twin");
+  await until(page, "a third one", () => globalThis.onStage().lane !== null);
+  await page.evaluate(() => globalThis.push([0.3, 0.5]));
+  await until(page, "a push ends it", () => document.getElementById("status").textContent.startsWith("You pushed") && document.getElementById("twin").textContent === "Race evolution");
+  await press(page, "twin");
+  await until(page, "which leads home first", () => globalThis.onStage().lane !== null && document.getElementById("home").hidden);
+  await set(page, "[name='physics.incline_deg']", "95");
+  await until(page, "a setting that cannot be used ends it", () => document.getElementById("twin").textContent === "Race evolution" && document.getElementById("twin").disabled);
   await close(page, faults);
 }

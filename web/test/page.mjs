@@ -6,7 +6,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { parseArgs } from "node:util";
 import { installed, launch, ready } from "./browsers.mjs";
-import { building, evolving, listing, twins } from "./building.mjs";
+import { building, choosing, editingInSpace, evolving, listing, twins } from "./building.mjs";
 import { cancelled, designing, editing, files, framed, motionless, playing, scenes, stopping, unreliable } from "./controls.mjs";
 import { SMALL, checkShifts, close, failed, here, open } from "./helpers.mjs";
 import { asks, headlines, links, refusedLinks } from "./links.mjs";
@@ -45,6 +45,7 @@ async function everywhere(browser, address, folder) {
   await tinting(browser, address);
   await racing(browser, address);
   await asks(browser, address);
+  await choosing(browser, address);
   await building(browser, address, folder);
   await twins(browser, address);
 }
@@ -95,6 +96,7 @@ visiting();
 judging();
 gaining();
 listing();
+editingInSpace();
 evolving();
 const server = await serve(here("../dist"));
 for (const [browser, test] of [["chrome", inChromium], ["firefox", inFirefox]]) {
