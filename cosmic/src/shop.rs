@@ -1,4 +1,4 @@
-//! What a workshop needs to build a robot: its pieces, and the lengths that its actuators shall have over time.
+//! Lists for a workshop that builds a robot: its pieces, and the lengths of its actuators over time.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
@@ -43,7 +43,7 @@ pub fn mass(materials: &MaterialSettings, material: Material, length: f64) -> f6
 /// Pieces of a robot that are equal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Piece {
-    /// What it is: the name of a part, `skeleton`, `actuator`, `joint`, `node` or `payload`.
+    /// The name of the part, or `skeleton`, `actuator`, `joint`, `node` or `payload`.
     pub name: &'static str,
     /// The length from joint to joint, m; `None` for pieces that are no bars.
     pub length: Option<f64>,

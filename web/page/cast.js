@@ -3,6 +3,7 @@
 
 import { Walk } from "./design.js";
 import { framed } from "./player.js";
+import { REAL } from "./scene.js";
 
 /** The parade ends when the page's own design walks farther than this, m, but not before this time, milliseconds. */
 export const ENOUGH = 1;
@@ -18,13 +19,13 @@ export function mayBegin() {
 /** The robot of a link in the form that links have. */
 export const robotOf = link => new URLSearchParams(link.slice(1)).get("robot");
 
-/** The name of the robot of the parade that consists of real parts. */
-export const REAL = "could be built";
+/** Whether a robot of the parade consists of real parts. */
+export const isReal = ({ link }) => new URLSearchParams(link.slice(1)).get("scene") === REAL;
 
 const cast = async () => (await fetch(new URL("cast.json", import.meta.url))).json();
 
 /** A finished robot of real parts. */
-export const realRobot = async () => (await cast()).find(({ name }) => name === REAL);
+export const realRobot = async () => (await cast()).find(isReal);
 
 /** The robots are drawn in turns, in so many frames. */
 const TURNS = 3;

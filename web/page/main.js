@@ -2,7 +2,7 @@
 /* global Stage: of robot.js; Ternary, Curve: of charts.js; decimals, levelAt: of drawing.js */
 
 import { keepAddress, keepRobot, linked } from "./address.js";
-import { ENOUGH, Parade, REAL as BUILDABLE, mayBegin, realRobot, robotOf } from "./cast.js";
+import { ENOUGH, Parade, isReal, mayBegin, realRobot, robotOf } from "./cast.js";
 import { Chips } from "./chips.js";
 import { Client, Refused, Stopped } from "./client.js";
 import { Design } from "./design.js";
@@ -59,10 +59,10 @@ const toLatest = () => {
 };
 /** Whether the finished robot is on the stage, and not an earlier attempt. */
 const isShown = () => design.state === "finished" && looked === null;
-/** Before the robot leaves its own walk. */
+/** Before another walk takes the stage. */
 const toOther = () => {
-  toLatest();
-  twin.end();
+  looked = null;
+  endRaces();
 };
 const visit = new Visit({ scene, player, design, onvisit: toOther });
 const push = new Push({
@@ -243,9 +243,8 @@ async function changeAndDesign(change) {
 
 /** Prepares the robot of the scene, or opens the robot of the link. */
 async function prepare() {
-  looked = null;
+  toOther();
   recording?.abort();
-  endRaces();
   editor.open(null);
   try {
     if (scene.robot === null) {
@@ -354,8 +353,10 @@ function changed(state) {
   if (state === "finished" && isCurrent) keepRobot(scene, design);
 }
 
-/** The robot that walks in a lane of its own: the best of the evolution, or the one to beat; null if there is none. */
+/** The robot in the second lane: the best one of the evolution, or the robot to beat. Null without such a robot, and while the
+ * robot on the stage is not on its own walk. */
 function inLane() {
+  if (design.told !== null) return null;
   if (twin.walk) return { walk: twin.walk, says: `evolution, ${twin.tries} tries: ${shownAs(twin.walk.along)}` };
   return design.rival && { walk: design.rival.walk, says: `to beat: ${shownAs(design.rival.far)}` };
 }
@@ -368,8 +369,8 @@ function flag(far) {
   player.goalLabel = "";
   const designed = delivered?.designed.walk ?? null;
   const other = inLane();
-  player.lane = other && design.told === null ? other.says : null;
-  player.ghost = other && design.told === null ? other.walk : delivered ? (delivered.walk === designed ? null : designed) : best?.walk ?? null;
+  player.lane = other?.says ?? null;
+  player.ghost = other ? other.walk : delivered ? (delivered.walk === designed ? null : designed) : best?.walk ?? null;
   if (player.goal !== null || place === null) return;
   const isBest = looked === null && delivered === null;
   const to = isBest ? best?.walk.along : far;
@@ -576,9 +577,9 @@ async function raceTwin() {
   if (design.state === "finished") await goHome();
   toLatest();
   try {
-    const race = twin.run(scene.asked, scene.seed);
+    const run = twin.run(scene.asked, scene.seed);
     tellTwin();
-    await race;
+    await run;
   } catch (error) {
     refusal.show(error);
   }
@@ -595,7 +596,7 @@ function tellTwin() {
 
 /** Shows a robot of real parts, or goes back to the page's own scene. */
 async function chooseReal() {
-  if (parade.isOpen) return adopt(parade.robots.find(({ name }) => name === BUILDABLE));
+  if (parade.isOpen) return adopt(parade.robots.find(isReal));
   if (!designs) return;
   await scenesKnown;
   if (scene.name === REAL) return changeAndDesign(() => scene.choose(DEFAULT));

@@ -1,5 +1,5 @@
-// What is needed to build the finished robot: a list of its parts, and the lengths of its actuators over a period. Both can be
-// saved as the tables that `cosmic export` writes.
+// Lists for those who build the finished robot: its parts, and the lengths of its actuators over a period. Both can be saved, as
+// the tables that `cosmic export` writes.
 /* global decimals: of drawing.js */
 
 import { save } from "./film.js";
@@ -30,16 +30,11 @@ export function driveFile({ drive: { every, lengths } }) {
 
 /** Fills a table with rows of texts. The first row is its head. */
 function fill(table, rows) {
-  const cell = (text, name, row) => {
-    const made = Object.assign(row.insertCell(), { textContent: text });
-    if (name === "td") return;
-    const head = Object.assign(document.createElement(name), { textContent: text, scope: "col" });
-    made.replaceWith(head);
-  };
   table.replaceChildren();
   rows.forEach((texts, k) => {
-    const row = table.insertRow();
-    for (const text of texts) cell(text, k === 0 ? "th" : "td", row);
+    const [name, given] = k === 0 ? ["th", { scope: "col" }] : ["td", {}];
+    const cells = texts.map(textContent => Object.assign(document.createElement(name), given, { textContent }));
+    table.insertRow().append(...cells);
   });
 }
 

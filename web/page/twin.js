@@ -1,4 +1,4 @@
-// The twin of a design that has no gradients: an evolution for the same scene, in a worker of its own.
+// An evolution for the scene of a design, in a worker of its own. It has no gradients.
 
 import { Client, Stopped } from "./client.js";
 import { Walk } from "./design.js";

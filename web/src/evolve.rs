@@ -2,7 +2,7 @@
 //! gradients, and shows what they are worth.
 
 use crate::work::{Work, along};
-use cosmic::design::{Design, Material, joined_to_payload};
+use cosmic::design::{Design, LayoutRules, Material, VolumeBounds, solid_and_actuators};
 use cosmic::policy::Controller;
 use cosmic::random::{Purpose, stream, symmetric};
 use rand::rngs::ChaCha8Rng;
@@ -26,18 +26,38 @@ struct Tried {
     far: f64,
 }
 
+/// What the scene asks of a body.
+struct Rules {
+    layout: LayoutRules,
+    bounds: VolumeBounds,
+}
+
+impl Rules {
+    fn has_allowed_volumes(&self, materials: &[Material]) -> bool {
+        let shares =
+            solid_and_actuators(materials).map(|count| count as f64 / materials.len() as f64);
+        self.bounds.solid.contains(shares[0]) && self.bounds.actuator.contains(shares[1])
+    }
+}
+
 /// The robots that are kept, and how many were tried.
 pub(crate) struct Evolution {
     random: ChaCha8Rng,
+    rules: Rules,
     tries: usize,
     /// The best robot is the first.
     kept: Vec<Tried>,
 }
 
 impl Evolution {
-    pub(crate) fn new(seed: u64) -> Self {
+    pub(crate) fn new(work: &Work) -> Self {
+        let (scene, lattice) = (work.codesign.scene(), &work.codesign.task().lattice);
         Self {
-            random: stream(seed, Purpose::Mutation),
+            random: stream(work.progress.seed, Purpose::Mutation),
+            rules: Rules {
+                layout: LayoutRules::new(lattice, &scene.design),
+                bounds: VolumeBounds::widened(&scene.volume, 0.0),
+            },
             tries: 0,
             kept: Vec::new(),
         }
@@ -46,10 +66,10 @@ impl Evolution {
     /// Tries one more robot: at first a random one, then a child of one that is kept. Returns whether it is the best.
     pub(crate) fn attempt(&mut self, work: &mut Work) -> bool {
         self.tries += 1;
-        let random = &mut self.random;
+        let (rules, random) = (&self.rules, &mut self.random);
         let mut tried = match self.kept.len() {
-            KEPT => child(&self.kept[random.random_range(0..KEPT)], work, random),
-            _ => founder(work, random),
+            KEPT => child(&self.kept[random.random_range(0..KEPT)], rules, random),
+            _ => founder(work, rules, random),
         };
         tried.far = work.far(&tried.materials, &tried.controller);
         let place = self.kept.partition_point(|kept| kept.far >= tried.far);
@@ -90,7 +110,7 @@ impl Work {
 }
 
 /// A random body that the scene allows, with random weights as at the start of a design.
-fn founder(work: &Work, random: &mut ChaCha8Rng) -> Tried {
+fn founder(work: &Work, rules: &Rules, random: &mut ChaCha8Rng) -> Tried {
     let (scene, lattice) = (work.codesign.scene(), &work.codesign.task().lattice);
     let edges = lattice.edges.len();
     let number = |[low, high]: [f64; 2], most: usize, random: &mut ChaCha8Rng| {
@@ -110,7 +130,8 @@ fn founder(work: &Work, random: &mut ChaCha8Rng) -> Tried {
             })
             .collect();
         materials.shuffle(random);
-        if keep_to_rules(work, &mut materials) {
+        materials = rules.layout.without_loose_bars(&materials);
+        if rules.has_allowed_volumes(&materials) {
             break;
         }
     }
@@ -122,39 +143,20 @@ fn founder(work: &Work, random: &mut ChaCha8Rng) -> Tried {
 }
 
 /// A robot with other weights than its parent and, every other time, with one or two other bars.
-fn child(parent: &Tried, work: &Work, random: &mut ChaCha8Rng) -> Tried {
+fn child(parent: &Tried, rules: &Rules, random: &mut ChaCha8Rng) -> Tried {
     let mut child = parent.clone();
     let stride = STRIDE * 0.01_f64.powf(random.random());
     for weight in child.controller.numbers_mut() {
         *weight += symmetric(random, stride);
     }
     for _ in 0..random.random_range(0..4_usize).saturating_sub(1) {
-        let before = child.materials.clone();
-        let edge = random.random_range(0..before.len());
-        child.materials[edge] = Material::ALL[random.random_range(0..3)];
-        if !keep_to_rules(work, &mut child.materials) {
-            child.materials = before;
+        let mut other = child.materials.clone();
+        let edge = random.random_range(0..other.len());
+        other[edge] = Material::ALL[random.random_range(0..3)];
+        let other = rules.layout.without_loose_bars(&other);
+        if rules.has_allowed_volumes(&other) {
+            child.materials = other;
         }
     }
     child
-}
-
-/// Removes loose bars, unless the scene allows them. Returns whether the shares of bars and of muscles are within the bounds of
-/// the scene.
-fn keep_to_rules(work: &Work, materials: &mut [Material]) -> bool {
-    let (scene, lattice) = (work.codesign.scene(), &work.codesign.task().lattice);
-    if scene.design.one_piece {
-        let joined = joined_to_payload(lattice, materials);
-        for (material, ends) in materials.iter_mut().zip(&lattice.edges) {
-            if !joined[ends[0]] {
-                *material = Material::Void;
-            }
-        }
-    }
-    let within = |of: fn(Material) -> bool, [low, high]: [f64; 2]| {
-        let count = materials.iter().filter(|&&material| of(material)).count();
-        (low..=high).contains(&(count as f64 / materials.len() as f64))
-    };
-    within(Material::is_solid, scene.volume.solid)
-        && within(|m| m == Material::Actuator, scene.volume.actuator)
 }

@@ -20,6 +20,7 @@ use cosmic::geometry::Ground;
 use cosmic::lattice::Lattice;
 use cosmic::policy::{Controller, Layer, Network, TEMPO, blocks_of, observation};
 use cosmic::scene::{ControllerSettings, GoalKind, Scene};
+use std::borrow::Cow;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 const VERSION: u8 = 1;
@@ -49,16 +50,12 @@ pub(crate) fn pack(
         return refused("a robot that can be told where to go does not fit into a link");
     }
     // Of a robot that sees only the time, a link holds the weights of one side: its scene adds the image again.
-    let one_sided = Lattice {
-        mirror: None,
-        ..lattice.clone()
-    };
-    let sided = match settings.policy.name() {
-        "clock" => &one_sided,
-        _ => lattice,
-    };
+    let mut sides = Cow::Borrowed(lattice);
+    if sees_only_time(settings) {
+        sides.to_mut().mirror = None;
+    }
     let network =
-        Network::of(controller, settings, sided).filter(|network| network.gates.is_empty());
+        Network::of(controller, settings, &sides).filter(|network| network.gates.is_empty());
     let Some(Network { first, second, .. }) = network else {
         return refused("the policy of this robot does not fit into a link");
     };
@@ -177,6 +174,10 @@ fn material(code: u8) -> Result<Material> {
     }
 }
 
+fn sees_only_time(settings: &ControllerSettings) -> bool {
+    settings.policy.name() == "clock"
+}
+
 fn has_tempo(controller: &Controller<f64>) -> bool {
     controller.blocks().any(|(name, ..)| name == TEMPO)
 }
@@ -199,7 +200,7 @@ fn open_loop(
 ) -> [Vec<f64>; 3] {
     let inputs = first.weights.len() / first.biases.len().max(1);
     let rest = lattice.state_at_rest();
-    let nodes = if settings.policy.name() == "clock" {
+    let nodes = if sees_only_time(settings) {
         0
     } else {
         lattice.nodes()

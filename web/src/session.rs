@@ -53,11 +53,8 @@ impl Session {
     /// evolution takes the place of the design.
     pub(crate) fn evolve(&mut self, tries: usize) -> Answer {
         let work = self.work()?;
-        let seed = work.progress.seed;
-        let mut evolution = work
-            .evolution
-            .take()
-            .unwrap_or_else(|| Evolution::new(seed));
+        let begun = work.evolution.take();
+        let mut evolution = begun.unwrap_or_else(|| Evolution::new(work));
         let mut is_better = false;
         for _ in 0..tries {
             is_better |= evolution.attempt(work);

@@ -79,8 +79,8 @@ pub(super) fn f32_avx2<V: Vectorized<f32>>(work: V) -> V::Output {
     work.run::<avx2::F32x8>()
 }
 
-// Each work is a function of its own here too. Otherwise a replay, which enters lanes for each of its longer functions, would
-// have a copy of all of them at every such place.
+// These functions are not inlined, as those for wider registers are not. A replay enters lanes at many places, and would contain
+// a copy of all its longer functions at each of them.
 #[cfg(any(lanes = "neon", lanes = "simd128"))]
 #[inline(never)]
 fn f64_narrow<V: Vectorized<f64>>(work: V) -> V::Output {
