@@ -66,6 +66,7 @@ class Simulator:
     shapes: list[tuple[str, list[int]]]
     edges: npt.NDArray[np.int64]
     rest_length: list[float]
+    payload: int
     along: list[float]
     goal_origin: Optional[list[float]]
     physics: list[tuple[str, float, int]]

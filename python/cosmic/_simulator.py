@@ -179,6 +179,8 @@ class Simulator:
         """The two nodes of every edge, shape ``(edges, 2)``."""
         self.rest_length: npt.NDArray[np.float64] = np.array(self._core.rest_length)
         """Rest length of every edge, m."""
+        self.payload: int = self._core.payload
+        """The node of the payload, whose displacement counts. It need not be node 0."""
         self.along: npt.NDArray[np.float64] = np.array(self._core.along)
         """The unit vector along the ground, in which distances are measured."""
 

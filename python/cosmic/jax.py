@@ -4,7 +4,7 @@
 >>> sim = cosmic.Simulator("stability")
 >>> def height(inputs):
 ...     seen = cosmic.jax.rollout(sim, inputs, steps=200, observed=50)
-...     return seen.x[:, 0, 1].mean()
+...     return seen.x[:, sim.payload, 1].mean()
 >>> gradient = jax.jit(jax.grad(height))(sim.initial())
 >>> gradient.z.shape
 (110, 3)
@@ -300,9 +300,10 @@ def loss(function: Callable[..., Any], observed: Optional[Steps], is_far: bool) 
     ``function(x, v, goal)``. Keyword arguments such as ``tension`` are further arrays that the loss
     sees, see :class:`cosmic.Loss`.
 
+    >>> payload = cosmic.Simulator("cube").payload
     >>> @cosmic.jax.loss(observed=lambda steps: range(steps // 2, steps + 1, 64))
     ... def high(x, v, *, power):
-    ...     return -x[:, 0, 1].mean() + 0.1 * abs(power).sum(-1).mean()
+    ...     return -x[:, payload, -1].mean() + 0.1 * abs(power).sum(-1).mean()
     """
     compiled = jax.jit(jax.value_and_grad(lambda seen, goal: function(*seen[:2], *goal, **seen[2])))
 

@@ -4,7 +4,7 @@
 >>> sim = cosmic.Simulator("stability")
 >>> inputs = cosmic.torch.inputs(sim.initial(), requires_grad=True)
 >>> seen = cosmic.torch.rollout(sim, inputs, steps=200, observed=50)
->>> seen.x[:, 0, 1].mean().backward()
+>>> seen.x[:, sim.payload, 1].mean().backward()
 >>> inputs.z.grad.shape
 torch.Size([110, 3])
 """

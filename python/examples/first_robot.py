@@ -19,14 +19,14 @@ def main() -> None:
     print(run)
     for number, material in enumerate(("void", "skeleton", "actuator")):
         print(f"{np.count_nonzero(run.design.materials == number)} edges of {material}")
-    payload = run.trajectory[:, 0]
+    sim = run.simulator()
+    payload = run.trajectory[:, sim.payload]
     print(f"the payload is at {payload[-1]} m after {run.times[-1]:.2f} s")
 
     # The same robot from another start: the simulator takes arrays and returns arrays.
-    sim = run.simulator()
     higher = run.inputs._replace(x0=run.inputs.x0 + [0.0, 0.05])
     seen = sim.rollout(higher)
-    print(f"dropped from 5 cm it gets to {seen.x[-1, 0]} m")
+    print(f"dropped from 5 cm it gets to {seen.x[-1, sim.payload]} m")
 
 
 if __name__ == "__main__":

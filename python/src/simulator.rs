@@ -239,6 +239,12 @@ impl Simulator {
         self.task.lattice.rest_length.clone()
     }
 
+    /// The node of the payload whose displacement counts.
+    #[getter]
+    fn payload(&self) -> usize {
+        self.task.lattice.payload[0].node
+    }
+
     /// The unit vector along the ground, in which distances are measured.
     #[getter]
     fn along(&self) -> Vec<f64> {

@@ -83,6 +83,7 @@ def test_more_robots_than_any_machine_holds_are_refused(sim: cosmic.Simulator) -
 def test_every_entry_point_catches_panics() -> None:
     # Otherwise a panic would become an exception that `except Exception` does not catch.
     plain = {"dt", "steps", "shapes", "places", "actuators", "inputs", "edges", "rest_length", "along", "goal_origin"}
+    plain |= {"payload"}
     plain |= {"projection", "__repr__", "__reduce__", "restore", "to_toml", "scenes", "observe"}
     plain |= {"keys", "__iter__", "__eq__", "__hash__", "__copy__", "__deepcopy__"}
     found = 0

@@ -22,6 +22,7 @@ mod moved;
 mod one_piece;
 mod outside;
 mod own_laws;
+mod own_losses;
 mod plan;
 mod policies;
 mod reference_rollouts;

@@ -11,22 +11,24 @@ use cosmic_program::Program;
 
 /// The loss: the mean square of the payload's vertical speed, in m²/s², minus the distance that the payload covers, in
 /// metres.
-struct Ride;
+pub struct Ride;
 
 impl Loss for Ride {
     fn observed(&self, steps: usize) -> Vec<usize> {
         (0..steps).step_by(16).chain([steps]).collect()
     }
 
+    // The payload is always among the nodes of a state, so any other node will do.
     fn nodes(&self) -> usize {
         1
     }
 
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
-        let states = &trajectory.states;
-        let squares: Vec<R> = states.iter().map(|state| state.v[0].up().powi(2)).collect();
-        let [start, end] = [0, states.len() - 1].map(|k| states[k].x[0].forward());
-        R::sum_of(&squares) * R::lit(1.0 / states.len() as f64) - (end - start)
+        let states = 0..trajectory.states.len();
+        let speeds = states.map(|k| trajectory.payload(k).v.up());
+        let squares: Vec<R> = speeds.map(|speed| speed.powi(2)).collect();
+        let [start, end] = [0, squares.len() - 1].map(|k| trajectory.payload(k).x.forward());
+        R::sum_of(&squares) * R::lit(1.0 / squares.len() as f64) - (end - start)
     }
 }
 

@@ -128,7 +128,7 @@ impl Loss for Lift {
     }
 
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
-        -trajectory.states[0].x[0].up()
+        -trajectory.payload(0).x.up()
     }
 }
 

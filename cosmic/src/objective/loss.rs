@@ -16,7 +16,7 @@ pub trait Loss: Send + Sync {
     fn observed(&self, steps: usize) -> Vec<usize>;
 
     /// The number of nodes that the loss reads: it reads the first ones. When a gradient is computed, states hold only
-    /// these nodes, and those that [`Trajectory::position`] needs. By default the loss reads all nodes.
+    /// these nodes, and those that [`Trajectory::payload`] and [`Trajectory::position`] need. By default the loss reads all nodes.
     fn nodes(&self) -> usize {
         usize::MAX
     }

@@ -36,4 +36,4 @@ pub use prepare::{Simulator, Span};
 pub use printed::{PrintedRobots, Wanted, Workgroup};
 pub use step_check::{Grade, StepCheck, StepLimit, rounded_down};
 pub use surroundings::Surroundings;
-pub use trajectory::Trajectory;
+pub use trajectory::{PayloadState, Trajectory};

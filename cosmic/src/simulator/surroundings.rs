@@ -36,7 +36,7 @@ use crate::laws::StepInput;
 ///     let start = case.start.map(Var::constant);
 ///     let robot = Robots::one(&surroundings, &body, &controller);
 ///     let trajectories = simulator.rollouts(&robot, &[start], &span);
-///     trajectories[0].at(100).x[0].forward()
+///     trajectories[0].payload(0).x.forward()
 /// };
 /// let [by_friction, by_gravity] = gradient(distance, &[2.5, 4.8])[..] else { unreachable!() };
 /// assert!(by_friction.is_finite() && by_gravity.is_finite());

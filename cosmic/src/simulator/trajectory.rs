@@ -33,6 +33,15 @@ pub struct Trajectory<R> {
     pub efforts: Option<Efforts<R>>,
 }
 
+/// The position and the velocity of the payload in a state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PayloadState<R> {
+    /// The position, in metres.
+    pub x: Vector<R>,
+    /// The velocity, in m/s.
+    pub v: Vector<R>,
+}
+
 impl<R> Trajectory<R> {
     /// A trajectory whose marker is node 0. `steps` has the number of steps before each state.
     pub fn new(steps: Vec<usize>, states: Vec<State<R>>) -> Self {
@@ -127,6 +136,20 @@ impl<R: Copy> Trajectory<R> {
 }
 
 impl<R: Real> Trajectory<R> {
+    /// The position and the velocity of the payload in the observed state `k`, which is `states[k]`. The lattice decides
+    /// which node is the payload; it need not be node 0. States always have this node, whatever a loss returns in
+    /// [`nodes`](crate::objective::Loss::nodes).
+    ///
+    /// # Panics
+    /// If there are not so many observed states.
+    pub fn payload(&self, k: usize) -> PayloadState<R> {
+        let (state, node) = (&self.states[k], self.marker.payload);
+        PayloadState {
+            x: state.x[node],
+            v: state.v[node],
+        }
+    }
+
     /// The position of the [marker](Marker) after this number of steps, in metres: the position that losses for
     /// distance read.
     ///

@@ -49,7 +49,7 @@ impl Loss for Failing {
     }
 
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
-        let height = trajectory.states[0].x[0].up();
+        let height = trajectory.payload(0).x.up();
         // Only rollouts of gradients count; other rollouts use plain numbers.
         let is_of_gradient = size_of::<R>() > size_of::<f64>();
         let call = self

@@ -355,6 +355,7 @@ fn solid_edges(run: &RobotFiles) -> impl Iterator<Item = [usize; 2]> {
 
 fn seen(run: &RobotFiles) -> Vec<usize> {
     let ends = solid_edges(run).flatten();
-    let nodes: BTreeSet<usize> = ends.chain([0]).collect();
+    let payload = run.lattice.payload[0].node;
+    let nodes: BTreeSet<usize> = ends.chain([payload]).collect();
     nodes.into_iter().collect()
 }
