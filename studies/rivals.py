@@ -105,7 +105,7 @@ def robot_of_difftaichi(folder: Path, robot: int) -> list[str]:
         ours = cosmic.Simulator(scene, "layout")
     # The library numbers nodes and edges in its own order: for each of its nodes and edges, the one there.
     x0 = ours.initial().x0
-    nodes_there = np.array([int(np.argmin(np.linalg.norm(np.array(nodes) - x, axis=1))) for x in x0])
+    nodes_there = np.array([int(np.argmin(np.linalg.norm(np.array(nodes) - [0.0, GROUND] - x, axis=1))) for x in x0])
     order = [edges.index(tuple(sorted(nodes_there[edge].tolist()))) for edge in ours.edges]
     single, count = np.float32, len(nodes)
     z = np.array([[0, springs[e][4] == 0.0, springs[e][4] != 0.0] for e in order], single)

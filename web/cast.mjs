@@ -1,8 +1,9 @@
 // Designs the finished robots that walk on the page while the library loads, and writes their walks, what is measured of
 // them, and their links.
-//   node web/cast.mjs [--check] [--program COSMIC] [--runs FOLDER]
+//   node web/cast.mjs [--check | --keep] [--program COSMIC] [--runs FOLDER]
 // It needs `web/dist` (build.sh) and the program. Finished runs in the folder are not done again. With --check it opens the
-// robots of the links instead and compares their walks with the file.
+// robots of the links instead and compares their walks with the file. With --keep it lets these robots walk again and writes
+// their walks and what is measured of them.
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -34,7 +35,7 @@ const SECONDS = 8;
 const here = path => fileURLToPath(new URL(path, import.meta.url));
 const wasm = process.env.WASM ?? readdirSync(here("dist"), { recursive: true }).filter(name => name.endsWith(".wasm")).map(name => here(`dist/${name}`))[0];
 const engine = new Engine(new WebAssembly.Module(readFileSync(wasm)));
-const { values: given } = parseArgs({ options: { check: { type: "boolean" }, program: { type: "string", default: here("../target/release/cosmic") }, runs: { type: "string" } } });
+const { values: given } = parseArgs({ options: { check: { type: "boolean" }, keep: { type: "boolean" }, program: { type: "string", default: here("../target/release/cosmic") }, runs: { type: "string" } } });
 const runs = given.runs ?? mkdtempSync(join(tmpdir(), "cosmic-cast-"));
 mkdirSync(runs, { recursive: true });
 const file = here("page/cast.json");
@@ -107,16 +108,30 @@ function packed(folder) {
   ];
 }
 
+/** The entry of a robot, which is in its link. */
+function entry(name, link) {
+  const { world, robot } = opened(link);
+  const { measured } = engine.ask({ do: "judge" });
+  return { name, link: `#${link}`, world, robot, measured };
+}
+
 function designed(name, how) {
   const folder = run(name, how);
   const link = new URLSearchParams({ scene: how.scene, seed: String(how.seed) });
   for (const [key, value] of Object.entries(how.set ?? {})) link.append("set", `${key}=${value}`);
   link.set("robot", toText(packed(folder)));
-  const { world, robot } = opened(link);
-  const { measured } = engine.ask({ do: "judge" });
+  const made = entry(name, link);
+  const { robot, measured } = made;
   const { displacement_robust_p50: median, seconds } = JSON.parse(readFileSync(join(folder, "summary.json")));
   console.log(`${name}: ${robot.along.toFixed(2)} m, median ${measured.distance.p50.toFixed(2)} m (${median.toFixed(2)} m before packing), ${measured.reliability.verdict}; ${seconds.toFixed(0)} s, ${String(link).length} characters in the link`);
-  return { name, link: `#${link}`, world, robot, measured };
+  return made;
+}
+
+/** Writes the robots of the page. */
+function write(robots) {
+  const text = `[\n${robots.map(robot => JSON.stringify(robot)).join(",\n")}\n]\n`;
+  writeFileSync(file, text);
+  console.log(`${text.length} bytes, ${gzipSync(text).length} compressed by gzip`);
 }
 
 if (given.check) {
@@ -127,8 +142,8 @@ if (given.check) {
     console.log(`${same ? "ok  " : "FAIL"} ${name}: the robot walks as its file says: ${again.along.toFixed(3)} m, ${robot.along.toFixed(3)} m`);
     if (!same) process.exitCode = 1;
   }
+} else if (given.keep) {
+  write(JSON.parse(readFileSync(file)).map(({ name, link }) => entry(name, new URLSearchParams(link.slice(1)))));
 } else {
-  const text = `[\n${Object.entries(CAST).map(([name, how]) => JSON.stringify(designed(name, how))).join(",\n")}\n]\n`;
-  writeFileSync(file, text);
-  console.log(`${text.length} bytes, ${gzipSync(text).length} compressed by gzip`);
+  write(Object.entries(CAST).map(([name, how]) => designed(name, how)));
 }

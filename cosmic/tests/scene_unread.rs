@@ -19,7 +19,7 @@ impl Loss for Height {
     }
 
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
-        -trajectory.states[0].x[0].up()
+        -trajectory.payload(0).x.up()
     }
 }
 
@@ -64,17 +64,17 @@ const OTHERS: [&[&str]; 24] = [
     &["physics.contact=none"],
     &[
         "ground.profile=steps",
-        "ground.from=0.12",
+        "ground.from=0.02",
         "ground.spacing=0.02",
     ],
     &[
         "ground.profile=rough",
-        "ground.from=0.12",
+        "ground.from=0.02",
         "ground.spacing=0.02",
     ],
     &[
         "ground.profile=points",
-        "ground.points=[[0.1, 0.0], [0.2, 0.01]]",
+        "ground.points=[[0.0, 0.0], [0.1, 0.01]]",
     ],
     &[
         "start.kind=layout",
@@ -129,7 +129,7 @@ const NAMES: [&str; 12] = [
     "design.feet=3",
     "lattice.kind=triangular",
     "ground.profile=rough",
-    "ground.points=[[0.1, 0.0], [0.15, 0.02]]",
+    "ground.points=[[0.0, 0.0], [0.05, 0.02]]",
     "start.layout=filled",
     "start.layout=tall",
     "objective.task=climb",

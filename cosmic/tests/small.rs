@@ -33,18 +33,14 @@ pub(crate) const MOBILE_ROBOT: &str = "
     horizon = [64, 64]
 ";
 
-/// A lattice with the spacing and the ground height of the default scene, on ground with an incline in degrees.
+/// A lattice with the spacing of the default scene, on ground with an incline in degrees.
 pub(crate) fn lattice(columns: usize, rows: usize, incline_deg: f64) -> Lattice {
     let settings = LatticeSettings {
         columns,
         rows,
         ..LatticeSettings::default()
     };
-    let ground = Ground {
-        height: 0.1,
-        incline_deg,
-    };
-    Lattice::new(&settings, ground)
+    Lattice::new(&settings, Ground { incline_deg })
 }
 
 /// A user's loss: minus the mean of two heights of the payload, after half of the steps and at the end.
@@ -56,7 +52,7 @@ impl Loss for Up {
     }
 
     fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
-        let heights: Vec<R> = trajectory.states.iter().map(|s| -s.x[0].up()).collect();
+        let heights = [0, 1].map(|k| -trajectory.payload(k).x.up());
         R::sum_of(&heights) * R::lit(0.5)
     }
 }

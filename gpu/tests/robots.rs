@@ -165,7 +165,7 @@ fn laws_act_alike_on_a_device_and_on_the_processor() {
                     node_formula.force_x = '0.01 * sin(40 * time + x) - 0.02 * vx * abs(vx)'";
     worlds.push(("formulas", formulas.to_owned()));
     // The feet of the robot stand on slopes.
-    let points = "points = [[-0.1, 0.0], [0.03, -0.02], [0.12, -0.01], [0.5, -0.05]]";
+    let points = "points = [[-0.2, 0.0], [-0.07, -0.02], [0.02, -0.01], [0.4, -0.05]]";
     worlds.push((
         "slopes",
         format!("[ground]\nprofile = \"points\"\n{points}"),

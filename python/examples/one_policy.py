@@ -85,7 +85,7 @@ def distance(sim: cosmic.Simulator, steps: int, weights: Weights, body: Bodies) 
     """How far one robot walks in so many steps, m: the mean over the last quarter, whose gradients are smoother."""
     inputs = cosmic.Inputs(body.z, controller(weights, body.z), body.x0, body.v0, {"bars.strain": body.strain})
     seen = cosmic.jax.rollout(sim, inputs, observed=range(3 * steps // 4, steps + 1, 16), bounded=True)
-    return ((seen.x[:, 0] - body.x0[0]) @ jnp.asarray(sim.along, np.float32)).mean()
+    return ((seen.x[:, sim.payload] - body.x0[sim.payload]) @ jnp.asarray(sim.along, np.float32)).mean()
 
 
 def gradient(sim: cosmic.Simulator, steps: int, weights: Weights, batch: Bodies) -> Any:
@@ -134,7 +134,7 @@ def walked(sim: cosmic.Simulator, blocks: Weights, start: Bodies, pushes: Option
         inputs = cosmic.Inputs(start.z, blocks, x, v, {"bars.strain": start.strain})
         seen = sim.rollout(inputs, observed=[every], first=first, check=False)
         x, v = seen.x[:, -1], seen.v[:, -1]
-    far: Array = np.nan_to_num((x[:, 0] - start.x0[:, 0]) @ sim.along)
+    far: Array = np.nan_to_num((x[:, sim.payload] - start.x0[:, sim.payload]) @ sim.along)
     return far
 
 
@@ -143,7 +143,7 @@ def worlds(policy: str, device: str = "cpu", space: bool = False) -> tuple[cosmi
     second ground is a slope."""
     scene = {**SCENE, **(SPACE if space else {}), "controller": {**SCENE["controller"], "policy": policy}}
     holes = np.random.default_rng(0).uniform(-0.02, 0.0, 60)
-    rough = {"ground": {"profile": "points", "points": np.column_stack([0.05 * np.arange(-10, 50), holes])}}
+    rough = {"ground": {"profile": "points", "points": np.column_stack([0.05 * np.arange(-12, 48), holes])}}
     other = {**scene, **(SLOPE if space else rough)}
     return cosmic.Simulator(scene, "layout", device), cosmic.Simulator(other, "layout")
 

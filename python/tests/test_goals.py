@@ -40,8 +40,8 @@ def test_a_goal_counts_from_the_payload(sim: cosmic.Simulator) -> None:
         seen = sim.rollout(inputs, *SPAN, goal=goal)
         assert same(seen, cosmic.Simulator(scene).rollout(inputs, *SPAN))
         assert not same(seen, sim.rollout(inputs, *SPAN))
-    # The scene's goal is 2 m from the world's origin.
-    assert same(sim.rollout(inputs, *SPAN, goal=1.9), sim.rollout(inputs, *SPAN))
+    # The scene's goal is 2 m from the world's origin and 0.1 m above the ground. The payload starts at the origin.
+    assert same(sim.rollout(inputs, *SPAN, goal=(2.0, 0.1)), sim.rollout(inputs, *SPAN))
 
 
 def test_the_frame_of_a_goal_is_that_of_the_ground() -> None:
@@ -359,13 +359,13 @@ def test_the_goal_is_observed_and_changes_within_an_episode() -> None:
         return places, offsets
 
     places, changed = episode([(0, 1.2), (0.05, -1.2), (0.125, 0.0)])
-    # The payload starts at 0.1 m. A frame takes 0.05 s; the third goal counts from the next frame on.
-    assert places == pytest.approx([1.3, -1.1, -1.1, 0.1, 0.1, 0.1, 0.1], abs=1e-15)
+    # The payload starts at 0 m. A frame takes 0.05 s; the third goal counts from the next frame on.
+    assert places == pytest.approx([1.2, -1.2, -1.2, 0.0, 0.0, 0.0, 0.0], abs=1e-15)
     # Without activations the robot moves alike, so the offsets differ by the goals.
     _, fixed = episode((0.2, 0.1))
     for place, a, b in zip(places, changed, fixed):
         # The observation has 16 digits, of which a far goal loses two.
-        assert a - b == pytest.approx([place - 0.3, -0.1], abs=1e-13)
+        assert a - b == pytest.approx([place - 0.2, -0.1], abs=1e-13)
 
 
 def walked(env: Any, **options: Any) -> tuple[float, float, float]:
@@ -384,9 +384,8 @@ def walked(env: Any, **options: Any) -> tuple[float, float, float]:
 def test_rewards_add_up_to_the_way_made_good(place: float) -> None:
     env = cosmic.gym.WalkEnv(GOALS, **FRAMES)
     start, made, end = walked(env, options={"goal": place})
-    goal = 0.1 + place
-    # A sum of six differences of numbers below one.
-    assert made == pytest.approx(abs(goal - start) - abs(goal - end), abs=1e-14) and made != 0.0
+    # The payload starts at 0 m. A sum of six differences of numbers below one.
+    assert made == pytest.approx(abs(place - start) - abs(place - end), abs=1e-14) and made != 0.0
     assert made == pytest.approx(np.sign(place) * (end - start), abs=1e-14)
 
 
@@ -424,13 +423,12 @@ def test_drawn_goals_are_those_of_the_scene_and_of_the_seed() -> None:
         env.reset(seed=seed)
         (goals,) = env._walk.goals
         assert goals.changes == [85, 170]
-        return [place - 0.1 for place in goals.points[:, 0]]
+        return list(goals.points[:, 0])
 
     places = [drawn(seed) for seed in range(40)]
     assert drawn(0) == places[0] and drawn(None) != places[0]
     for of_seed in places:
         assert all(abs(place) <= 1.5 for place in of_seed)
-        # The place of the payload is added and subtracted again.
         assert np.abs(np.diff([0.0, *of_seed])).min() > 0.75 - 1e-12
     # Both sides are drawn, each with a probability of one half.
     assert 8 <= sum(of_seed[0] > 0.0 for of_seed in places) <= 32
@@ -453,7 +451,7 @@ def test_many_robots_with_goals_equal_single_robots() -> None:
             assert np.array_equal(a[4]["goal"], b[4]["goal"])
     places = np.array([[0.5], [-0.5], [1.0]])
     _, info = ours.reset(options={"goal": places})
-    assert info["goal"] == pytest.approx(0.1 + places[:, 0])
+    assert info["goal"] == pytest.approx(places[:, 0])
 
 
 def test_wrong_goals_of_a_reset_are_refused() -> None:

@@ -42,7 +42,7 @@ def test_a_loss_designs_another_robot(run: cosmic.Run) -> None:
     tall = cosmic.optimize(SCENE, SEED, loss=cosmic.Loss(high, observed), progress=False)
     assert set(seen) >= {128, 256}
     # Minus a mean height, which is between those of the ground and the lattice's top.
-    assert -0.4 < tall.summary["loss_p50"] < -0.1
+    assert -0.3 < tall.summary["loss_p50"] < 0.0
     assert "loss_p50" not in run.summary
     far = cosmic.optimize(SCENE, SEED, loss=cosmic.Loss(high, observed, True), progress=False)
     assert "loss_p50" not in far.summary

@@ -29,6 +29,27 @@ def test_a_simulator_has_the_sizes_of_its_scene(sim: cosmic.Simulator) -> None:
     np.testing.assert_allclose(sim.rest_length, lengths, rtol=1e-14)
 
 
+@pytest.mark.parametrize("name", cosmic.scenes())
+def test_the_ground_and_the_first_column_are_at_zero(name: str) -> None:
+    sim = cosmic.Simulator({"scene": name, "lattice.drop": 0.02}, "performance")
+    x0, along = sim.initial().x0, sim.along
+    up = np.zeros_like(along)
+    up[0], up[-1] = -along[-1], along[0]
+    # A rotation rounds coordinates below 2 m by some 1e-16.
+    assert [(x0 @ along).min(), (x0 @ up).min()] == pytest.approx([0.0, 0.02], abs=1e-15)
+
+
+def test_no_node_falls_below_zero(sim: cosmic.Simulator) -> None:
+    seen = sim.rollout(sim.initial())
+    # A node that lands is rounded once.
+    assert seen.x[..., 1].min() == pytest.approx(0.0, abs=1e-15)
+
+
+def test_the_payload_need_not_be_node_0() -> None:
+    assert [cosmic.Simulator(name).payload for name in ("earth", "errand", "cube")] == [0, 3, 4]
+    assert cosmic.Simulator({**SHORT, "lattice.payload": 5}).payload == 5
+
+
 def test_a_rollout_may_be_shorter_than_the_horizon_of_an_optimisation() -> None:
     for scene in ("stability", "coulomb", "large", "workshop"):
         assert cosmic.Simulator({"scene": scene, "physics.steps": 1024}).steps == 1024

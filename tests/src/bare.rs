@@ -3,6 +3,7 @@
 use autodiff::Real;
 use cosmic::geometry::Vector;
 use cosmic::lattice::{Body, Lattice, Marker, State};
+use cosmic::laws::ContactLaw;
 use cosmic::policy::Controller;
 use cosmic::scene::{ControllerSettings, PhysicsSettings};
 use cosmic::simulator::{Simulator, Span, Trajectory};
@@ -20,7 +21,7 @@ pub struct Bare {
 
 impl Bare {
     /// Creates a robot from nodes with these masses. Each spring is `(edge, rest length, stiffness)`. The world has no
-    /// gravity and no damping, and the ground is a metre below zero.
+    /// gravity, no damping and no ground.
     pub fn new(springs: &[([usize; 2], f64, f64)], masses: &[f64]) -> Self {
         let edges = springs.iter().map(|spring| spring.0).collect();
         let lattice = Lattice {
@@ -40,7 +41,7 @@ impl Bare {
         let physics = PhysicsSettings {
             gravity: 0.0,
             damping: 0.0,
-            ground_height: -1.0,
+            contact: ContactLaw::none(),
             ..PhysicsSettings::default()
         };
         Self {

@@ -64,7 +64,7 @@ pub fn farthest(a: &State<f64>, b: &State<f64>) -> f64 {
 pub fn least_height(physics: &PhysicsSettings, states: &[State<f64>]) -> f64 {
     let (profile, ground) = (physics.ground.resolved(), Ground::from(physics));
     let nodes = states.iter().flat_map(|state| &state.x);
-    let heights = nodes.map(|&x| profile.above(ground.point_to_ground(x)));
+    let heights = nodes.map(|&x| profile.above(ground.vector_to_ground(x)));
     heights.fold(f64::INFINITY, f64::min)
 }
 

@@ -30,7 +30,6 @@ fn scene(rng: &mut ChaCha8Rng) -> Scene {
     physics.substeps = one_of(rng, &[1, 1, 2, 3]);
     physics.gravity = one_of(rng, &[0.0, 4.8, 9.81]);
     physics.damping = one_of(rng, &[0.0, 5.0, 20.0]);
-    physics.ground_height = one_of(rng, &[0.0, 0.1]);
     physics.incline_deg = one_of(rng, &[0.0, 0.0, 10.0, -15.0]);
     let contacts = [ContactLaw::none, ContactLaw::infinite, ContactLaw::coulomb];
     physics.contact = one_of(rng, &contacts)();

@@ -144,7 +144,7 @@ fn budget(case: &Case, seen: &Trajectory<f64>, k: usize, is_implicit: bool) -> B
         budget.ground += mass * (pushed - free).dot(mean);
         budget.ground += 0.5 * mass * (end.dot(end) - pushed.dot(pushed));
         budget.kinetic += 0.5 * mass * (end.dot(end) - v.dot(v));
-        if after.x[node].up() > physics.ground_height + 1e-6 {
+        if after.x[node].up() > 1e-6 {
             let by_ground = (pushed - free).norm() + (end - pushed).norm();
             budget.in_air = budget.in_air.max(by_ground);
         }

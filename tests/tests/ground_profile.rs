@@ -79,7 +79,6 @@ fn world(rng: &mut ChaCha8Rng, walls: bool) -> PhysicsSettings {
     PhysicsSettings {
         contact: contact(),
         friction: [0.0, 0.1, 0.5, 2.5][rng.random_range(0..4)],
-        ground_height: 0.0,
         gravity: 9.81,
         damping: rng.random_range(0.0..5.0),
         ground: profile(&points),
@@ -154,7 +153,7 @@ fn a_robot_leans_on_an_inclined_wall() {
             scene.physics.contact = ContactLaw::coulomb();
             (scene.physics.friction, scene.physics.incline_deg) = (0.1, -20.0);
             scene.physics.integrator = integrator;
-            scene.physics.ground = profile(&[[0.65, 0.0], [0.65, 0.25]]);
+            scene.physics.ground = profile(&[[0.55, 0.0], [0.55, 0.25]]);
             scene.physics.steps = 400;
         });
         let ground = Ground::from(&case.scene.physics);
@@ -165,12 +164,12 @@ fn a_robot_leans_on_an_inclined_wall() {
             assert!(least > -1e-12, "{integrator:?}, {round}: {least:e} m");
             case.start = seen.last().unwrap().clone();
         }
-        let along = |x: &Vector<f64>| ground.point_to_ground(*x).forward();
+        let along = |x: &Vector<f64>| ground.vector_to_ground(*x).forward();
         let at_wall = case
             .start
             .x
             .iter()
-            .filter(|x| (along(x) - 0.65).abs() < 1e-9);
+            .filter(|x| (along(x) - 0.55).abs() < 1e-9);
         assert!(
             at_wall.count() > 0,
             "{integrator:?}: no node is at the wall"
@@ -185,7 +184,7 @@ fn on_stairs(contact: ContactLaw) -> Case {
         scene.lattice.drop = 0.06;
         scene.physics.ground = GroundSettings {
             profile: ProfileKind::Steps,
-            from: 0.15,
+            from: 0.05,
             spacing: 0.2,
             count: 3,
             ..GroundSettings::default()
@@ -211,7 +210,7 @@ fn a_body_at_rest_on_a_step_stays() {
         let stands = last
             .x
             .iter()
-            .filter(|x| profile.above(ground.point_to_ground(**x)).abs() < 1e-9);
+            .filter(|x| profile.above(ground.vector_to_ground(**x)).abs() < 1e-9);
         let mut levels: Vec<i64> = stands.map(|x| (x.up() * 1e3).round() as i64).collect();
         levels.dedup();
         assert!(levels.len() > 1, "{contact:?}: {levels:?}");
@@ -238,14 +237,8 @@ fn a_profile_works_with_the_rest_of_the_physics() {
     for change in [
         (|p| p.integrator = Integrator::Leapfrog) as fn(&mut PhysicsSettings),
         |p| p.substeps = 3,
-        |p| p.ground_height = 0.25,
     ] {
-        let mut case = case(change);
-        let lift = case.scene.physics.ground_height - 0.1;
-        case.start
-            .x
-            .iter_mut()
-            .for_each(|x| *x = x.with_up(x.up() + lift));
+        let case = case(change);
         let least = least_height(&case.scene.physics, &states(&case));
         assert!(least.abs() < 1e-12, "{least:e}");
     }

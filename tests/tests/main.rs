@@ -9,6 +9,7 @@ mod corpus;
 mod drawn_scenes;
 mod efforts;
 mod floors;
+mod frame;
 mod goals;
 mod ground_profile;
 mod guard;

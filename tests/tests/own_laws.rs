@@ -205,10 +205,7 @@ fn a_force_knows_the_time_and_the_node() {
 fn a_bouncing_node_rises_again() {
     let settings = "[physics]\ngravity = 9.81\ndamping = 0.0\n\
                     contact = \"bounce\"\ndt = 1e-5";
-    let bare = Bare::free_node(PhysicsSettings {
-        ground_height: 0.0,
-        ..physics(settings)
-    });
+    let bare = Bare::free_node(physics(settings));
     let start = State::new(vec![[0.0, 1.0]; 2], vec![[0.0; 2]; 2]);
     // The node falls for 0.4515 s and rises for half as long.
     let apex = (1.5 * (2.0 / 9.81_f64).sqrt() / 1e-5) as usize;

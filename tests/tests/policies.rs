@@ -84,38 +84,13 @@ impl Policy for Reflex {
     }
 }
 
-/// What only cases change: the goal is given relative to the robot, or the ground is at another height.
-#[derive(Clone, Copy, Debug, Default)]
-struct OfCases {
-    goal_relative: bool,
-    is_raised: bool,
-}
-
-const RELATIVE: OfCases = OfCases {
-    goal_relative: true,
-    is_raised: false,
-};
-
-const RAISED: OfCases = OfCases {
-    goal_relative: false,
-    is_raised: true,
-};
-
-impl OfCases {
-    fn set(self, scene: &mut Scene) {
-        scene.controller.goal_relative = self.goal_relative;
-        if self.is_raised {
-            scene.physics.ground_height = 0.3;
-        }
-    }
-}
-
 /// The case of a small robot with the policy `name`.
 fn robot(name: &str, settings: &str) -> Case {
-    robot_with(name, settings, OfCases::default())
+    robot_with(name, settings, false)
 }
 
-fn robot_with(name: &str, settings: &str, of_cases: OfCases) -> Case {
+/// Like [`robot`]. Only cases can have a goal that is relative to the robot.
+fn robot_with(name: &str, settings: &str, goal_relative: bool) -> Case {
     let registry = Registry::default().with_policy("reflex", Reflex);
     let task = "\n[objective]\ntask = \"reach\"";
     let [goals, task] = match name {
@@ -147,7 +122,7 @@ fn robot_with(name: &str, settings: &str, of_cases: OfCases) -> Case {
          policy = \"{name}\"\n{goals}{settings}{task}"
     );
     let mut scene = registry.parse("small", &text).unwrap();
-    of_cases.set(&mut scene);
+    scene.controller.goal_relative = goal_relative;
     let mut case = Case::of_scene(&scene, 1).unwrap();
     // No bias may be zero; otherwise the test would not notice a missing bias.
     let numbers = case.controller.numbers_mut().iter_mut().enumerate();
@@ -160,14 +135,14 @@ fn robot_with(name: &str, settings: &str, of_cases: OfCases) -> Case {
 #[test]
 fn gradients_are_right_in_every_mode() {
     for name in POLICIES {
-        for (settings, of_cases) in [
-            ("", RELATIVE),
-            ("[design]\none_piece = false", RELATIVE),
-            ("offset_scale = 0.0", OfCases::default()),
-            ("velocity_scale = 0.0", OfCases::default()),
-            ("clock = \"learned\"", OfCases::default()),
+        for (settings, goal_relative) in [
+            ("", true),
+            ("[design]\none_piece = false", true),
+            ("offset_scale = 0.0", false),
+            ("velocity_scale = 0.0", false),
+            ("clock = \"learned\"", false),
         ] {
-            let case = robot_with(name, settings, of_cases);
+            let case = robot_with(name, settings, goal_relative);
             let loss = Displacement::at_end(case.task().ground());
             let check = check_gradients_of(&loss, &case, 48, &few_directions());
             for group in &check.groups {
@@ -205,33 +180,28 @@ fn a_policy_cannot_have_the_block_of_a_learned_clock() {
 /// present.
 #[test]
 fn a_step_uses_the_observation() {
-    let plain = OfCases::default();
     let given =
         "goals = \"given\"\ngoal = [0.3, 0.2]\ngoal_scale = 2.0\n[objective]\ntask = \"reach\"";
     let on_a_slope = "[design]\none_piece = false\n[physics]\nincline_deg = 12.0";
     let given_on_a_slope = format!("{given}\n{on_a_slope}");
-    let relative_and_raised = OfCases {
-        is_raised: true,
-        ..RELATIVE
-    };
-    for (policy, settings, of_cases) in [
-        ("mlp", "", RELATIVE),
-        ("mlp", "offset_scale = 0.7\ngoal_scale = 0.3", plain),
-        ("mlp", "[design]\none_piece = false", plain),
-        ("mlp", "[physics]\nincline_deg = 12.0", relative_and_raised),
-        ("mlp", given, plain),
-        ("mlp", &given_on_a_slope, RAISED),
-        ("gaits", "", plain),
-        ("mirrored", "", plain),
-        ("mirrored", "[design]\none_piece = false", plain),
-        ("gaits", on_a_slope, RAISED),
-        ("sides", "", RELATIVE),
-        ("sides", on_a_slope, RAISED),
-        ("steers", "", plain),
-        ("steers", on_a_slope, RAISED),
-        ("turns", "", plain),
+    for (policy, settings, goal_relative) in [
+        ("mlp", "", true),
+        ("mlp", "offset_scale = 0.7\ngoal_scale = 0.3", false),
+        ("mlp", "[design]\none_piece = false", false),
+        ("mlp", "[physics]\nincline_deg = 12.0", true),
+        ("mlp", given, false),
+        ("mlp", &given_on_a_slope, false),
+        ("gaits", "", false),
+        ("mirrored", "", false),
+        ("mirrored", "[design]\none_piece = false", false),
+        ("gaits", on_a_slope, false),
+        ("sides", "", true),
+        ("sides", on_a_slope, false),
+        ("steers", "", false),
+        ("steers", on_a_slope, false),
+        ("turns", "", false),
     ] {
-        let case = robot_with(policy, settings, of_cases);
+        let case = robot_with(policy, settings, goal_relative);
         let (body, ground) = (case.body(), case.task().ground());
         let seen = observation(
             &case.scene.controller,
@@ -270,12 +240,11 @@ fn a_policy_feels_its_bars() {
         }
     }
     let registry = Registry::default().with_policy("feels", Feels);
-    for (physics, of_cases) in [("", OfCases::default()), ("incline_deg = 12.0", RAISED)] {
+    for physics in ["", "incline_deg = 12.0"] {
         let text = format!(
             "base = \"stability\"\n[lattice]\ncolumns = 3\nrows = 2\n[controller]\npolicy = \"feels\"\n[physics]\n{physics}"
         );
-        let mut scene = registry.parse("feels", &text).unwrap();
-        of_cases.set(&mut scene);
+        let scene = registry.parse("feels", &text).unwrap();
         let mut case = Case::of_scene(&scene, 1).unwrap();
         let moved = case.start.x.iter_mut().chain(&mut case.start.v);
         for (k, vector) in moved.enumerate() {
@@ -284,11 +253,8 @@ fn a_policy_feels_its_bars() {
         let (task, ground) = (case.task(), case.task().ground());
         let start = Trajectory::new(vec![0], vec![case.start.clone()]);
         let moments = (task.simulator).moments(&case.body(), &case.controller, &start);
-        let below = Vector::from([0.0, ground.height]);
         let end = |node: usize| {
-            let x = ground
-                .vector_to_ground(case.start.x[node] - below)
-                .in_plane();
+            let x = ground.vector_to_ground(case.start.x[node]).in_plane();
             let v = ground.vector_to_ground(case.start.v[node]).in_plane();
             [x[0], x[1], v[0], v[1]]
         };

@@ -58,8 +58,6 @@ fn scaled(scene: &Scene, factors: Factors) -> Scene {
     let file = scene.lattice.file.clone();
     let mut scaled = scene.set(&settings.collect::<Vec<_>>()).unwrap();
     scaled.lattice.file = file;
-    scaled.physics.ground_height *= factors.length;
-    scaled.lattice.origin_x *= factors.length;
     // The weight multiplies a number with a unit, which is a constant.
     scaled.objective.weight *= match scene.objective.task {
         TaskKind::Reach => factors.time(),

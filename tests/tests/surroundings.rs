@@ -89,7 +89,7 @@ fn with_settings() -> [(Case, &'static [&'static str]); 6] {
     );
     let over_terrain = robot(
         "[physics]\ncontact = \"coulomb\"\nfriction = 0.3\n[ground]\nprofile = \"points\"\n\
-         points = [[-1.0, 0.0], [0.15, -0.002], [2.0, -0.002]]",
+         points = [[-1.1, 0.0], [0.05, -0.002], [1.9, -0.002]]",
     );
     let implicit = robot(
         "[physics]\nintegrator = \"implicit\"\ncontact = \"coulomb\"\nfriction = 0.3\nincline_deg = 10.0",

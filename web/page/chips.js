@@ -1,8 +1,8 @@
 // The choices of a world and of a size: lists for the ground, the gravity and the size of the robot, and switches for the
 // worlds that are most fun. Each choice is a list of settings.
 
-const STEPS = { "ground.profile": "steps", "ground.from": "0.6", "ground.count": "12", "ground.spacing": "0.3", "ground.rise": "0.015" };
-const ROUGH = { "ground.profile": "rough", "ground.from": "0.6", "ground.count": "60", "ground.spacing": "0.1", "ground.roughness": "0.02" };
+const STEPS = { "ground.profile": "steps", "ground.from": "0.5", "ground.count": "12", "ground.spacing": "0.3", "ground.rise": "0.015" };
+const ROUGH = { "ground.profile": "rough", "ground.from": "0.5", "ground.count": "60", "ground.spacing": "0.1", "ground.roughness": "0.02" };
 const FLAT = { "ground.profile": "flat" };
 const level = { "physics.incline_deg": "0" };
 const size = (columns, rows) => ({ "lattice.columns": String(columns), "lattice.rows": String(rows) });

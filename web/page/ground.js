@@ -11,7 +11,7 @@ const STEP = 0.005;
 const round = number => Number(number.toFixed(4));
 
 export class GroundEditor extends Drawing {
-  #from = 0.8;
+  #from = 0.7;
   #heights = new Array(PLACES).fill(0);
   #place = 0;
   #drawing = null;
@@ -35,7 +35,7 @@ export class GroundEditor extends Drawing {
 
   /** Shows a profile. The ground is level as far as the lattice reaches. */
   show(profile, lattice) {
-    this.#from = round(Math.max(0.8, Math.ceil((lattice + 0.15) / APART) * APART));
+    this.#from = round(Math.max(0.7, Math.ceil((lattice + 0.15) / APART) * APART));
     this.#heights = Array.from({ length: PLACES }, (_, k) => round(levelAt(profile, this.#x(k))));
     this.#again();
   }

@@ -30,8 +30,6 @@ const $ = id => document.getElementById(id);
 const LONG = 2000;
 /** A robot that rises less than this above the ground does not jump, in metres. */
 const JUMPS = 0.02;
-/** The distance of the first column of a lattice from the origin of the ground, in metres. */
-const ORIGIN = 0.1;
 /** The buttons that cannot be used before there is a robot. */
 const LATER = ["design", "challenge", "twin", "takeback", "race", "back", "ahead", "latest", "save-film", "save-design", "save-scene"];
 /** `?panic=5` makes the library panic after iteration 5, for tests. */
@@ -214,7 +212,7 @@ async function sceneKnown(error) {
   chips.show(settings);
   errand.open(settings);
   const columns = settings["lattice.columns"] - 1;
-  ground.show(profile, ORIGIN + columns * settings["lattice.spacing"]);
+  ground.show(profile, columns * settings["lattice.spacing"]);
   await prepare();
 }
 

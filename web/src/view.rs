@@ -60,7 +60,7 @@ fn terrain(task: &Task, ground: &Ground) -> Vec<[f64; 2]> {
     let points = profile.between(Range::default().widened(100.0 * side));
     let points = points.into_iter();
     points
-        .map(|point| ground.point_to_world(point).in_plane())
+        .map(|point| ground.vector_to_world(point).in_plane())
         .collect()
 }
 

@@ -133,7 +133,7 @@ export async function scenes(page, address) {
     await until(page, `${key} = ${to}`, linkHas, `set=${key}=${to}`);
   }
   await press(page, "stairs");
-  await until(page, "the ground: steps", linkHas, "[0.8, 0], [0.9, 0.02]");
+  await until(page, "the ground: steps", linkHas, "[0.7, 0], [0.8, 0.02]");
   const stairs = page.url();
   await press(page, "rough");
   await until(page, "the ground: rough", stairs => location.href !== stairs && location.href.includes("ground.points"), stairs);
@@ -141,7 +141,7 @@ export async function scenes(page, address) {
   await until(page, "the ground: level", () => !location.href.includes("ground.points"));
   await page.focus("#ground");
   for (const key of ["ArrowRight", "ArrowUp", "PageUp"]) await page.keyboard.press(key);
-  await until(page, "the ground by keys", linkHas, "[0.9, 0.025]");
+  await until(page, "the ground by keys", linkHas, "[0.8, 0.025]");
   const box = await boxOf(page, "#ground");
   await page.mouse.move(box.x + box.width * 0.5, box.y + box.height * 0.4);
   await page.mouse.down();

@@ -102,11 +102,10 @@ fn apart(bench: &Bench, there: &Walk, ours: &[Vector<f64>], ground: &Ground) -> 
     );
     // The robot must move: resting robots would also agree.
     assert!(there.first != there.last);
-    let errors = there
-        .last
-        .iter()
-        .zip(ours)
-        .flat_map(|(&point, ours)| (ground.point_to_world(point) - ours).map(f64::abs).array());
+    let errors =
+        there.last.iter().zip(ours).flat_map(|(&point, ours)| {
+            (ground.vector_to_world(point) - ours).map(f64::abs).array()
+        });
     errors.fold(0.0, f64::max)
 }
 

@@ -67,16 +67,18 @@ impl Case {
     }
 
     /// Simulates the case, but with the design, the controller and the initial state of `inputs`. Returns the loss:
-    /// minus the final position along the ground, in metres, of the payload, or of the body that the case names.
+    /// minus the final position along the ground, in metres, of the payload, or of the body that the case names. The
+    /// position counts from the origin of the case's file.
     pub fn displacement_loss<R: Real>(&self, task: &Task, inputs: &Inputs<R>) -> R {
         let design = self.projected(self.projection, &inputs.z);
         let loss = Displacement::at_end(task.ground());
-        task.loss(
+        let loss = task.loss(
             &design,
             inputs,
             &loss,
             &Horizon::of_steps(self.scene.physics.steps),
-        )
+        );
+        loss - R::lit(self.frame.along(&task.ground()))
     }
 
     /// Simulates the case. The results hold the states after the steps in `record` (see
@@ -98,7 +100,8 @@ impl Case {
             divergence,
         } = (task.simulator).guarded(&body, &self.controller, &self.start, &span);
         let ground = task.ground();
-        let l_disp = -ground.along(trajectory.position(self.scene.physics.steps));
+        let along = |place| ground.along(self.frame.written(place));
+        let l_disp = -along(trajectory.position(self.scene.physics.steps));
         let mixtures = design.mixtures();
         let measures = measures(&mixtures, self.scene.projection.delta);
         let own_terms = self.augmentation(self.projection, gradient);
@@ -114,7 +117,7 @@ impl Case {
         };
         Ok(CaseResults {
             u0: self.first_activation(&task, &body),
-            displacement: -ground.along(self.start.x[body.marker.payload]) - l_disp,
+            displacement: -along(self.start.x[body.marker.payload]) - l_disp,
             node_mass: body.mass,
             l_disp,
             volume: measures.volume,
@@ -128,7 +131,7 @@ impl Case {
                 .as_ref()
                 .and_then(design_gradient),
             trajectory: (recorded.into_iter())
-                .map(|n| (n, trajectory.at(n).clone()))
+                .map(|n| (n, self.frame.written_state(trajectory.at(n))))
                 .collect(),
             z_projected: mixtures.iter().map(|mixture| mixture.0).collect(),
             grad_l_disp,

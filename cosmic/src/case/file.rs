@@ -7,7 +7,7 @@ use serde::de::{DeserializeOwned, IgnoredAny};
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Value, json};
 
-use super::Case;
+use super::{Case, Frame};
 use crate::design::Material;
 use crate::error::{self, Error};
 use crate::geometry::{Dimension, Profile, Row, Vector};
@@ -104,7 +104,8 @@ impl From<&Case> for CaseFile {
 }
 
 impl Case {
-    /// The text of a case file that holds all inputs of this case, but no results.
+    /// The text of a case file that holds all inputs of this case, but no results. The file is in the world's frame,
+    /// whatever the [frame](Case::frame) of this case is.
     pub fn to_json(&self) -> String {
         CaseFile::from(self).text()
     }
@@ -136,18 +137,21 @@ impl CaseFile {
 }
 
 /// Declares an object in a case file. Each key has two declarations: the type of its value in the file, and the setting
-/// of a scene that it stands for. The macro makes the struct and its conversions from and to a scene. A nested object
-/// follows after the semicolon.
+/// of a scene that it stands for. The macro makes the struct and its conversions from and to a scene. Keys in brackets
+/// stand for no setting, and have their default if the object is made from a scene. A nested object follows after the
+/// semicolon.
 macro_rules! keys {
     (
         $Keys:ident, $path:literal,
         $($(#[$attribute:meta])* $key:ident: $form:ty = $section:ident.$setting:ident,)+
+        $([$($(#[$mark:meta])* $own:ident: $Own:ty,)+])?
         $(; $part:ident: $Part:ty)?
     ) => {
         #[derive(Deserialize, Serialize)]
         #[serde(deny_unknown_fields)]
         pub(super) struct $Keys {
             $($(#[$attribute])* pub(super) $key: $form,)+
+            $($($(#[$mark])* pub(super) $own: $Own,)+)?
             $(pub(super) $part: $Part,)?
         }
 
@@ -155,6 +159,7 @@ macro_rules! keys {
             pub(super) fn of(scene: &Scene) -> Self {
                 Self {
                     $($key: scene.$section.$setting.clone().into(),)+
+                    $($($own: Default::default(),)+)?
                     $($part: <$Part>::of(scene),)?
                 }
             }
@@ -229,15 +234,11 @@ keys! {
     body_diagonals: bool = lattice.body_diagonals,
     rows: usize = lattice.rows,
     spacing: f64 = lattice.spacing,
-    origin_x: f64 = lattice.origin_x,
-    #[serde(default, skip_serializing_if = "is_default")]
-    origin_y: f64 = lattice.origin_y,
     drop: f64 = lattice.drop,
     #[serde(default, skip_serializing_if = "is_default")]
     payload: usize = lattice.payload,
     #[serde(default, skip_serializing_if = "is_default")]
     mirror: bool = lattice.mirror,
-    ground_height: f64 = physics.ground_height,
     alpha_deg: f64 = physics.incline_deg,
     #[serde(default, skip_serializing_if = "is_default")]
     profile: Profile = physics.ground,
@@ -292,6 +293,15 @@ keys! {
     one_piece: bool = design.one_piece,
     #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
     body: MovedBody = objective.body,
+    [
+        #[serde(default, skip_serializing_if = "is_default")]
+        ground_height: Frame,
+        // Where D1 puts the first nodes. Nothing is computed from it, because `x0` has the positions.
+        #[serde(default, skip_serializing_if = "is_default")]
+        origin_x: f64,
+        #[serde(default, skip_serializing_if = "is_default")]
+        origin_y: f64,
+    ]
     ; library: Library
 }
 

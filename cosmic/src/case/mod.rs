@@ -2,11 +2,13 @@
 //! describes. It holds one rollout with all its numbers, and the expected results: lattice, positions, rest lengths,
 //! velocities, design and weights all come from the file. Nothing is generated or assumed.
 
+mod frame;
 mod file;
 mod read;
 mod results;
 mod evaluate;
 
+pub use frame::Frame;
 pub use results::{CaseResults, DesignGradient, Gradient};
 
 use crate::design::{Design, start};
@@ -22,6 +24,10 @@ use crate::scene::{BinarisationSettings, Scene};
 pub struct Case {
     /// The scene. A case that was read from a file has the paper's settings for the optimisation.
     pub scene: Scene,
+    /// The frame in which the file gives positions; positions of the case itself are in the world's frame. The
+    /// [results](CaseResults) of the case are in the frame of its file. A case that is made from a scene has the world's
+    /// frame.
+    pub frame: Frame,
     /// The lattice. Its initial positions, edges and rest lengths are those of the file.
     pub lattice: Lattice,
     /// Initial positions and velocities.
@@ -62,6 +68,7 @@ impl Case {
                 lattice: scene.lattice.fitted(lattice.nodes()),
                 ..scene.clone()
             },
+            frame: Frame::default(),
             start: lattice.state_at_rest(),
             lattice,
             design,

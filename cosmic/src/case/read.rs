@@ -8,13 +8,13 @@ use super::Case;
 use super::file::{CaseFile, CaseScene, FORMAT, VERSION};
 use crate::design::Design;
 use crate::error::{Error, Result, fits, some};
-use crate::geometry::{Dimension, Ground};
+use crate::geometry::{Dimension, Ground, Vector};
 use crate::lattice::{Lattice, Payload, State, Truss};
 use crate::objective::AugmentedLagrangian;
 use crate::policy::blocks_of;
 use crate::reading::{from_json, placed, read_whole, text_of};
 use crate::registry::Registry;
-use crate::scene::{Scene, TrussFile, UnstableStep, allowed_instead, places};
+use crate::scene::{GoalKind, Scene, TrussFile, UnstableStep, allowed_instead, places};
 
 /// The longest rollout of a case, in substeps. The clock is stored for every step, so without a limit a typing error
 /// could exhaust the memory or run for ever.
@@ -63,6 +63,7 @@ impl Shapes<'_> {
         self.meaning(&raw.scene)?;
         self.length(raw.steps, raw.scene.substeps)?;
         let lattice = self.mirrored(&raw, self.lattice(&raw, &scene)?)?;
+        scene.controller.goal = self.goal(&raw, &scene);
         let (nodes, edges) = (lattice.nodes(), lattice.edges.len());
         self.fits("rows of `v0`", raw.v0.len(), nodes)?;
         self.fits("rows of `z`", raw.z.len(), edges)?;
@@ -83,6 +84,7 @@ impl Shapes<'_> {
         let blocks = blocks_of(&scene.controller, &lattice);
         Ok(Case {
             scene,
+            frame: raw.scene.ground_height,
             listed_steps: self.listed_steps(&raw)?,
             controller: raw.controller.controller(&blocks, self.file)?,
             start: State {
@@ -194,13 +196,15 @@ impl Shapes<'_> {
             ));
         }
         self.dimension(dimension, scene)?;
-        let positions: Vec<_> = raw.x0.iter().map(|x| dimension.vector(x)).collect();
+        let (frame, points) = (raw.scene.ground_height, raw.x0.iter());
+        let positions = points.map(|x| frame.read(dimension.vector(x)));
+        let positions: Vec<_> = positions.collect();
         let edges = raw.edges.clone();
         self.fits("entries in `l0`", raw.l0.len(), edges.len())?;
         self.edges(&edges, nodes)?;
         if let Some(truss) = &raw.truss {
             let ground = Ground::from(&scene.physics);
-            let to_ground = positions.iter().map(|x| ground.point_to_ground(*x));
+            let to_ground = positions.iter().map(|x| ground.vector_to_ground(*x));
             let truss = Truss {
                 dimension,
                 nodes: to_ground.collect(),
@@ -227,6 +231,16 @@ impl Shapes<'_> {
             payload: Payload::at(payload),
             ..Lattice::between(positions, edges)
         })
+    }
+
+    /// The goal in the world's frame. A goal that the controller observes as it is, is a constant and no place.
+    fn goal(&self, raw: &CaseFile, scene: &Scene) -> Vector<f64> {
+        let settings = &scene.controller;
+        let is_place = settings.goal_relative || settings.goals == GoalKind::Given;
+        match is_place {
+            true => (raw.scene.ground_height).read_goal(settings.goal, &(&scene.physics).into()),
+            false => settings.goal,
+        }
     }
 
     /// Refuses what only robots in space can have, or only robots in the plane.

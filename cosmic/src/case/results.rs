@@ -20,7 +20,7 @@ pub struct CaseResults {
     pub node_mass: Vec<f64>,
     /// The activation of each edge in step 0.
     pub u0: Vec<f64>,
-    /// The recorded states in the world's frame. The key of a state is the number of steps done before it.
+    /// The recorded states in the [frame](super::Frame) of the case's file. The key of a state is the number of steps done before it.
     pub trajectory: BTreeMap<usize, State<f64>>,
     /// The loss, in metres: minus the final position of the payload along the ground, `-(s . x_0(T))`.
     pub l_disp: f64,

@@ -198,7 +198,7 @@ impl Evaluator {
             start.x[seen.marker.payload],
             seen.position(last).map(R::primal),
         ];
-        ground.point_to_ground(to) - ground.point_to_ground(from)
+        ground.vector_to_ground(to) - ground.vector_to_ground(from)
     }
 
     /// Simulates robots in several domains in `precision`, and returns the states of each robot after the numbers of steps

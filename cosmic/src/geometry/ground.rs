@@ -5,20 +5,19 @@ use autodiff::Real;
 use super::rotation::Rotation;
 use super::vector::Vector;
 
-/// The ground line: an inclined line through the point at `height` above the origin of the world.
+/// The ground line: an inclined line through the origin of the world.
 ///
-/// That point is the origin of the ground's frame. The first axis of the frame is the [tangent](Ground::tangent), the
-/// last axis the [normal](Ground::normal), so the last coordinate is the height above the ground.
+/// The world's frame and the ground's frame have the same origin. The first axis of the ground's frame is the
+/// [tangent](Ground::tangent), the last axis the [normal](Ground::normal), so the last coordinate is the height above the
+/// ground. On level ground the two frames are the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground {
-    /// Height of the ground at `x = 0`, in metres.
-    pub height: f64,
     /// Angle to the horizontal in degrees; positive if the ground rises towards `+x`.
     pub incline_deg: f64,
 }
 
 impl Ground {
-    /// True if the ground is horizontal. The ground's frame is then the world's frame, moved but not rotated.
+    /// True if the ground is horizontal. The ground's frame is then the world's frame.
     pub fn is_flat(&self) -> bool {
         self.incline_deg == 0.0
     }
@@ -43,7 +42,7 @@ impl Ground {
         self.vector_to_ground(Vector::upright(0.0, 1.0))
     }
 
-    /// Converts a vector (a velocity, a force) from the world's frame to the ground's.
+    /// Converts a vector (a position, a velocity, a force) from the world's frame to the ground's.
     pub fn vector_to_ground<R: Real, const D: usize>(&self, vector: Vector<R, D>) -> Vector<R, D> {
         if self.is_flat() {
             return vector;
@@ -57,18 +56,6 @@ impl Ground {
             return vector;
         }
         self.axes().lit().out_of_rotated(vector)
-    }
-
-    /// Converts a point from the world's frame to the ground's: its position along the ground, and its height above the
-    /// ground.
-    pub fn point_to_ground<R: Real, const D: usize>(&self, point: Vector<R, D>) -> Vector<R, D> {
-        self.vector_to_ground(point.with_up(point.up() - R::lit(self.height)))
-    }
-
-    /// Converts a point from the ground's frame to the world's.
-    pub fn point_to_world<R: Real, const D: usize>(&self, point: Vector<R, D>) -> Vector<R, D> {
-        let vector = self.vector_to_world(point);
-        vector.with_up(vector.up() + R::lit(self.height))
     }
 
     /// The position along the ground, in metres, of a point that is given in the world's frame.

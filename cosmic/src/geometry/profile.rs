@@ -155,7 +155,7 @@ impl Profile {
     /// that has the x coordinate `x` in the world's frame.
     pub fn height_in_world(&self, ground: &Ground, x: f64) -> f64 {
         let [cos, sin] = ground.tangent().in_plane();
-        ground.height + x * sin / cos + self.height(x / cos) * cos
+        x * sin / cos + self.height(x / cos) * cos
     }
 
     /// The points of the terrain in the world's frame, over the part of the ground line whose x coordinates are in the
@@ -167,7 +167,7 @@ impl Profile {
         }
         let cos = ground.tangent().forward();
         let line = self.between(across.map(|x| x / cos)).into_iter();
-        line.map(|point| ground.point_to_world(point)).collect()
+        line.map(|point| ground.vector_to_world(point)).collect()
     }
 }
 

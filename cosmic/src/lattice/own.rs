@@ -25,7 +25,7 @@ const LARGEST: u64 = 1 << 26;
 pub struct Truss {
     /// Whether the nodes are in the plane or in space.
     pub dimension: Dimension,
-    /// The positions of the nodes along the ground, across and above it, in metres from the ground's origin (D1).
+    /// The positions of the nodes along the ground, across and above it, in metres from the ground's origin.
     pub nodes: Vec<Vector<f64>>,
     /// The two nodes `[i, j]` that each edge joins.
     pub edges: Vec<[usize; 2]>,

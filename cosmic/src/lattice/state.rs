@@ -23,7 +23,7 @@ impl<R: Real> State<R> {
     pub fn to_ground(&self, ground: &Ground) -> Self {
         Self {
             dimension: self.dimension,
-            x: self.x.iter().map(|&x| ground.point_to_ground(x)).collect(),
+            x: self.x.iter().map(|&x| ground.vector_to_ground(x)).collect(),
             v: self.v.iter().map(|&v| ground.vector_to_ground(v)).collect(),
         }
     }
@@ -33,7 +33,7 @@ impl<R: Real> State<R> {
     pub fn to_world(&self, ground: &Ground) -> Self {
         Self {
             dimension: self.dimension,
-            x: self.x.iter().map(|&x| ground.point_to_world(x)).collect(),
+            x: self.x.iter().map(|&x| ground.vector_to_world(x)).collect(),
             v: self.v.iter().map(|&v| ground.vector_to_world(v)).collect(),
         }
     }

@@ -44,7 +44,7 @@ impl Objective {
     /// payload would cover in the time `settle`. So a payload that is near but fast has a large loss.
     fn off_target<R: Real>(&self, seen: &Trajectory<R>, step: usize) -> R {
         let place = seen.position(step);
-        let place = self.far.ground.point_to_ground(place);
+        let place = self.far.ground.vector_to_ground(place);
         let way = seen.velocity(step) * R::lit(self.settings.settle());
         let off = (place - Vector::lit(self.goal)).along();
         off.dot(off) + way.dot(way)

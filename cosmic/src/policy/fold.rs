@@ -236,15 +236,11 @@ impl<'a, R: Real> Fold<'a, R> {
         column
     }
 
-    /// The constant part of the goal, which does not move with the robot; zero if the goal is given to the rollout. For a
-    /// relative goal, it corrects for different origins: positions are measured from a point of the ground, the goal from
-    /// the world's origin.
+    /// The constant part of the goal, which does not move with the robot; zero if the goal is given to the rollout.
     fn constant_goal(&self) -> Vector<f64> {
-        let goal = self.settings.goal;
-        match (self.settings.goals, self.sight.follows_goal(self.settings)) {
-            (GoalKind::Given, _) => Vector::zero(),
-            (_, false) => goal,
-            (_, true) => goal - self.ground.vertical() * self.ground.height,
+        match self.settings.goals {
+            GoalKind::Given => Vector::zero(),
+            GoalKind::Fixed => self.settings.goal,
         }
     }
 }

@@ -346,7 +346,7 @@ impl<'a> PolicyStep<'a> {
         self.program().gather(x, &vec![Some(index); slots])
     }
 
-    /// Gathers positions (m, from the point of the ground below the world's origin) and velocities (m/s) of the two ends of
+    /// Gathers positions (m) and velocities (m/s) of the two ends of
     /// every edge, in the ground's frame. The arrays have the order of the activations. Where an array has no edge, these
     /// numbers and the rest length are 0.
     pub fn ends(&mut self) -> [Motion; 2] {

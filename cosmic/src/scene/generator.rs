@@ -14,16 +14,16 @@ impl Lattice {
     pub fn new(settings: &LatticeSettings, ground: impl Into<Ground>) -> Self {
         let ground = ground.into();
         if let Some(truss) = settings.file.truss() {
-            let positions = truss.nodes.iter().map(|&x| ground.point_to_world(x));
+            let positions = truss.nodes.iter().map(|&x| ground.vector_to_world(x));
             let lattice = Self::of_truss(truss, positions.collect());
             let scale = Self::SPACINGS * lattice.spacing;
             return settings.mirrored(Self { scale, ..lattice });
         }
-        // The positions follow D1 without rounding errors: with `drop = 0` the lowest row is exactly on the ground.
+        // The positions have no rounding errors: with `drop = 0` the lowest row is exactly on the ground.
         let places = places(settings);
-        let origin = Vector::new([settings.origin_x, settings.origin_y, settings.drop]);
+        let lowest = Vector::upright(0.0, settings.drop);
         let position =
-            |&place: &Vector<f64>| ground.point_to_world(origin + place * settings.spacing);
+            |&place: &Vector<f64>| ground.vector_to_world(lowest + place * settings.spacing);
         let positions: Vec<Vector<f64>> = places.iter().map(position).collect();
         let edges = match settings.is_cubic() {
             true => cubic_edges(settings),

@@ -52,11 +52,6 @@ settings! {
         mirror: bool = false, source "beyond the paper";
         /// Nodes and edges instead of columns and rows: the path of a truss file, relative to the scene's file.
         file: TrussFile = TrussFile::default(), source "the paper has none";
-    } of cases {
-        /// Distance of column 0 from the ground's origin, along the ground, m.
-        origin_x: f64 = 0.1, source "D1";
-        /// Distance across of the first nodes from the ground's origin, m.
-        origin_y: f64 = 0.0, source "D1";
     }
 }
 
@@ -143,7 +138,7 @@ impl LatticeSettings {
 pub(crate) const MOST_SUBSTEPS: f64 = 1024.0;
 
 settings! {
-    /// The physics of a rollout, with the ground line.
+    /// The physics of a rollout, with the ground line, which passes through the origin of the world.
     struct PhysicsSettings with ground: GroundSettings {
         /// Time step.
         dt: f64 = 0.002, allowed within(1e-9, 1.0), unit "s",
@@ -187,8 +182,6 @@ settings! {
         /// What an optimisation does if the time step is so long that the robot's vibrations grow.
         unstable_step: UnstableStep = UnstableStep::Error, source "beyond the paper";
     } of cases {
-        /// Height of the ground line at x = 0, m.
-        ground_height: f64 = 0.1, source "D1";
         /// Number of times that an implicit step solves its equations, each time about the last result. Once is
         /// inaccurate: it brakes stiff robots that turn.
         passes: usize = 2, source "found by experiment";
@@ -237,10 +230,8 @@ settings! {
 
 impl From<&PhysicsSettings> for Ground {
     fn from(physics: &PhysicsSettings) -> Self {
-        Self {
-            height: physics.ground_height,
-            incline_deg: physics.incline_deg,
-        }
+        let incline_deg = physics.incline_deg;
+        Self { incline_deg }
     }
 }
 
@@ -288,7 +279,9 @@ settings! {
             source "paper: 10";
         /// Whether the frequency of the clock is a design variable, which begins at `omega`.
         clock: ClockKind = ClockKind::Fixed, source "paper: fixed";
-        /// Position of the goal along the ground and above it, from the world's origin; with three numbers along, across and above.
+        /// Position of the goal along the ground and above it, from the world's origin, where the first column starts; with three
+        /// numbers along, across and above. For the task `reach` it is the place to go to. Otherwise a fixed goal is only a pair of
+        /// numbers that the network sees.
         goal: Vector<f64> = Vector::upright(2.0, 0.1), allowed within(-1e6, 1e6), unit "m", auto "`[2 m, 0.1 m]` times `l / 0.5 m`",
             read "with a `goal_scale` above 0, or for the task `reach`" if |s: &Scene| s.controller.goal_scale > 0.0 || s.reaches(),
             source "paper: 2, 0.1";

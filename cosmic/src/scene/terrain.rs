@@ -22,7 +22,7 @@ settings! {
             read "with the profile `points`" if |s: &Scene| has_profile(s, &[ProfileKind::Points]),
             source "beyond the paper";
         /// For "steps" and "rough": the place along the ground where they begin.
-        from: f64 = 0.8, allowed within(-1e3, 1e3), unit "m",
+        from: f64 = 0.7, allowed within(-1e3, 1e3), unit "m",
             read "with the profiles `steps` and `rough`" if |s: &Scene| has_profile(s, &[ProfileKind::Steps, ProfileKind::Rough]),
             source "beyond the paper";
         /// For "steps" and "rough": the number of steps or of drawn heights. Beyond the last one the ground is flat.

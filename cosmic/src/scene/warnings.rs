@@ -145,7 +145,7 @@ fn starts_inside(scene: &Scene) -> bool {
     if let Some(truss) = lattice.file.truss() {
         return truss.nodes.iter().copied().any(is_inside);
     }
-    let place = |column: usize| lattice.origin_x + column as f64 * lattice.spacing;
+    let place = |column: usize| column as f64 * lattice.spacing;
     (0..lattice.columns).any(|column| is_inside(Vector::upright(place(column), lattice.drop)))
 }
 
@@ -163,7 +163,7 @@ fn ends_soon(scene: &Scene) -> bool {
     let robot = match lattice.file.truss() {
         None => {
             let width = (lattice.columns - 1) as f64 * lattice.spacing;
-            Range::new(lattice.origin_x, lattice.origin_x + width)
+            Range::new(0.0, width)
         }
         Some(truss) => Range::of(truss.nodes.iter().map(|node| node.forward())),
     };

@@ -11,7 +11,7 @@ use super::blame::Cause;
 use super::effort::Effort;
 use super::plan::Robots;
 use super::prepare::{Simulator, Span};
-use super::trajectory::{ABSURD, AbsentNodes, Trajectory, WATCHED};
+use super::trajectory::{AbsentNodes, Trajectory, WATCHED};
 use crate::error::Error;
 use crate::geometry::Vector;
 use crate::lattice::{Body, State};
@@ -104,10 +104,7 @@ impl Simulator {
     /// Decides by the last state of a watched rollout whether all of its states are fine. Returns false if a state may
     /// have been absurd or too fast; [`guarded`](Simulator::guarded) then checks every state.
     pub fn is_cleared(&self, last: &State<f64>) -> bool {
-        // A node whose components in the ground's frame are below the limit is at most this far from the world's
-        // origin. The origin of the ground's frame may be far above the world's origin.
-        let farthest = self.ground.height.abs() + 2f64.sqrt() * WATCHED;
-        farthest < ABSURD && !last.is_absurd()
+        !last.is_absurd()
     }
 
     /// Simulates the steps of the range `steps`, from the state `start` before the first of them, and returns the first

@@ -105,11 +105,6 @@ impl Mechanics {
         self.ground.vector_to_ground(pushed)
     }
 
-    /// The point of the ground from which positions are measured, in the ground's frame, from the world's origin, m.
-    pub(super) fn origin(&self) -> Vector<f64> {
-        self.ground.vertical() * self.ground.height
-    }
-
     fn with_inputs(self, gravity: f64) -> Self {
         let own = [
             ("physics.gravity", gravity),

@@ -8,7 +8,7 @@ use super::effort::{Effort, Meter};
 use super::mechanics::{Actuation, Mechanics};
 use super::parameters::{ParameterSink, Parameters};
 use super::surroundings::Surroundings;
-use crate::geometry::{Axes, Dimension, Ground, Vector};
+use crate::geometry::{Axes, Dimension, Ground};
 use crate::lattice::{Body, Lattice, Mirror};
 use crate::laws::{Motion, StepInput};
 use crate::policy::{
@@ -273,10 +273,9 @@ impl Robot {
         let inverse = |mass: &P::Number| mass.recip();
         let mechanics = self.mechanics.parameters(p);
         let first = self.mechanics.inputs.len();
-        let origin = Vector::lit(self.mechanics.origin());
         let dimension = self.mechanics.dimension;
         let goals = (0..self.goals.as_ref().map_or(0, Goals::count)).map(|k| {
-            let goal = |s: &Surroundings<P::Number>| s.goal(dimension, first, k) - origin;
+            let goal = |s: &Surroundings<P::Number>| s.goal(dimension, first, k);
             p.of_surroundings(dimension.count(), |s| dimension.list(goal(s)))
         });
         Parameters {

@@ -9,7 +9,7 @@ use crate::policy::Goals;
 
 /// The smallest absurd value: a state is absurd if a component of a position (m) or of a velocity (m/s) has this
 /// absolute value or more.
-pub(super) const ABSURD: f64 = 1e6;
+const ABSURD: f64 = 1e6;
 /// The limit on the components of states in a watched rollout. It is smaller than [`ABSURD`], because these states are
 /// checked in the ground's frame, which may be rotated relative to the world's frame.
 pub(super) const WATCHED: f64 = 0.5 * ABSURD;

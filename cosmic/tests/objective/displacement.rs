@@ -6,10 +6,7 @@ use cosmic::simulator::Trajectory;
 
 fn displacement(kind: LossKind) -> Displacement {
     Displacement {
-        ground: Ground {
-            height: 0.1,
-            incline_deg: 30.0,
-        },
+        ground: Ground { incline_deg: 30.0 },
         settings: LossSettings {
             kind,
             ..LossSettings::default()

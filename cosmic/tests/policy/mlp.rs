@@ -60,10 +60,7 @@ fn folding_changes_nothing_but_the_rounding() {
                 velocity_scale: 0.4,
                 ..ControllerSettings::default()
             };
-            let ground = Ground {
-                height: 0.3,
-                incline_deg,
-            };
+            let ground = Ground { incline_deg };
             let errand = Scene::load("errand").unwrap().controller;
             for settings in [settings, errand] {
                 check(&settings, &[], &ground);

@@ -12,8 +12,8 @@ fn the_lattice_is_rotated_with_the_ground() {
         assert!((a - b).abs() < 1e-15);
     }
     let (sin, cos) = (-20f64).to_radians().sin_cos();
-    let first = Vector::from([0.1 * cos, 0.1 + 0.1 * sin]);
-    assert!(turned.positions[0].distance(first) < 1e-15);
+    let last_column = Vector::from([0.3 * cos, 0.3 * sin]);
+    assert!(turned.positions[3].distance(last_column) < 1e-15);
 }
 
 fn triangular(columns: usize, rows: usize) -> Lattice {
@@ -23,13 +23,7 @@ fn triangular(columns: usize, rows: usize) -> Lattice {
         rows,
         ..LatticeSettings::default()
     };
-    Lattice::new(
-        &settings,
-        Ground {
-            height: 0.1,
-            incline_deg: 0.0,
-        },
-    )
+    Lattice::new(&settings, Ground { incline_deg: 0.0 })
 }
 
 #[test]
@@ -85,10 +79,7 @@ fn cubes_have_edges_along_axes_and_diagonals() {
         body_diagonals,
         ..LatticeSettings::default()
     };
-    let ground = Ground {
-        height: 0.1,
-        incline_deg: 0.0,
-    };
+    let ground = Ground { incline_deg: 0.0 };
     let [plain, braced] = [false, true].map(|diagonals| Lattice::new(&settings(diagonals), ground));
     assert_eq!((plain.nodes(), plain.edges.len()), (245, 616 + 1032));
     assert_eq!(braced.edges.len(), 616 + 1032 + 4 * 6 * 6 * 4);

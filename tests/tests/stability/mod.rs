@@ -5,6 +5,7 @@ mod lattices;
 mod nodes;
 mod springs;
 
+use cosmic::case::Frame;
 use cosmic::design::{Design, Material};
 use cosmic::geometry::{Dimension, Vector};
 use cosmic::lattice::{Body, Lattice};
@@ -100,9 +101,17 @@ impl StabilityCase {
         self.numbers(key).try_into().expect("two numbers")
     }
 
-    /// A list of points of the case.
+    /// The frame in which the case gives positions.
+    fn frame(&self) -> Frame {
+        Frame {
+            ground_height: self.case["ground_height"].as_f64().unwrap_or(0.0),
+        }
+    }
+
+    /// A list of points of the case, in the world's frame.
     fn points(&self, key: &str) -> Vec<Vector<f64>> {
-        Dimension::Plane.from_flat(&self.numbers(key))
+        let points = Dimension::Plane.from_flat(&self.numbers(key)).into_iter();
+        points.map(|point| self.frame().read(point)).collect()
     }
 
     /// A number of the file, such as a tolerance.
@@ -171,7 +180,6 @@ impl StabilityCase {
             damping: or("gamma", 0.0),
             node_mass: or("m_eps", usual.node_mass),
             payload_mass: or("payload_mass", usual.payload_mass),
-            ground_height: or("ground_height", 0.0),
             incline_deg: or("alpha_deg", 0.0),
             contact: match (case["ground_height"].as_f64(), case["contact"].as_str()) {
                 (None, _) => ContactLaw::none(),

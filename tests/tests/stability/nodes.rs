@@ -52,13 +52,14 @@ pub(super) fn flies(case: &StabilityCase) {
 pub(super) fn lands(case: &StabilityCase) {
     let physics = case.world();
     let steps = case.number("steps") as usize;
-    let start = alone(case.vector("x0"), case.vector("v0"));
+    let (frame, x) = (case.frame(), case.vector("x0").into());
+    let start = alone(frame.read(x).in_plane(), case.vector("v0"));
     let seen = Bare::free_node(physics.clone()).run(&start, (0..=steps).collect());
     let tolerance = case.of_file("tolerance_abs");
     let rows = case.numbers("states_step_x_y_vx_vy");
     for [step, expected @ ..] in rows.as_chunks::<5>().0 {
         let state = seen.at(*step as usize);
-        let got = [state.x[0], state.v[0]].map(Vector::in_plane);
+        let got = [frame.written(state.x[0]), state.v[0]].map(Vector::in_plane);
         let got = got.into_iter().flatten();
         for (got, expected) in got.zip(expected) {
             assert_near(got, *expected, tolerance, &case.case);
@@ -95,11 +96,10 @@ pub(super) fn lands(case: &StabilityCase) {
     }
 }
 
-/// The physics of a case, with ground at height zero and this contact law.
+/// The physics of a case, with ground and this contact law.
 fn on_ground(case: &StabilityCase, contact: ContactLaw) -> PhysicsSettings {
     PhysicsSettings {
         contact,
-        ground_height: 0.0,
         ..case.world()
     }
 }

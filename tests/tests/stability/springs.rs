@@ -6,7 +6,6 @@ use super::lattices::every_step;
 use autodiff::{Dual, Real, gradient, jacobian, vjp};
 use cosmic::geometry::Vector;
 use cosmic::lattice::State;
-use cosmic::laws::ContactLaw;
 use cosmic::projection::softmax;
 use cosmic::scene::phase_limit;
 use cosmic::simulator::stability::Vibration;
@@ -61,9 +60,6 @@ pub(super) fn pulls(case: &StabilityCase) {
     let (mass, dt) = (number(kick, "m"), number(kick, "dt"));
     let mut bare = Bare::new(&[([0, 1], case.number("l0"), case.number("k"))], &[mass; 2]);
     bare.physics.dt = dt;
-    // The force moves one of the nodes down, so there must be no ground. Heights are computed relative to the ground's
-    // height. It is 0 here, because vectors of 1e-7 m are exact only near the origin.
-    (bare.physics.contact, bare.physics.ground_height) = (ContactLaw::none(), 0.0);
     let d = case.vector("d");
     let got = force(&bare, d);
     // The bound is the tolerance of the file, plus the error from the difference of two almost equal lengths near the

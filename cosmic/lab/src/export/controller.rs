@@ -24,7 +24,6 @@ pub(super) struct GoalFields {
     goal: Vec<f64>,
     goal_scale: f64,
     mean: Vec<f64>,
-    origin: Vec<f64>,
     start: Vec<f64>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     gates: Vec<[f64; 5]>,
@@ -112,7 +111,6 @@ impl<'c> Folded<'c> {
             goal: dimension.list(settings.goal),
             goal_scale: settings.goal_scale,
             mean: nodes.iter().map(|&node| mean[node]).collect(),
-            origin: dimension.list(ground.vertical() * ground.height),
             start: dimension.list(payload),
             gates: self.network.gates.clone(),
         })

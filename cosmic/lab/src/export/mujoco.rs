@@ -255,7 +255,7 @@ impl<'c> Robot<'c> {
         let normal = spatial(self.ground.normal());
         let place = spatial(
             self.ground
-                .point_to_world(Vector::from([0.0, -self.radius()])),
+                .vector_to_world(Vector::from([0.0, -self.radius()])),
         );
         format!(
             "    <geom name=\"ground\" type=\"plane\" pos=\"{place}\" zaxis=\"{normal}\" size=\"0 0 1\" \
@@ -275,7 +275,7 @@ impl<'c> Robot<'c> {
             Dimension::Plane => &["x", "z"],
             Dimension::Space => &["x", "y", "z"],
         };
-        let places = dimension.components(self.ground.point_to_ground(start));
+        let places = dimension.components(self.ground.vector_to_ground(start));
         let joints: String = (names.iter().zip(dimension.unit_vectors()))
             .zip(places)
             .map(|((name, axis), at)| {

@@ -9,8 +9,8 @@ def load(folder):
 
 
 def observed(net, data, goal):
-    """How a robot observes a goal, a point in the ground's frame from the world's origin (m): as a bounded offset."""
-    offset = net["goal_scale"] * (goal - net["origin"] - net["mean"] @ data.qpos.reshape(-1, len(goal)))
+    """How a robot observes a goal, a point in the ground's frame (m): as a bounded offset."""
+    offset = net["goal_scale"] * (goal - net["mean"] @ data.qpos.reshape(-1, len(goal)))
     return offset / np.sqrt(1 + offset @ offset)
 
 

@@ -69,7 +69,7 @@ pub(super) fn of_lane(name: &str, motion: &Motion) -> Value {
     let (robot, ground) = (motion.robot, motion.ground());
     // The payload's start is the origin only along the ground. Heights stay relative to the ground's line.
     let origin = ground
-        .point_to_ground(motion.payload(&motion.states()[0]))
+        .vector_to_ground(motion.payload(&motion.states()[0]))
         .along();
     let (seconds, indices) = motion.every(LANE_FRAME);
     let along = |k: usize| -> State<f64> {

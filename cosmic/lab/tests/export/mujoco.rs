@@ -11,7 +11,7 @@ use cosmic_lab::export::mujoco::{self, MujocoSettings};
 use serde::Deserialize;
 use std::fs;
 
-/// The content of `controller.json` that is needed for activations. The last five entries are only there if goals are
+/// The content of `controller.json` that is needed for activations. The last four entries are only there if goals are
 /// given.
 #[derive(Deserialize)]
 struct Exported {
@@ -29,8 +29,6 @@ struct Exported {
     goal_scale: f64,
     #[serde(default)]
     mean: Vec<f64>,
-    #[serde(default)]
-    origin: Vec<f64>,
     #[serde(default)]
     gates: Vec<[f64; 5]>,
 }
@@ -57,7 +55,7 @@ impl Exported {
         let mean = mean.fold(Vector::zero(), |sum, (&x, &weight)| sum + x * weight);
         let mut goal_seen = [0.0; 2];
         if self.goal.is_some() {
-            let offset = (goal - state.dimension.vector(&self.origin) - mean) * self.goal_scale;
+            let offset = (goal - mean) * self.goal_scale;
             let seen = offset * (1.0 / (1.0 + offset.dot(offset)).sqrt());
             inputs.extend(state.dimension.components(seen));
             goal_seen = [seen.forward(), seen.sideways()];
