@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use cosmic::Result;
-use cosmic::case::Case;
+use cosmic::case::{Case, Frame};
 use cosmic::error::Error;
 use cosmic::record::{DesignFile, RunPlan, snapshot};
 use cosmic::scene::Scene;
@@ -57,7 +57,9 @@ pub fn scene(bytes: &[u8]) -> Result<()> {
 pub fn case(bytes: &[u8]) -> Result<()> {
     let mut case = Case::parse("case.json", text(bytes)?)?;
     case.recorded_steps(&[])?;
+    // A case is written without its results, in the world's frame.
     case.listed_steps.clear();
+    case.frame = Frame::default();
     let again = Case::parse("again.json", &case.to_json());
     assert_eq!(again.expect("a case's own text is a case"), case);
     if case.lattice.nodes() <= FEW && case.scene.controller.hidden <= FEW {

@@ -11,7 +11,7 @@ use cosmic_program::Program;
 
 /// The loss: the mean square of the payload's vertical speed, in m²/s², minus the distance that the payload covers, in
 /// metres.
-pub struct Ride;
+pub(crate) struct Ride;
 
 impl Loss for Ride {
     fn observed(&self, steps: usize) -> Vec<usize> {

@@ -289,6 +289,10 @@ struct CaseLoss<'a> {
     /// The gradient to check, in the form of the inputs: in the place of each input is the derivative with respect to
     /// that input.
     gradient: Inputs<f64>,
+    /// A constant that is added to the loss in differences. A loss may be near 0, although it is a difference of positions
+    /// and has their rounding errors. With this constant it is at least as large as its unit, so the checker does not
+    /// expect a smaller error.
+    offset: f64,
 }
 
 impl<'a> CaseLoss<'a> {
@@ -300,10 +304,12 @@ impl<'a> CaseLoss<'a> {
             of,
             softer,
             gradient: case.inputs(),
+            offset: 0.0,
         };
         let inputs = &subject.probe.inputs;
-        let (_, gradient) = inputs.differentiate(ALL, |inputs| subject.loss(inputs));
+        let (loss, gradient) = inputs.differentiate(ALL, |inputs| subject.loss(inputs));
         subject.gradient.set(ALL, &gradient);
+        subject.offset = of.unit(case.lattice.scale).copysign(loss);
         subject
     }
 
@@ -354,7 +360,7 @@ impl<'a> CaseLoss<'a> {
         let value = |x: &[DoubleDouble]| {
             let mut inputs = self.probe.inputs.lift();
             inputs.set_part(part, x);
-            self.moved_loss(&inputs)
+            self.moved_loss(&inputs) + DoubleDouble::lit(self.offset)
         };
         let (report, norm) = (
             check_directions(value, &claim, options),
