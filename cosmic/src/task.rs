@@ -103,14 +103,23 @@ impl Task {
     /// `variation`. The coefficient of friction is multiplied by `friction`.
     #[must_use]
     pub fn varied(&self, variation: Variation, friction: f64) -> Self {
+        Self {
+            variation: Some(variation),
+            ..self.with_friction(friction)
+        }
+    }
+
+    /// A copy of the task whose coefficient of friction is multiplied by `factor`.
+    #[must_use]
+    pub(crate) fn with_friction(&self, factor: f64) -> Self {
+        let friction = self.physics.friction * factor;
         let physics = PhysicsSettings {
-            friction: self.physics.friction * friction,
+            friction,
             ..self.physics.clone()
         };
         Self {
-            simulator: self.simulator.with_friction(physics.friction),
+            simulator: self.simulator.with_friction(friction),
             physics,
-            variation: Some(variation),
             ..self.clone()
         }
     }

@@ -6,19 +6,21 @@
 mod hints;
 mod lacks;
 mod sheet;
+mod walk;
 
 use serde::Serialize;
 
 use crate::codesign::{Delivery, Reliability, Standstill};
 use crate::design::{Material, Structure, VolumeBounds};
+use crate::geometry::Dimension;
 use crate::lattice::Lattice;
 use crate::numbers::{brief, finite, fixed, mass, percent};
 use crate::scene::{DataSheet, Riser, Scene, VolumeSettings};
 use crate::simulator::{Energy, Loads};
 
-/// A robot whose displacement is less than this stays in place, m. It is the distance below which a robot has no energy
-/// per metre.
-pub const STAYS: f64 = 0.01;
+/// Distances of a walk in lengths of the robot, from which it is sound, and from which it is doubtful. Below the second one,
+/// it [stays in place](Lattice::least_walk).
+pub const WALKS: [f64; 2] = [0.5, Lattice::STAYS];
 /// A robot with a task other than distance must have a loss that is below its loss at rest by more than this fraction.
 const LEAST_GAIN: f64 = 0.02;
 /// The share of time in which bars may pass through each other until a robot counts as impossible. In flat robots, a
@@ -41,10 +43,18 @@ pub const ENDURANCES: [f64; 2] = [600.0, 60.0];
 /// The energy of a battery that is a fifth of the robot's mass, J per kg of the robot: 150 Wh per kg of battery.
 pub const BATTERY: f64 = 0.2 * 150.0 * 3600.0;
 
+/// The angle between the way of a robot in space and its heading up to which the heading is sound, degrees. From 10
+/// degrees on, a robot is more than a sixth of its way off its line.
+pub const HEADING: f64 = 10.0;
+/// The share of its distance that a sound robot still covers with [less friction](crate::codesign::LOW_FRICTION).
+pub const SURE_FOOTED: f64 = 0.5;
+
 /// How good an item of a verdict is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Level {
+    /// It is not judged: it says what a user must know, whatever the numbers are.
+    Remark,
     /// Nothing speaks against it.
     Good,
     /// It may be a problem, or it is not known.
@@ -74,6 +84,7 @@ impl Level {
     /// The name of the level in files and style sheets.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Remark => "remark",
             Self::Good => "good",
             Self::Doubtful => "doubtful",
             Self::Bad => "bad",
@@ -103,6 +114,11 @@ impl Item {
         }
     }
 
+    /// Something to know about a robot that no number of it changes.
+    pub fn remark(text: impl Into<String>) -> Self {
+        Self::limit(text, Level::Remark)
+    }
+
     /// A number that says what the robot is or does.
     pub fn figure(text: impl Into<String>, level: Level) -> Self {
         Self {
@@ -130,11 +146,11 @@ impl Verdict {
     /// The worst level of all items.
     pub fn level(&self) -> Level {
         let levels = self.items.iter().map(|item| item.level);
-        levels.max().unwrap_or(Level::Good)
+        levels.fold(Level::Good, Level::max)
     }
 
     /// The verdict as the parts of a line: the figures, then the limits that are exceeded, then those that are doubtful. If
-    /// all items are good, the last part has no items and says so.
+    /// all items are good, the next part has no items and says so. Remarks come last.
     pub fn clauses(&self) -> Vec<Clause<'_>> {
         let of = |is_figure: bool, level: Option<Level>| -> Vec<&Item> {
             let items = self.items.iter();
@@ -150,10 +166,12 @@ impl Verdict {
         let limits = limits.into_iter().filter(|(_, items)| !items.is_empty());
         let mut clauses = vec![("", of(true, None))];
         clauses.extend(limits);
-        let has_limits = self.items.iter().any(|item| !item.is_figure);
-        if has_limits && self.level() == Level::Good {
+        let is_limit = |item: &Item| !item.is_figure && item.level != Level::Remark;
+        if self.items.iter().any(is_limit) && self.level() == Level::Good {
             clauses.push(("Nothing measured here speaks against building it", vec![]));
         }
+        let remarks = of(false, Some(Level::Remark));
+        clauses.extend((!remarks.is_empty()).then_some(("To note: ", remarks)));
         clauses.retain(|(says, items)| !says.is_empty() || !items.is_empty());
         clauses
     }
@@ -182,6 +200,16 @@ pub struct Measured<'m> {
     /// The displacement along the ground in this time, m; `None` if rollouts diverged. Of a delivered robot it is the
     /// median over robots that vary a little.
     pub displacement: Option<f64>,
+    /// The 10 % and the 90 % quantile of its displacement across, m; `None` for a planar robot.
+    pub across: Option<(f64, f64)>,
+    /// The median displacement along the ground with [less friction](crate::codesign::LOW_FRICTION), m; `None` if it is not known.
+    pub low_friction: Option<f64>,
+    /// The length of the robot, m.
+    pub length: f64,
+    /// True for a robot in the plane.
+    pub is_planar: bool,
+    /// True if feet may slip, so that the friction matters.
+    pub slips: bool,
     /// Where and since when it stands still.
     pub standstill: Option<Standstill>,
     /// Whether the displacement describes the robot; `None` if it is not known.
@@ -225,6 +253,8 @@ impl<'m> Measured<'m> {
             displacement: finite(delivery.robust.p50),
             reliability: Some(&delivery.reliability),
             standstill: delivery.seen.standstill,
+            across: (delivery.across).and_then(|across| finite(across.p10).zip(finite(across.p90))),
+            low_friction: delivery.low_friction.and_then(finite),
             is_far: delivery.merit.is_none(),
             losses: (delivery.merit.zip(delivery.idle_merit))
                 .and_then(|(merit, idle)| finite(-merit.p50).zip(finite(-idle.p50))),
@@ -243,6 +273,11 @@ impl<'m> Measured<'m> {
         Self {
             seconds: scene.physics.steps as f64 * scene.physics.dt,
             displacement: None,
+            across: None,
+            low_friction: None,
+            length: lattice.body_length(),
+            is_planar: lattice.dimension == Dimension::Plane,
+            slips: scene.slips(),
             standstill: None,
             reliability: None,
             is_far: true,
@@ -274,6 +309,8 @@ impl<'m> Measured<'m> {
             self.power(),
         ];
         let limits = [
+            self.heading(),
+            self.grip(),
             self.decided(),
             self.pieces(),
             self.crossings(),
@@ -286,35 +323,10 @@ impl<'m> Measured<'m> {
             items: items
                 .chain(self.parts().into_iter().flatten())
                 .chain(self.lacks())
+                .chain(self.falls_over())
                 .collect(),
             hints: self.hints(),
         }
-    }
-
-    fn speed(&self) -> Option<Item> {
-        let Some(displacement) = self.displacement else {
-            return Some(Item::figure("its rollouts diverge", Level::Bad));
-        };
-        let still = self.standstill.filter(|_| self.is_far);
-        // The time after a robot got stuck is not a part of its walk.
-        let seconds = still.map_or(self.seconds, |still| still.since);
-        let speed = format!("{} m/s", brief(displacement.abs() / seconds));
-        let is_unreliable = matches!(self.reliability, Some(Reliability::Unreliable { .. }));
-        if let Some(Standstill { since, at }) = still.filter(|_| displacement >= STAYS) {
-            let says = format!("{speed} until it stands still at {at:.2} m after {since:.1} s");
-            return Some(Item::figure(says, Level::Doubtful));
-        }
-        Some(match displacement {
-            // For other tasks, robots may have good reasons to stay or to go back.
-            x if !self.is_far => {
-                let back = if x < 0.0 { " backwards" } else { "" };
-                Item::figure(format!("{speed}{back}"), Level::Good)
-            }
-            x if x.abs() < STAYS => Item::figure("stays in place", Level::Bad),
-            x if x < 0.0 => Item::figure(format!("{speed} backwards"), Level::Bad),
-            _ if is_unreliable => Item::figure(format!("{speed}, unreliable"), Level::Doubtful),
-            _ => Item::figure(speed, Level::Good),
-        })
     }
 
     /// Whether a robot with a task other than distance does something for it.

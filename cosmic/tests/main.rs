@@ -101,4 +101,5 @@ mod small;
 mod verdict {
     mod hints;
     mod items;
+    mod walk;
 }

@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::domains::VARIED;
+use super::domains::{PERTURBED_ROLLOUTS, VARIED};
 use super::evaluator::Evaluator;
 use super::observed::ObservedRollout;
 use super::other_steps::OtherSteps;
@@ -18,7 +18,7 @@ use crate::domain::Domain;
 use crate::geometry::{Dimension, Vector};
 use crate::policy::Controller;
 use crate::random::Purpose;
-use crate::scene::{GoalKind, GradientPrecision, SelectionKind};
+use crate::scene::{GoalKind, GradientPrecision, SelectionKind, SelectionSettings};
 use crate::simulator::Energy;
 use crate::task::together;
 
@@ -52,7 +52,7 @@ pub struct Delivery {
     /// Whether the median of `robust` describes the robot well. For tasks other than distance: whether the median loss
     /// of these robots does.
     pub reliability: Reliability,
-    /// Medians with half the time step and with another integrator, over the starts of `spread`.
+    /// Medians with half the time step and with another integrator, over eight of the starts of `spread`.
     pub other_steps: OtherSteps,
     /// Quantiles of the displacement along the ground over perturbed starts, in metres. These starts are not the starts
     /// of `selection`. They flatter: a robot that is built is never so close to its design.
@@ -74,6 +74,9 @@ pub struct Delivery {
     /// The energy of the varied robot whose displacement is nearest to the median of `robust`, per distance of that median:
     /// the figures to quote. `None` for an undecided design and if there is no median.
     pub robust_energy: Option<Energy>,
+    /// The median of the displacements of `robust` with [`LOW_FRICTION`](super::LOW_FRICTION) times the friction, over eight
+    /// of its robots, in metres. `None` if feet never slip, for tasks other than distance, and for an undecided design.
+    pub low_friction: Option<f64>,
     /// How other physics change its displacement; empty for an undecided design.
     pub sensitivities: Vec<Sensitivity>,
 }
@@ -93,6 +96,20 @@ impl Evaluator {
         progress: &Progress,
         is_stopped: &dyn Fn() -> bool,
     ) -> Option<Delivery> {
+        self.deliver_over(progress, SelectionSettings::FINAL_ROLLOUTS, is_stopped)
+    }
+
+    /// Like [`deliver_unless`](Self::deliver_unless), with this number of rollouts, at least eight, for each of the
+    /// quantiles. The delivered robot does not depend on this number.
+    ///
+    /// # Panics
+    /// If there are fewer than eight rollouts.
+    pub fn deliver_over(
+        &self,
+        progress: &Progress,
+        rollouts: usize,
+        is_stopped: &dyn Fn() -> bool,
+    ) -> Option<Delivery> {
         let go_on = || (!is_stopped()).then_some(());
         let design = self.design(progress);
         let entrants = self.entrants(progress);
@@ -104,21 +121,28 @@ impl Evaluator {
         let (chosen, selection) = (&entrants[best], selections[best]);
         let controller = &chosen.controller;
 
-        let domains = self.perturbed_starts(progress.seed, Purpose::Judgement);
+        let domains = self.perturbed_starts(progress.seed, Purpose::Judgement, rollouts);
+        let eight = &domains[..PERTURBED_ROLLOUTS];
         let last = (best > 0).then_some(&progress.controller);
         let judged: Vec<_> = std::iter::once(controller).chain(last).collect();
-        let spreads = self.spreads(&design, &judged, &domains);
+        let reached = self.reached_over(&design, &judged, &domains);
+        let spreads = reached
+            .iter()
+            .map(|reached| QuantilesOverDomains::of(reached));
+        let spreads: Vec<_> = spreads.collect();
         go_on()?;
         let seen = self.observe(&design, controller);
         go_on()?;
         let merit = self.unperturbed(&design, controller, seen.moved.forward());
         let clock_alone = self.clock_alone(&design, controller, &domains);
         go_on()?;
-        let varied_domains = self.varied(progress.seed, Purpose::Variation);
+        let varied_domains = self.varied(progress.seed, Purpose::Variation, rollouts);
         let ([robust, varied], robust_energy) =
             self.of_varied(&design, controller, progress.seed, &varied_domains);
         go_on()?;
-        let other_steps = self.with_other_steps(&design, controller, &domains);
+        let other_steps = self.with_other_steps(&design, controller, eight);
+        go_on()?;
+        let low_friction = self.on_low_friction(&design, controller, &varied_domains);
         go_on()?;
         let idle = controller.map(|_| 0.0);
         let idle_merit = self
@@ -126,11 +150,12 @@ impl Evaluator {
             .map(|domains| self.spreads(&design, &[&idle], domains).remove(0).merit);
         go_on()?;
         let sensitivities = match design {
-            Design::Layout(_) => self.sensitivities(&design, controller, &domains),
+            Design::Layout(_) => self.sensitivities(&design, controller, eight),
             Design::Undecided(_) => Vec::new(),
         };
         go_on()?;
-        let unsteady = self.unsteady(&spreads[0], &other_steps);
+        let of_eight = QuantilesOverDomains::of(&reached[0][..PERTURBED_ROLLOUTS]);
+        let unsteady = self.unsteady(&of_eight, &other_steps);
         Some(Delivery {
             design: progress.design.clone(),
             materials: design.materials(),
@@ -149,13 +174,14 @@ impl Evaluator {
             merit: self.quoted(spreads[0].merit, varied.merit),
             idle_merit,
             robust_energy,
+            low_friction,
             sensitivities,
             seen,
         })
     }
 
     /// The reasons not to trust a robot that walks differently with other time steps. `own` has its results with the
-    /// scene's.
+    /// scene's, from the same starts.
     fn unsteady(&self, own: &QuantilesOverDomains, other: &OtherSteps) -> Vec<String> {
         let integrator = self.scene.physics.integrator;
         self.merit().unsteady(own.merit.p50, other, integrator)
@@ -189,7 +215,12 @@ impl Evaluator {
         let veers = (self.is_in_space() && self.loss.is_far()).then(|| varied.veers());
         let reliability = self.merit().reliability(&varied.merit, unperturbed);
         let reliability = reliability.and(unsteady).and(veers.flatten());
-        reliability.and(stops.map(Standstill::reason))
+        let reliability = reliability.and(stops.map(Standstill::reason));
+        match self.loss.is_far() {
+            true => reliability.of_walk(varied.displacement.p50, self.task.lattice.least_walk()),
+            // For other tasks, a robot may have good reasons to stay.
+            false => reliability,
+        }
     }
 
     fn is_in_space(&self) -> bool {
@@ -254,7 +285,7 @@ impl Evaluator {
         match self.scene.controller.goals {
             GoalKind::Fixed => ([varied; 2], energy(&varied, domains)),
             GoalKind::Given => {
-                let domains = self.drawn(&VARIED, seed, Purpose::Variation);
+                let domains = self.drawn(&VARIED, seed, Purpose::Variation, domains.len());
                 let robust = reach(&domains);
                 ([robust, varied], energy(&robust, &domains))
             }
@@ -329,6 +360,18 @@ impl Evaluator {
         controllers: &[&Controller<f64>],
         domains: &[Domain],
     ) -> Vec<QuantilesOverDomains> {
+        let reached = self.reached_over(design, controllers, domains);
+        let of = |reached: &Vec<Reached>| QuantilesOverDomains::of(reached);
+        reached.iter().map(of).collect()
+    }
+
+    /// Simulates controllers in the same domains, in parallel rollouts. Returns the results of each controller.
+    fn reached_over(
+        &self,
+        design: &Design<Mixture<f64>>,
+        controllers: &[&Controller<f64>],
+        domains: &[Domain],
+    ) -> Vec<Vec<Reached>> {
         let count = together(controllers.len() * domains.len());
         let jobs = controllers.iter();
         let jobs: Vec<_> = jobs
@@ -339,16 +382,8 @@ impl Evaluator {
         };
         let reached: Vec<Vec<Reached>> = jobs.par_iter().map(reach).collect();
         let reached = reached.concat();
-        let of = |reached: &[Reached]| {
-            let displacement = spread(reached, |r| r.moved.forward());
-            QuantilesOverDomains {
-                displacement,
-                across: spread(reached, |r| r.moved.sideways()),
-                merit: spread(reached, |r| r.merit),
-                typical: nearest(reached, displacement.p50),
-            }
-        };
-        reached.chunks_exact(domains.len()).map(of).collect()
+        let of_each = reached.chunks_exact(domains.len());
+        of_each.map(<[Reached]>::to_vec).collect()
     }
 }
 
@@ -364,6 +399,17 @@ pub(super) struct QuantilesOverDomains {
 }
 
 impl QuantilesOverDomains {
+    /// The quantiles over the results of one controller.
+    fn of(reached: &[Reached]) -> Self {
+        let displacement = spread(reached, |r| r.moved.forward());
+        Self {
+            displacement,
+            across: spread(reached, |r| r.moved.sideways()),
+            merit: spread(reached, |r| r.merit),
+            typical: nearest(reached, displacement.p50),
+        }
+    }
+
     /// The reason not to trust a robot in space that goes farther across than along the ground, if it does.
     fn veers(&self) -> Option<String> {
         let (along, across) = (

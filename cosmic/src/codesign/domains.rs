@@ -16,6 +16,9 @@ use crate::scene::{GoalKind, GoalsSettings, Scatter, SelectionKind, SelectionSet
 use crate::simulator::Span;
 use crate::task::together;
 
+/// The number of domains in which robots are ranked and controllers are chosen.
+pub(super) const PERTURBED_ROLLOUTS: usize = SelectionSettings::PERTURBED_ROLLOUTS;
+
 /// The variations by which the reliability of a robot is judged, and by which the selection `robust` chooses
 /// controllers: 1 % of a spacing in the start, 5 % of the friction, and 5 % of the stiffness of every edge. They are the
 /// same in all scenes, so that robots of different scenes can be compared.
@@ -105,7 +108,7 @@ impl Evaluator {
     /// The domains in which robots are ranked during an optimisation: the robot as designed, and robots that
     /// [vary](VARIED) a little.
     pub(super) fn ranking_domains(&self, seed: u64) -> Vec<Domain<'_>> {
-        let mut domains = self.drawn(&VARIED, seed, Purpose::Ranking);
+        let mut domains = self.drawn(&VARIED, seed, Purpose::Ranking, PERTURBED_ROLLOUTS);
         domains[0] = self.nominal();
         self.on_errands(domains, seed, Purpose::Ranking)
     }
@@ -115,22 +118,26 @@ impl Evaluator {
     pub(super) fn selecting_domains(&self, seed: u64) -> Vec<Domain<'_>> {
         let robust = &self.scene.robust;
         let (purpose, domains) = match (self.scene.selection.kind, robust.samples) {
-            (SelectionKind::Robust, _) => return self.varied(seed, Purpose::Selection),
+            (SelectionKind::Robust, _) => {
+                return self.varied(seed, Purpose::Selection, PERTURBED_ROLLOUTS);
+            }
             (_, 0) => {
                 let purpose = Purpose::Selection;
-                (purpose, self.perturbed_starts(seed, purpose))
+                let starts = self.perturbed_starts(seed, purpose, PERTURBED_ROLLOUTS);
+                (purpose, starts)
             }
             _ => {
                 let purpose = Purpose::DomainRandomisation;
-                (purpose, self.drawn(&robust.scatter(), seed, purpose))
+                let drawn = self.drawn(&robust.scatter(), seed, purpose, PERTURBED_ROLLOUTS);
+                (purpose, drawn)
             }
         };
         self.on_errands(domains, seed, purpose)
     }
 
-    /// Domains with [varied](VARIED) robots. If goals are given, each robot has a sequence of goals.
-    pub(super) fn varied(&self, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
-        self.on_errands(self.drawn(&VARIED, seed, purpose), seed, purpose)
+    /// This number of domains with [varied](VARIED) robots. If goals are given, each robot has a sequence of goals.
+    pub(super) fn varied(&self, seed: u64, purpose: Purpose, count: usize) -> Vec<Domain<'_>> {
+        self.on_errands(self.drawn(&VARIED, seed, purpose, count), seed, purpose)
     }
 
     /// These domains, each with a sequence of goals; unchanged if goals are fixed.
@@ -153,22 +160,31 @@ impl Evaluator {
         }
     }
 
-    pub(super) fn drawn(&self, scatter: &Scatter, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
-        let count = SelectionSettings::PERTURBED_ROLLOUTS;
+    /// This number of domains that differ at random. The first ones do not depend on the number.
+    pub(super) fn drawn(
+        &self,
+        scatter: &Scatter,
+        seed: u64,
+        purpose: Purpose,
+        count: usize,
+    ) -> Vec<Domain<'_>> {
         draw_many(&self.task, scatter, count, stream(seed, purpose))
     }
 
     /// Copies of the nominal task, each with a perturbed start. To perturb a start,
     /// [`PERTURBATION`](SelectionSettings::PERTURBATION), in units of the lattice's scale, is added to or subtracted from
     /// every coordinate, at random.
-    pub(super) fn perturbed_starts(&self, seed: u64, purpose: Purpose) -> Vec<Domain<'_>> {
+    pub(super) fn perturbed_starts(
+        &self,
+        seed: u64,
+        purpose: Purpose,
+        count: usize,
+    ) -> Vec<Domain<'_>> {
         let mut stream = stream(seed, purpose);
         let distance = SelectionSettings::PERTURBATION * self.task.lattice.scale;
         let mut start = || perturbed(&self.start, distance, &mut stream);
         let domain = |_| Domain::of(&self.task, start());
-        (0..SelectionSettings::PERTURBED_ROLLOUTS)
-            .map(domain)
-            .collect()
+        (0..count).map(domain).collect()
     }
 }
 

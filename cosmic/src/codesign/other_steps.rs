@@ -15,7 +15,7 @@ const MOST_SUBSTEPS: f64 = 64.0;
 /// little faster than at rest.
 const MARGIN: f64 = 0.97;
 
-/// Medians over the starts of [`Delivery::spread`](super::Delivery::spread) with other time steps. Minus infinity if too
+/// Medians over eight of the starts of [`Delivery::spread`](super::Delivery::spread) with other time steps. Minus infinity if too
 /// many rollouts diverge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Medians {

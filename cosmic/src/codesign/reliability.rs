@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::other_steps::OtherSteps;
 use super::quantiles::Quantiles;
+use crate::numbers::short;
 use crate::scene::Integrator;
 
 /// The verdict whether the median over robots that [vary](super::VARIED) a little describes a robot.
@@ -21,7 +22,7 @@ use crate::scene::Integrator;
 ///
 /// A delivered robot is also unreliable if its median over perturbed starts changes by more than [`STEADY`] with half the
 /// time step or with [another integrator](super::OtherSteps), or if it should walk far but [stands
-/// still](super::Standstill).
+/// still](super::Standstill) or [stays in place](crate::lattice::Lattice::least_walk).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "verdict", rename_all = "snake_case")]
 pub enum Reliability {
@@ -29,6 +30,9 @@ pub enum Reliability {
     Reliable,
     /// The median is misleading.
     Unreliable {
+        /// True for a robot that should walk far but stays in place. In files, the key is absent for all other robots.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        stays_in_place: bool,
         /// The numbers that differ too much from the median, and the differences, as text.
         reason: String,
     },
@@ -77,7 +81,10 @@ impl Merit {
     /// the robot.
     pub fn reliability(self, spread: &Quantiles, unperturbed: f64) -> Reliability {
         let Quantiles { p10, p50, .. } = *spread;
-        let unreliable = |reason: String| Reliability::Unreliable { reason };
+        let unreliable = |reason: String| Reliability::Unreliable {
+            stays_in_place: false,
+            reason,
+        };
         if ![p10, p50, unperturbed].iter().all(|x| x.is_finite()) {
             return unreliable("rollouts diverge".to_owned());
         }
@@ -172,23 +179,55 @@ impl Reliability {
         match all.is_empty() {
             true => Self::Reliable,
             false => Self::Unreliable {
+                stays_in_place: self.stays_in_place(),
                 reason: all.join("; "),
             },
         }
+    }
+
+    /// The verdict on a robot that should walk far, given the median displacement (m) that this verdict is about. A robot
+    /// that moves by less than `least` stays in place, which comes before all other reasons.
+    pub fn of_walk(self, displacement: f64, least: f64) -> Self {
+        // A median over diverged rollouts is not finite, and has its reason already.
+        if displacement.abs() >= least {
+            return self;
+        }
+        let first = format!(
+            "it stays in place: it moves by {} m, and {} m are a twentieth of its length",
+            short(displacement),
+            short(least)
+        );
+        let reasons = std::iter::once(first).chain(self.reason().map(str::to_owned));
+        Self::Unreliable {
+            stays_in_place: true,
+            reason: reasons.collect::<Vec<_>>().join("; "),
+        }
+    }
+
+    /// True for a robot that should walk far but stays in place.
+    pub fn stays_in_place(&self) -> bool {
+        matches!(
+            self,
+            Self::Unreliable {
+                stays_in_place: true,
+                ..
+            }
+        )
     }
 
     /// Why the robot is unreliable, or `None`.
     pub fn reason(&self) -> Option<&str> {
         match self {
             Self::Reliable => None,
-            Self::Unreliable { reason } => Some(reason),
+            Self::Unreliable { reason, .. } => Some(reason),
         }
     }
 
-    /// The verdict in one word: `reliable` or `unreliable`.
+    /// The verdict in a word or two, for tables: `reliable`, `unreliable` or `stays in place`.
     pub fn word(&self) -> &'static str {
         match self {
             Self::Reliable => "reliable",
+            _ if self.stays_in_place() => "stays in place",
             Self::Unreliable { .. } => "unreliable",
         }
     }

@@ -43,6 +43,10 @@ impl Lattice {
     /// The number of spacings in a [scale](Lattice::scale).
     pub(crate) const SPACINGS: f64 = 10.0;
 
+    /// A robot that moves by less than this share of its length in a rollout stays in place. A foot that slips to and fro
+    /// moves a robot that far.
+    pub const STAYS: f64 = 0.05;
+
     /// Makes a lattice over level ground from nodes at these positions (m). The rest length of each edge is the
     /// distance of its two nodes.
     ///
@@ -146,6 +150,17 @@ impl Lattice {
     pub fn length(&self) -> f64 {
         let along = self.places.iter().map(|place| place.forward());
         Range::of(along).size() * self.spacing
+    }
+
+    /// The length of the robot by which its walks are judged, m: the [length](Self::length) of the lattice, but at least a
+    /// spacing, for a robot that only has height.
+    pub fn body_length(&self) -> f64 {
+        self.length().max(self.spacing)
+    }
+
+    /// The distance below which a robot stays in place, m: a twentieth of its [length](Self::body_length).
+    pub fn least_walk(&self) -> f64 {
+        Self::STAYS * self.body_length()
     }
 
     /// The line segment between the places of two nodes, in units of `spacing`.

@@ -34,13 +34,13 @@ crate::keys! {
         scene: String, "text";
         /// The seed; of several starts, the seed of the best one.
         seed: u64, "whole number";
-        /// Median displacement along the ground from perturbed starts, which differ by about a nanometre.
+        /// Median displacement along the ground from 24 perturbed starts, which differ by about a nanometre.
         displacement_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_p50"];
         /// 10 % quantile of the displacements of `displacement_p50`.
         displacement_p10: Option<f64>, "number or `null`", unit "m", columns ["displacement_p10"];
         /// 90 % quantile of the displacements of `displacement_p50`.
         displacement_p90: Option<f64>, "number or `null`", unit "m", columns ["displacement_p90"];
-        /// Median displacement along the ground of robots that vary a little: the figure to quote.
+        /// Median displacement along the ground of 24 robots that vary a little: the figure to quote.
         displacement_robust_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_robust_p50"];
         /// 10 % quantile of the displacements of `displacement_robust_p50`.
         displacement_robust_p10: Option<f64>, "number or `null`", unit "m", columns ["displacement_robust_p10"];
@@ -53,11 +53,14 @@ crate::keys! {
         /// 90 % quantile of the displacements across of `across_robust_p50`.
         #[serde(skip_serializing_if = "Option::is_none")]
         across_robust_p90: Option<f64>, "number", unit "m", columns ["across_robust_p90"];
-        /// Like `displacement_p50`, with half the time step.
+        /// Median with half the time step, over eight of the starts of `displacement_p50`.
         displacement_half_step_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_half_step_p50"];
-        /// Like `displacement_p50`, with another integrator: leapfrog for symplectic Euler, otherwise symplectic Euler.
-        /// `null` also if that needs more than 64 substeps.
+        /// Median with another integrator, over eight of the starts of `displacement_p50`. It is leapfrog for symplectic
+        /// Euler, otherwise symplectic Euler. `null` also if that needs more than 64 substeps.
         displacement_integrator_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_integrator_p50"];
+        /// Median with 0.6 times the friction, over eight of the robots of `displacement_robust_p50`. `null` also if feet
+        /// never slip, for tasks other than `far` and for an undecided design.
+        displacement_low_friction_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_low_friction_p50"];
         /// Like `displacement_p50`, with the controller of the last iteration.
         displacement_last_p50: Option<f64>, "number or `null`", unit "m", columns ["displacement_last_p50"];
         /// Like `displacement_p50`, without feedback: the controller observes the clock, and the robot as it is at the
@@ -73,7 +76,7 @@ crate::keys! {
         /// The score by which the best of several runs is chosen.
         displacement_selection_score: Option<f64>, "number or `null`", unit "m";
         /// Whether the median over varied robots describes the robot well: `verdict` is `reliable`, or `unreliable`
-        /// with a `reason`.
+        /// with a `reason`, and with `stays_in_place` if it should walk far but stays in place.
         reliability: Reliability, "object";
         /// Only if the robot stopped before the last quarter of the unperturbed rollout: when and where.
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -170,8 +173,8 @@ impl Start {
     }
 }
 
-/// The ratio `a / b` of two displacements (m). `None` if it would be misleading: if `b` is below 1 cm (the robot stays
-/// in place) or `a` is negative (the robot walks backwards).
+/// The ratio `a / b` of two displacements (m). `None` if it would be misleading: if `b` is below 1 cm or `a` is negative
+/// (the robot walks backwards).
 pub fn ratio(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     let (a, b) = (a.filter(|a| *a >= 0.0), b.filter(|b| *b >= 0.01));
     Option::zip(a, b).map(|(a, b)| a / b)
@@ -202,6 +205,8 @@ impl Summary {
             volumes: Some([self.volume, self.actuator_volume]),
             structure: self.structure,
             loads: self.loads.as_ref(),
+            across: self.across_robust_p10.zip(self.across_robust_p90),
+            low_friction: self.displacement_low_friction_p50,
             energy: self.quoted_energy(),
             bars: bars(self.volume, lattice),
             ..Measured::unmeasured(scene, lattice)
@@ -258,6 +263,7 @@ impl Summary {
             displacement_half_step_p50: finite(delivery.other_steps.half.displacement),
             displacement_integrator_p50: (delivery.other_steps.integrator)
                 .and_then(|(_, medians)| finite(medians.displacement)),
+            displacement_low_friction_p50: delivery.low_friction.and_then(finite),
             displacement_last_p50: finite(delivery.last.p50),
             displacement_clock_p50: finite(delivery.clock_alone.p50),
             displacement_selection_p50: finite(delivery.selection.p50),

@@ -12,6 +12,8 @@ pub const SLENDERNESS: [f64; 2] = [10.0, 3.0];
 pub struct DataSheet {
     /// The largest force of a device, N.
     pub force: Option<f64>,
+    /// True for a cylinder, which pulls with less than this force: the rod takes a part of the area of its piston.
+    pub is_cylinder: bool,
     /// The largest speed of a device, m/s.
     pub speed: Option<f64>,
     /// The mass of a device, kg.
@@ -57,6 +59,7 @@ impl Scene {
         let [.., strain] = self.materials.max_strain;
         DataSheet {
             force: parts.force.or(law.as_ref().map(|law| law.force)),
+            is_cylinder: parts.cylinder().is_some(),
             speed: parts.speed.or(law.map(|law| law.speed)),
             mass: Some(parts.actuator_mass),
             length: Some(DeviceLength {

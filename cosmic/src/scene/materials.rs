@@ -261,7 +261,7 @@ impl PartsSettings {
     }
 
     /// The bore of the cylinders (m); `None` if actuators need no air.
-    fn cylinder(&self) -> Option<f64> {
+    pub(super) fn cylinder(&self) -> Option<f64> {
         let is_device = self.actuator == ActuatorPart::Device;
         self.bore.filter(|_| is_device)
     }

@@ -152,6 +152,10 @@ impl SelectionSettings {
     /// (found by experiment).
     pub const PERTURBED_ROLLOUTS: usize = 8;
 
+    /// Number of rollouts for each of the quantiles in a final summary. The 10 % quantile of eight rollouts is little more
+    /// than the least of them, and differs much from draw to draw.
+    pub const FINAL_ROLLOUTS: usize = 24;
+
     /// Distance by which each coordinate of a perturbed start is moved, in units of ten spacings (found by experiment).
     pub const PERTURBATION: f64 = 1e-9;
 }

@@ -59,7 +59,7 @@ impl Scene {
     }
 
     /// True if the contact law may read the coefficient of friction. This includes every law that a program adds.
-    pub(super) fn slips(&self) -> bool {
+    pub(crate) fn slips(&self) -> bool {
         !["infinite", "none"].contains(&self.physics.contact.name())
     }
 }

@@ -28,9 +28,6 @@ crate::keys! {
     }
 }
 
-/// A robot that moves by less than this stays in place, m.
-const LEAST: f64 = 0.01;
-
 impl Simulator {
     /// The energy of a robot from the loads of its bars in a rollout of `steps` steps that moves it by `displacement`, m.
     pub fn energy_of(
@@ -51,7 +48,7 @@ impl Simulator {
         let nodes = body.mass.iter().zip(is_in_use(&self.lattice, layout));
         let in_use = nodes.filter(|(_, is_in_use)| *is_in_use);
         let mass: f64 = in_use.map(|(mass, _)| mass).sum();
-        let moves = displacement.abs() >= LEAST;
+        let moves = displacement.abs() >= self.lattice.least_walk();
         let per_metre = moves.then(|| power * steps as f64 * self.dt / displacement.abs());
         let weight = mass * self.robot.mechanics.inputs[0].value.abs();
         Energy {

@@ -1,6 +1,6 @@
 //! What may stop a robot that does not get far, and what to try.
 
-use super::{Measured, STAYS};
+use super::{Measured, WALKS};
 use crate::numbers::{brief, percent};
 
 /// The share of what actuators can lift at most from which a payload may be too heavy.
@@ -14,7 +14,7 @@ impl Measured<'_> {
         let Some(displacement) = self.displacement.filter(|_| self.is_far) else {
             return Vec::new();
         };
-        if displacement >= STAYS && self.standstill.is_none() {
+        if displacement >= WALKS[0] * self.length && self.standstill.is_none() {
             return Vec::new();
         }
         let seeds = "try other seeds: `--starts 4`".to_owned();

@@ -44,13 +44,18 @@ impl Measured<'_> {
     }
 
     fn muscle_force(&self) -> Option<Item> {
-        let DataSheet { force, .. } = self.sheet;
-        against("muscles pull or push with", "N", self.loads?.force, force?)
+        let DataSheet {
+            force, is_cylinder, ..
+        } = self.sheet;
+        let of = if is_cylinder { "of about" } else { "of" };
+        let says = ["muscles pull or push with", of];
+        against(says, "N", self.loads?.force, force?)
     }
 
     fn muscle_speed(&self) -> Option<Item> {
         let DataSheet { speed, .. } = self.sheet;
-        against("muscles move at", "m/s", self.loads?.speed, speed?)
+        let says = ["muscles move at", "of"];
+        against(says, "m/s", self.loads?.speed, speed?)
     }
 
     fn muscle_length(&self) -> Option<Item> {
@@ -90,8 +95,8 @@ impl Measured<'_> {
 }
 
 /// Judges a number of a walk by the limit of a data sheet: it is good if it never exceeds the limit, and doubtful if it
-/// exceeds it in at most 1 % of the time.
-fn against(says: &str, unit: &str, found: Magnitude, limit: f64) -> Option<Item> {
+/// exceeds it in at most 1 % of the time. `says` has the words before either number.
+fn against([says, of]: [&str; 2], unit: &str, found: Magnitude, limit: f64) -> Option<Item> {
     let Magnitude { peak, p99 } = found;
     let most = ROUNDED * limit;
     let level = if peak <= most {
@@ -102,7 +107,7 @@ fn against(says: &str, unit: &str, found: Magnitude, limit: f64) -> Option<Item>
         // NaN is bad too.
         Level::Bad
     };
-    let mut text = format!("{says} {} {unit} of {} {unit}", brief(peak), brief(limit));
+    let mut text = format!("{says} {} {unit} {of} {} {unit}", brief(peak), brief(limit));
     if level != Level::Good {
         text += &format!(" (99 %: {} {unit})", brief(p99));
     }

@@ -1,7 +1,11 @@
 use crate::small::{MOBILE_ROBOT, after, begun, tiny};
-use cosmic::codesign::{Candidate, Evaluator, Progress, Quantiles, Schedule, settle};
+use cosmic::codesign::{
+    Candidate, Delivery, Evaluator, Progress, Quantiles, Schedule, VARIED, settle,
+};
 use cosmic::design::Material;
+use cosmic::domain::{Domain, draw};
 use cosmic::objective::of_scene;
+use cosmic::random::{Purpose, stream};
 use cosmic::scene::{Integrator, LossKind, PhysicsSettings, Scene, TaskKind};
 use cosmic::simulator::{BarLoad, Span};
 use std::cell::Cell;
@@ -207,6 +211,108 @@ fn a_loss_sees_the_same_times_at_half_the_step() {
     let (finer, progress) = begun(&finer);
     let merit = finer.deliver(&progress).merit.unwrap();
     assert_eq!(half.merit, merit.p50);
+}
+
+/// A final summary has quantiles of 24 rollouts. The page asks for eight: the first eight of the same draws. The robot, its
+/// score and the medians with other steps do not depend on the number.
+#[test]
+fn final_quantiles_are_over_24_rollouts() {
+    let scene = Scene::parse("lively", &[MOBILE_ROBOT, "iterations = 9"].concat()).unwrap();
+    let (codesign, progress) = after(&scene, 9, 1);
+    let evaluator = codesign.evaluator();
+    let over = |rollouts: usize| {
+        evaluator
+            .deliver_over(&progress, rollouts, &|| false)
+            .unwrap()
+    };
+    let (own, eight) = (evaluator.deliver(&progress), over(8));
+    assert_eq!(own, over(24));
+    assert_ne!(own.robust, eight.robust);
+    assert_ne!(own.spread, eight.spread);
+    let robust = |delivery: &Delivery, domains: &[Domain]| {
+        let design = evaluator.design(&progress);
+        let along = |domain: &Domain| {
+            evaluator
+                .reach(&design, &delivery.controller, domain)
+                .along()
+        };
+        Quantiles::of(&domains.iter().map(along).collect::<Vec<_>>())
+    };
+    let mut stream = stream(progress.seed, Purpose::Variation);
+    let domains: Vec<_> = (0..24)
+        .map(|_| draw(codesign.task(), &VARIED, &mut stream))
+        .collect();
+    assert_eq!(own.robust, robust(&own, &domains));
+    assert_eq!(eight.robust, robust(&eight, &domains[..8]));
+    let same = |d: &Delivery| {
+        (
+            d.controller.clone(),
+            d.selection,
+            d.selection_score,
+            d.other_steps,
+        )
+    };
+    assert_eq!(same(&own), same(&eight));
+    assert_eq!(
+        (&own.sensitivities, &own.seen),
+        (&eight.sensitivities, &eight.seen)
+    );
+}
+
+/// The distance with less friction is the median of eight robots in a scene with this friction.
+#[test]
+fn slippery_ground_is_a_scene_with_less_friction() {
+    let scene = |friction: f64, contact: &str| {
+        let slides = format!("[physics]\ncontact = '{contact}'\nfriction = {friction}");
+        let text = MOBILE_ROBOT.replace("[physics]", &slides) + "iterations = 9";
+        Scene::parse("lively", &text).unwrap()
+    };
+    let own = scene(0.5, "coulomb");
+    let (codesign, progress) = after(&own, 9, 1);
+    let delivery = codesign.evaluator().deliver(&progress);
+    let progress = Progress {
+        controller: delivery.controller.clone(),
+        candidates: Vec::new(),
+        ..progress
+    };
+    let slippery = scene(0.3, "coulomb");
+    let there = Evaluator::new(&slippery, of_scene(&slippery)).unwrap();
+    let there = there.deliver_over(&progress, 8, &|| false).unwrap();
+    let found = delivery.low_friction.unwrap();
+    // The products of the factors round differently, by 1e-16, and the robot is not chaotic.
+    assert!(
+        (found - there.robust.p50).abs() < 1e-9,
+        "{found} {:?}",
+        there.robust
+    );
+    assert!(
+        (found - delivery.robust.p50).abs() > 1e-5,
+        "friction has no effect"
+    );
+    // Feet that never slip, and robots with another task.
+    let sticks = scene(0.5, "infinite");
+    let mut climbs = own.clone();
+    climbs.objective.task = TaskKind::Climb;
+    for other in [sticks, climbs] {
+        let evaluator = Evaluator::new(&other, of_scene(&other)).unwrap();
+        assert_eq!(evaluator.deliver(&progress).low_friction, None);
+    }
+}
+
+/// A robot that should walk far but stays in place is unreliable; one with another task may stay.
+#[test]
+fn a_robot_that_stays_in_place_is_not_reliable() {
+    let mut scene = tiny();
+    let (evaluator, progress) = begun(&scene);
+    let delivery = evaluator.deliver(&progress);
+    // The robot is 0.2 m long.
+    assert!(delivery.robust.p50.abs() < 0.01, "{:?}", delivery.robust);
+    assert!(delivery.reliability.stays_in_place());
+    scene.objective.task = TaskKind::Climb;
+    let (evaluator, progress) = begun(&scene);
+    let delivery = evaluator.deliver(&progress);
+    assert!(delivery.robust.p50.abs() < 0.01, "{:?}", delivery.robust);
+    assert!(!delivery.reliability.stays_in_place());
 }
 
 /// The sensitivities of a robot are the differences of its medians in scenes with other physics.

@@ -1,4 +1,4 @@
-use cosmic::codesign::{Medians, Merit, OtherSteps, Quantiles, Standstill};
+use cosmic::codesign::{Medians, Merit, OtherSteps, Quantiles, Reliability, Standstill};
 use cosmic::scene::Integrator;
 use std::f64::consts::TAU;
 
@@ -101,6 +101,47 @@ fn a_median_that_changes_by_a_fifth_with_other_steps_is_a_reason() {
         loss,
         ["its loss is 0.4300 at half the time step, but 0.3000 at the scene's time step"]
     );
+}
+
+/// A robot that moves by less than a twentieth of its length is unreliable for this reason first. The limit is 25 mm here.
+#[test]
+fn a_robot_that_stays_in_place_is_unreliable() {
+    let of = |reliability: Reliability, displacement: f64| reliability.of_walk(displacement, 0.025);
+    for moves in [0.025, -0.025, 3.0, f64::NEG_INFINITY] {
+        assert_eq!(of(Reliability::Reliable, moves), Reliability::Reliable);
+    }
+    let stays = of(Reliability::Reliable, 0.0249);
+    assert_eq!(
+        stays.reason(),
+        Some("it stays in place: it moves by 0.0249 m, and 0.025 m are a twentieth of its length")
+    );
+    assert_eq!(
+        (stays.stays_in_place(), stays.word()),
+        (true, "stays in place")
+    );
+    let low = FAR.reliability(&spread(-0.006, 0.0), 0.0);
+    assert_eq!((low.stays_in_place(), low.word()), (false, "unreliable"));
+    let both = of(low.clone(), 0.0);
+    let reasons = ["it stays in place: ", "; ", low.reason().unwrap()];
+    let says = both.reason().unwrap();
+    assert!(
+        says.starts_with(reasons[0]) && says.ends_with(&reasons[1..].concat()),
+        "{says}"
+    );
+    // Files keep the verdict in one word, and say that the robot stays.
+    let text = |reliability: &Reliability| serde_json::to_value(reliability).unwrap();
+    let json = text(&both);
+    assert_eq!(
+        (&json["verdict"], &json["stays_in_place"]),
+        (&"unreliable".into(), &true.into())
+    );
+    assert!(text(&low).get("stays_in_place").is_none());
+    for reliability in [both, low] {
+        assert_eq!(
+            serde_json::from_value::<Reliability>(text(&reliability)).unwrap(),
+            reliability
+        );
+    }
 }
 
 /// A robot that stays at its place for the last quarter stands still. The sway of its gait, 3 cm here, does not count.

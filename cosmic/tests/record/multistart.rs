@@ -1,6 +1,5 @@
 use crate::small::{StopAfter, tiny};
 use cosmic::Registry;
-use cosmic::codesign::Reliability;
 use cosmic::record::multistart::folder_of;
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::{Observer, RunPlan, optimise, resume};
@@ -118,7 +117,8 @@ fn the_best_start_is_chosen_by_its_score() {
     );
     let mut summary = summary.unwrap();
     let score = summary.displacement_selection_score;
-    assert_eq!(summary.reliability, Reliability::Reliable);
+    // The score does not depend on whether the robot gets far.
+    assert!(summary.reliability.stays_in_place());
     assert_eq!(score, summary.displacement_selection_p50);
     summary.displacement_selection_score = Some(-1.0);
     assert_eq!(summary.rank(), [-1.0, score.unwrap()]);

@@ -1,0 +1,35 @@
+//! How far a robot walks on ground that is more slippery than that of its scene.
+
+use std::borrow::Cow;
+
+use super::domains::PERTURBED_ROLLOUTS;
+use super::evaluator::Evaluator;
+use crate::design::{Design, Mixture};
+use crate::domain::Domain;
+use crate::policy::Controller;
+
+/// The share of the friction that remains when the ground is more slippery: rubber on a wet floor instead of a dry one.
+pub const LOW_FRICTION: f64 = 0.6;
+
+impl Evaluator {
+    /// The median displacement along the ground (m) of the first eight of these varied robots with [`LOW_FRICTION`] times
+    /// the friction. `None` if feet never slip, for tasks other than distance, and for an undecided design.
+    pub(super) fn on_low_friction(
+        &self,
+        design: &Design<Mixture<f64>>,
+        controller: &Controller<f64>,
+        varied: &[Domain],
+    ) -> Option<f64> {
+        if !self.scene.slips() || !self.is_far() || design.layout().is_none() {
+            return None;
+        }
+        let slippery = |domain: &Domain| Domain {
+            task: Cow::Owned(domain.task.with_friction(LOW_FRICTION)),
+            start: domain.start.clone(),
+        };
+        let domains = varied.iter().take(PERTURBED_ROLLOUTS).map(slippery);
+        let domains: Vec<Domain> = domains.collect();
+        let found = self.spreads(design, &[controller], &domains).remove(0);
+        Some(found.displacement.p50)
+    }
+}
