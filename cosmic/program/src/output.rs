@@ -49,6 +49,20 @@ pub(super) fn unreliable(verdict: Option<&Reliability>) -> &'static str {
     }
 }
 
+/// What comes before the displacement of a robot that should walk far but stays in place; empty for other robots.
+pub(super) fn in_place(verdict: Option<&Reliability>) -> &'static str {
+    match verdict.is_some_and(Reliability::stays_in_place) {
+        true => "stays in place: ",
+        false => "",
+    }
+}
+
+/// The displacement of a robot in a line about a run, and whether it can be trusted.
+pub(super) fn reached(displacement: Option<f64>, verdict: Option<&Reliability>) -> String {
+    let (before, after) = (in_place(verdict), unreliable(verdict));
+    format!("{before}{}{after}", metres(displacement))
+}
+
 /// A message that names the file with the last states of a diverged rollout, and the command that replays them.
 pub(super) fn see_again(diverged: &Path) -> String {
     let (file, word) = (diverged.display(), in_shell(diverged));
@@ -62,6 +76,7 @@ pub(super) fn in_colour(item: &Item) -> String {
     let has_colours = io::stdout().is_terminal() && !is_plain;
     let colour = match item.level {
         _ if !has_colours => return item.text.clone(),
+        Level::Remark => return item.text.clone(),
         Level::Good => 32,
         Level::Doubtful => 33,
         Level::Bad => 31,

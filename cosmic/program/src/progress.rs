@@ -1,7 +1,7 @@
 //! Shows the progress of runs: as bars in a terminal, and as occasional lines in a pipe or a file.
 
 use crate::arguments::Output;
-use crate::output::{metres, note, unreliable};
+use crate::output::{metres, note, reached};
 use cosmic::codesign::{Phase, Record};
 use cosmic::keys::Keyed;
 use cosmic::numbers::{clock, counted};
@@ -243,10 +243,9 @@ pub(super) fn title(plan: &Plan, index: usize) -> String {
 pub(super) fn told(outcome: &RunOutcome) -> String {
     match outcome {
         RunOutcome::Done(summary) => {
-            let median = metres(summary.displacement_robust_p50);
-            let verdict = unreliable(Some(&summary.reliability));
+            let median = reached(summary.displacement_robust_p50, Some(&summary.reliability));
             let seconds = summary.shown("seconds").unwrap_or_default();
-            format!("{median}{verdict}  {seconds}")
+            format!("{median}  {seconds}")
         }
         RunOutcome::Diverged(says) => says.clone(),
         RunOutcome::Over => "was done before".to_owned(),

@@ -2,13 +2,13 @@
 
 use crate::arguments::{Output, Work};
 use crate::interrupt;
-use crate::output::{in_colour, metres, note, print, see_again, unreliable};
+use crate::output::{in_colour, in_place, metres, note, print, reached, see_again, unreliable};
 use crate::progress::Progress;
 use cosmic::Registry;
 use cosmic::design::MOST_RANKED;
 use cosmic::error::{Error, Result, in_shell};
 use cosmic::keys::Keyed;
-use cosmic::numbers::{counted, fixed, short};
+use cosmic::numbers::{counted, fixed};
 use cosmic::parallel::pool;
 use cosmic::record::run::read_scene;
 use cosmic::record::snapshot::SNAPSHOT;
@@ -103,8 +103,8 @@ fn next(folder: &Path, registry: &Registry) -> String {
     text
 }
 
-/// Describes the robot in a few lines: how its bars are connected, how they are loaded, whether it moves, and how far
-/// it walks without feedback.
+/// Describes the robot in a few lines: how its bars are connected, how they are loaded, and how far it walks without
+/// feedback.
 fn robot(summary: &Summary) -> String {
     let mut text = String::new();
     if summary.undecided {
@@ -149,11 +149,6 @@ fn robot(summary: &Summary) -> String {
         .quoted_energy()
         .as_ref()
         .map_or(String::new(), energy);
-    // Such a displacement is printed as 0.000 m.
-    if let Some(moved) = summary.displacement_robust_p50.filter(|x| x.abs() < 5e-4) {
-        let moved = short(moved);
-        text += &format!("the robot moves by only {moved} m; try other seeds with --starts 4\n");
-    }
     text + &open_loop(summary).unwrap_or_default()
 }
 
@@ -193,7 +188,7 @@ fn energy(energy: &Energy) -> String {
 fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>) -> String {
     let mut text = format!("run: {}\n", folder.display());
     for start in &summary.starts {
-        let end = metres(start.displacement_robust_p50) + unreliable(start.reliability.as_ref());
+        let end = reached(start.displacement_robust_p50, start.reliability.as_ref());
         text += &format!("start {}: {end}\n", start.seed);
     }
     text += &format!(
@@ -230,7 +225,8 @@ fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>) -> Stri
     };
     let shown = |column| summary.shown(column).unwrap_or_default();
     text + &format!(
-        "displacement {} (median of robots that vary a little; 10 % quantile {}){}, V {}, V_act {}, time {}{together}\n",
+        "{}displacement {} (median of robots that vary a little; 10 % quantile {}){}, V {}, V_act {}, time {}{together}\n",
+        in_place(Some(&summary.reliability)),
         metres(summary.displacement_robust_p50),
         metres(summary.displacement_robust_p10),
         unreliable(Some(&summary.reliability)),

@@ -127,7 +127,7 @@ impl Reference {
         let off = self.apart(trials);
         let level = Level::up_to(SAME, off);
         let depends = match level {
-            Level::Good => "does not depend on",
+            Level::Remark | Level::Good => "does not depend on",
             Level::Doubtful => "depends a little on",
             Level::Bad => "depends on",
         };

@@ -6,6 +6,7 @@ use super::verdict::line;
 use super::{data, page};
 use crate::table::{Cell, Column, Table, TableOf, escape};
 use cosmic::Registry;
+use cosmic::codesign::Reliability;
 use cosmic::error::Result;
 use cosmic::keys::{Keyed, column};
 use cosmic::lattice::Lattice;
@@ -46,9 +47,10 @@ impl ComparedRun {
     fn lane(&self, registry: &Registry) -> Result<Value> {
         let robot = RobotFiles::read(&self.folder.join(DESIGN), registry)?;
         let trajectory = read_trajectory(&self.folder, &robot)?;
-        let is_unreliable = self.summary.is_unreliable();
-        let mark = if is_unreliable { " (unreliable)" } else { "" };
-        let name = format!("{}{mark}", self.name);
+        let name = match &self.summary.reliability {
+            Reliability::Reliable => self.name.clone(),
+            doubtful => format!("{} ({})", self.name, doubtful.word()),
+        };
         Ok(data::of_lane(&name, &Motion::new(&robot, &trajectory)))
     }
 }
@@ -113,7 +115,11 @@ impl Comparison {
         let distance = declared::<Summary>("displacement_robust_p50", "distance", "diverged");
         let speed = Column::new("speed", "").unit("m/s");
         table = table
-            .add(distance, far)
+            .add(distance, |run| match run.summary.reliability.word() {
+                // It comes before all numbers of such a robot.
+                stays if run.summary.reliability.stays_in_place() => Cell::from(stays),
+                _ => far(run).into(),
+            })
             .add(speed.decimals(3, "not known"), |run| {
                 Some(far(run)? / run.seconds?)
             })

@@ -9,6 +9,7 @@ use super::{data, robot, tiles, verdict};
 use crate::table::{Table, escape};
 use crate::walk::{self, Walk};
 use cosmic::design::Material;
+use cosmic::keys::Keyed;
 use cosmic::record::{Summary, TrajectoryFile};
 use cosmic::scene::{Departure, Scene};
 use std::slice::from_ref;
@@ -61,6 +62,7 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: &Gait) -> String {
         &head(&run.robot, &run.title(), &about),
         &verdict::to_html(&verdict),
         include_str!("page/player.html"),
+        &which(summary),
         "<div class=\"strip\" tabindex=\"0\" role=\"region\" aria-label=\"The robot at several moments\">\n",
         &robot::draw(motion),
         "</div>\n",
@@ -102,6 +104,7 @@ pub fn player_page(run: &RunFiles) -> String {
         &tiles::of_run(run, &motion),
         &warning(&run.summary),
         include_str!("page/player.html"),
+        &which(&run.summary),
         &script(&data::of_motion(&motion), ONE_ROBOT),
     ];
     html(&run.title(), &body.concat())
@@ -158,6 +161,22 @@ fn scene(robot: &RobotFiles) -> String {
     format!(
         "<details><summary>Scene: scene.toml, complete</summary><pre tabindex=\"0\">{}</pre></details>\n",
         escape(&robot.scene.to_toml())
+    )
+}
+
+/// Returns a paragraph that says which of many walks the page plays.
+fn which(summary: &Summary) -> String {
+    let metres = |column| {
+        summary
+            .shown(column)
+            .map(|text| text.replace('-', "\u{2212}"))
+    };
+    let own = metres("displacement_along").map_or(String::new(), |x| format!(", {x}"));
+    let median = metres("displacement_robust_p50").map_or(String::new(), |x| {
+        format!("; the median of robots that vary a little is {x}")
+    });
+    format!(
+        "<p class=\"muted\">This walk is that of the robot exactly as designed{own}{median}.</p>\n"
     )
 }
 

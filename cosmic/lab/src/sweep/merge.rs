@@ -135,6 +135,8 @@ struct Row<'p> {
     /// quote for a run. NaN stands for a diverged run.
     sample: Vec<f64>,
     reliable: usize,
+    /// The number of robots that should walk far but stay in place.
+    in_place: usize,
     seconds: Vec<f64>,
 }
 
@@ -144,6 +146,7 @@ impl<'p> Row<'p> {
             trial,
             sample: Vec::new(),
             reliable: 0,
+            in_place: 0,
             seconds: Vec::new(),
         }
     }
@@ -153,6 +156,7 @@ impl<'p> Row<'p> {
             let displacement = summary.displacement_robust_p50;
             self.sample.push(displacement.unwrap_or(f64::NAN));
             self.reliable += usize::from(!summary.is_unreliable());
+            self.in_place += usize::from(summary.reliability.stays_in_place());
             self.seconds.push(summary.seconds);
         } else if run.state == "diverged" {
             self.sample.push(f64::NAN);
@@ -165,7 +169,7 @@ impl<'p> Row<'p> {
 }
 
 /// The table with a row for each trial. Columns about published numbers are left out if no trial has
-/// one.
+/// one, and the column of robots that stay in place if there are none.
 fn trials(rows: &[Row]) -> Table {
     let rows: Vec<(&Row, Statistics)> = rows.iter().map(|row| (row, row.statistics())).collect();
     let published = |(row, _): &(&Row, Statistics)| row.trial.published;
@@ -173,6 +177,9 @@ fn trials(rows: &[Row]) -> Table {
     let has_published = rows.iter().any(|row| published(row).is_some());
     let mut table = Table::of("trials", "", &rows);
     table = table.column("trial", "", |(row, _)| &row.trial.title[..]);
+    if rows.iter().any(|(row, _)| row.in_place > 0) {
+        table = table.column("stay in place", "", |(row, _)| row.in_place);
+    }
     if has_published {
         table = table.column("published", "", published);
     }
