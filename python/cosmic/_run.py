@@ -144,8 +144,9 @@ class Run:
 
     def __repr__(self) -> str:
         name, solid = self.summary["scene"], self.summary["V"]
-        verdict = self.summary.get("reliability", {}).get("verdict")
-        mark = ", unreliable" if verdict == "unreliable" else ""
+        reliability = self.summary.get("reliability", {})
+        doubt = ", stays in place" if reliability.get("stays_in_place") else ", unreliable"
+        mark = doubt if reliability.get("verdict") == "unreliable" else ""
         return f"<Run {name}, seed {self.seed}: {self.displacement:.3f} m{mark}, V {solid:.3f}>"
 
     def _repr_html_(self) -> str:

@@ -51,8 +51,8 @@ function spread({ measured }) {
   const { verdict, reason } = measured.reliability;
   const doubt = verdict === "unreliable" ? ` Unreliable: ${reason}.` : "";
   const far = isKnown(measured.distance)
-    ? `With small changes of start, friction and stiffness it walks ${range(p10, p90)}, median ${metres(p50)}.`
-    : "With small changes of start, friction and stiffness it sometimes falls apart.";
+    ? `With small changes of start, friction and stiffness it walks ${range(p10, p90)} in eight trials, median ${metres(p50)}.`
+    : "With small changes of start, friction and stiffness it sometimes falls apart in eight trials.";
   return ` ${far}${doubt}`;
 }
 

@@ -73,7 +73,7 @@ impl Session {
         if packed && let Some(packed) = work.packed()? {
             (*work, entrants) = (packed.work, packed.entrants);
         }
-        let delivery = work.codesign.evaluator().deliver(&work.progress);
+        let delivery = work.deliver(&work.progress);
         let measured = work.measured(&delivery);
         let is_chosen = |(robot, _): &(Robot, Whole)| robot.controller == delivery.controller;
         let robot = match entrants.into_iter().find(is_chosen) {
@@ -182,7 +182,7 @@ impl Session {
             candidates: Vec::new(),
             ..work.progress.clone()
         };
-        let delivery = work.codesign.evaluator().deliver(&progress);
+        let delivery = work.deliver(&progress);
         Ok(json!({ "measured": work.measured(&delivery) }))
     }
 

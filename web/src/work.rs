@@ -8,7 +8,7 @@ use cosmic::error::Error;
 use cosmic::geometry::{Ground, Vector};
 use cosmic::lattice::State;
 use cosmic::policy::{Controller, Goals};
-use cosmic::scene::{ControllerSettings, GoalKind, PhysicsSettings, Scene};
+use cosmic::scene::{ControllerSettings, GoalKind, PhysicsSettings, Scene, SelectionSettings};
 use cosmic::simulator::{Simulator, Span, Trajectory};
 use cosmic::task::Task;
 use cosmic::verdict::Measured;
@@ -153,6 +153,14 @@ impl Work {
             controller,
             bytes: Some(bytes),
         })
+    }
+
+    /// Chooses the robot to deliver and measures it. Every quantile is over eight rollouts, a third of those of the program,
+    /// so that nobody waits.
+    pub(crate) fn deliver(&self, progress: &Progress) -> Delivery {
+        let eight = SelectionSettings::PERTURBED_ROLLOUTS;
+        let delivery = (self.codesign.evaluator()).deliver_over(progress, eight, &|| false);
+        delivery.expect("nothing stops the delivery")
     }
 
     /// The measurements of a finished robot for an answer: the distance to quote (`null` if goals are given), whether it
