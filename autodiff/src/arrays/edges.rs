@@ -283,11 +283,15 @@ where
         unsafe {
             let values = StepValues { parameters, row };
             let sources = Sources::<R, C, I>::new(&self.inputs, &self.plan, values);
-            let uniforms = self.uniforms.load(K::UNIFORMS, values);
+            let mut uniforms = self.uniforms.load(K::UNIFORMS, values);
+            let uniforms = &mut uniforms[..K::UNIFORMS];
             // The kernel writes its results to `scratch`. They are summed or copied below.
             for &lane in &self.plan.edges {
+                if const { K::IS_RARE } {
+                    self.uniforms.turn(uniforms, values, lane.slot);
+                }
                 let x = sources.load::<L>(lane);
-                let y = self.kernel.eval(x, &uniforms[..K::UNIFORMS]);
+                let y = self.kernel.eval(x, uniforms);
                 for o in 0..O {
                     y[o].store_at(results, o * room + lane.scratch);
                 }
@@ -333,9 +337,12 @@ where
         // SAFETY: `reach` was checked, and `ends_bar` has `C` arrays of `room` numbers.
         unsafe {
             let sources = Sources::<R, C, I>::new(&self.inputs, &self.plan, values);
-            let uniforms = self.uniforms.load(K::UNIFORMS, values);
-            let uniforms = &uniforms[..K::UNIFORMS];
+            let mut uniforms = self.uniforms.load(K::UNIFORMS, values);
+            let uniforms = &mut uniforms[..K::UNIFORMS];
             for &lane in &self.plan.edges {
+                if const { K::IS_RARE } {
+                    self.uniforms.turn(uniforms, values, lane.slot);
+                }
                 // A result that was added at the tail and subtracted at the head has the tail's cotangent minus the
                 // head's. For ghosts (slots without an edge) it is zero.
                 let mut y_bar = [L::zero(); O];

@@ -75,6 +75,8 @@ impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> LaneOperation<R> 
             let mut lanes = ForwardLanes::<_, _, L, I, O> {
                 kernel: &self.kernel,
                 x: self.sources(values),
+                inputs: &self.uniforms,
+                values,
                 uniforms: self.uniforms.load(K::UNIFORMS, values),
                 y: &mut after[..O * len],
                 len,
@@ -93,6 +95,8 @@ impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> LaneOperation<R> 
             let mut lanes = ReverseLanes::<_, _, L, I, O> {
                 kernel: &self.kernel,
                 x: self.sources(values),
+                inputs: &self.uniforms,
+                values,
                 uniforms: self.uniforms.load(K::UNIFORMS, values),
                 y: &values.row[start..start + O * len],
                 y_bar: places.of(self.outputs[0]),
@@ -164,6 +168,8 @@ trait Lanes<R, L: Lane<R>> {
 struct ForwardLanes<'a, K, R, L, const I: usize, const O: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
+    inputs: &'a UniformInputs,
+    values: StepValues<'a, R>,
     uniforms: [L; MOST_UNIFORMS],
     /// The output arrays, which lie one after the other; each has `len` numbers.
     y: &'a mut [R],
@@ -182,7 +188,11 @@ where
             // SAFETY, here and below: guaranteed by the caller.
             x[k] = unsafe { L::load_n(self.x[k], i, n) };
         }
-        let y = self.kernel.eval(x, &self.uniforms[..K::UNIFORMS]);
+        let uniforms = &mut self.uniforms[..K::UNIFORMS];
+        if const { K::IS_RARE } {
+            self.inputs.turn(uniforms, self.values, i);
+        }
+        let y = self.kernel.eval(x, uniforms);
         for k in 0..O {
             unsafe { y[k].store_n(self.y, k * self.len + i, n) };
         }
@@ -192,6 +202,8 @@ where
 struct ReverseLanes<'a, K, R, L, const I: usize, const O: usize> {
     kernel: &'a K,
     x: [&'a [R]; I],
+    inputs: &'a UniformInputs,
+    values: StepValues<'a, R>,
     uniforms: [L; MOST_UNIFORMS],
     /// The output arrays, which lie one after the other; each has `len` numbers. `y_bar` points to their
     /// cotangents.
@@ -219,9 +231,13 @@ where
             y[k] = unsafe { L::load_n(self.y, place, n) };
             y_bar[k] = unsafe { load(self.y_bar, place, n) };
         }
+        let uniforms = &mut self.uniforms[..K::UNIFORMS];
+        if const { K::IS_RARE } {
+            self.inputs.turn(uniforms, self.values, i);
+        }
         let at = Pullback {
             x,
-            uniforms: &self.uniforms[..K::UNIFORMS],
+            uniforms,
             y,
             y_bar: [y_bar],
         };

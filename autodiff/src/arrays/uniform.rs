@@ -105,7 +105,7 @@ impl UniformInputs {
     }
 
     /// Loads each uniform input into a register, in which the numbers of all starts repeat. `count` is the kernel's
-    /// constant [`Kernel::UNIFORMS`].
+    /// constant [`Kernel::UNIFORMS`]. If there are more starts than lanes, the register has those of the first starts.
     #[inline(always)]
     pub(super) fn load<R: Real, L: Lane<R>>(
         &self,
@@ -117,7 +117,7 @@ impl UniformInputs {
             let numbers = values.get(self.arrays[k]);
             uniforms[k] = match numbers.len() {
                 1 => L::splat(numbers[0]),
-                starts if starts == L::N => L::load(numbers),
+                starts if starts >= L::N => L::load(numbers),
                 starts => {
                     let mut lanes = [R::zero(); WIDEST];
                     for i in 0..L::N {
@@ -128,6 +128,24 @@ impl UniformInputs {
             };
         }
         uniforms
+    }
+
+    /// Loads the uniform inputs for the register of elements that begins with element `first`, if there are more starts
+    /// than lanes. This happens for a [rare](Kernel::IS_RARE) kernel: the registers of the other operations are wider,
+    /// and have a lane for each start. `uniforms` are from [`load`](Self::load).
+    #[inline(always)]
+    pub(super) fn turn<R: Real, L: Lane<R>>(
+        &self,
+        uniforms: &mut [L],
+        values: StepValues<R>,
+        first: usize,
+    ) {
+        let starts = self.arrays.first().map_or(1, |array| array.len);
+        if starts > L::N {
+            for (uniform, &array) in uniforms.iter_mut().zip(&self.arrays) {
+                *uniform = L::load(&values.get(array)[first % starts..]);
+            }
+        }
     }
 
     /// Adds the cotangents of the uniform inputs that carry derivatives, one element at a time. `at` returns an

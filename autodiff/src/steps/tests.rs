@@ -148,6 +148,65 @@ fn all_registers_agree() {
     check::<f32>(1e-4);
 }
 
+/// Kernels over nodes and edges whose registers have at most 256 bits, with a uniform input.
+#[derive(Clone, Copy)]
+struct NarrowPush;
+
+#[kernel]
+impl Kernel<1, 1> for NarrowPush {
+    const IS_RARE: bool = true;
+    const UNIFORMS: usize = 1;
+    fn eval<R: Real>(&self, [x]: [R; 1], uniforms: &[R]) -> [R; 1] {
+        [uniforms[0] * x * x]
+    }
+}
+
+/// The state after a step and its gradient with respect to the state before, for every start. Each start has its own
+/// uniform input.
+fn of_narrow_kernels(starts: usize, lanes: usize, first: usize) -> [Vec<f64>; 2] {
+    let graph = Graph::new(NODES, &from_fn::<_, { NODES - 1 }, _>(|i| [i, i + 1]));
+    let mut program = Program::side_by_side(starts, lanes);
+    let (factor, x) = (program.parameter(1), program.state(NODES));
+    let [pushed] = program.map(NarrowPush, [x], &[factor]);
+    let [next] = program.map_edges(&graph, NarrowPush, [pushed], &[], &[factor]);
+    program.advance(x, next);
+    let mut program = Instance::new(program);
+    let mut parameters = program.parameters();
+    let of_start = |k: usize| 1.0 + (first + k) as f64;
+    let factors: Vec<f64> = (0..starts).map(of_start).collect();
+    program.load(&mut parameters, &[&factors], &[true], 1);
+    program.set_active(&[false]);
+    let mut row = vec![0.0; program.row_len()];
+    let state = numbers::<f64>(NODES, 0.7).into_iter();
+    let state: Vec<f64> = state.flat_map(|x| vec![x; starts]).collect();
+    program.set_state(&mut row, &state);
+    program.step(&parameters, &mut row, None);
+    let mut next = Vec::new();
+    let stride = program.stride();
+    program.push_state(&row[stride..], &mut next);
+    let (mut bars, mut bar) = (program.bars(), vec![1.0; NODES * starts]);
+    program.reverse_step(&parameters, &row, &mut bars, &mut bar, row.as_ptr());
+    [next, bar]
+}
+
+/// The registers of a rare kernel may have fewer lanes than there are starts, which have a lane each in the registers of
+/// the other operations.
+#[test]
+fn rare_kernels_read_the_uniform_inputs_of_every_start() {
+    if lanes::<f64>() == 1 {
+        return; // Kernels are replayed then.
+    }
+    let starts = 2 * lanes::<f64>();
+    let together = of_narrow_kernels(starts, starts, 0);
+    for start in 0..starts {
+        let alone = of_narrow_kernels(1, lanes::<f64>(), start);
+        for (together, alone) in together.iter().zip(alone) {
+            let own = together.iter().skip(start).step_by(starts);
+            assert!(own.eq(&alone), "start {start} of {starts}");
+        }
+    }
+}
+
 /// The lanes of a program are planned when it is recorded.
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
