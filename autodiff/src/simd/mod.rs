@@ -36,7 +36,7 @@ mod tests;
 pub(crate) use lane::{WIDEST, lanes, lanes_with};
 #[cfg(test)]
 pub(crate) use level::at_most;
-pub use level::{Level, level};
+pub use level::{Level, level, levels, limit};
 pub(crate) use prefetch::prefetch;
 pub(crate) use unchecked::Unchecked;
 

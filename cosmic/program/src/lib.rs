@@ -21,6 +21,7 @@ mod sweep;
 mod scene;
 mod completions;
 
+use autodiff::simd;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use cosmic::Registry;
 use cosmic::error::{Error, Result};
@@ -214,9 +215,37 @@ impl Program {
             cli.map_err(|request| request.format(&mut command))
         });
         match cli {
-            Ok(cli) => exit_code(cli.command.run(&registry)),
+            Ok(cli) => exit_code(limit_registers().and_then(|()| cli.command.run(&registry))),
             Err(request) => refuse(&request),
         }
+    }
+}
+
+/// The environment variable that chooses narrower SIMD registers than the machine has.
+const SIMD: &str = "COSMIC_SIMD";
+
+/// Limits this process to the registers that the environment asks for.
+///
+/// # Errors
+/// [`Error::Usage`] for registers that the machine does not have, and if the process has already computed with others.
+fn limit_registers() -> Result<()> {
+    let Some(wanted) = std::env::var_os(SIMD) else {
+        return Ok(());
+    };
+    let (wanted, there) = (wanted.to_string_lossy(), simd::levels());
+    let Some(&level) = there.iter().find(|level| level.name() == wanted) else {
+        let names: Vec<&str> = there.iter().map(|level| level.name()).collect();
+        let names = names.join(", ");
+        return Err(Error::Usage(format!(
+            "the environment variable {SIMD} is `{wanted}`; this machine has: {names}"
+        )));
+    };
+    match simd::limit(level) {
+        now if now == level => Ok(()),
+        now => Err(Error::Usage(format!(
+            "the environment variable {SIMD} is `{wanted}`, but this process already computes with {}",
+            now.name()
+        ))),
     }
 }
 
