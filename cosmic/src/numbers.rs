@@ -5,7 +5,8 @@ pub fn finite(x: f64) -> Option<f64> {
     x.is_finite().then_some(x)
 }
 
-/// A number with `places` decimals. A number that rounds to zero has no sign.
+/// A number with `places` decimals. A number that rounds to zero has no sign. The minus sign is that of the keyboard, so
+/// that people can paste the number into a scene or a command.
 pub fn fixed(x: f64, places: usize) -> String {
     let text = format!("{x:.places$}");
     let is_zero = text.chars().all(|c| "-0.".contains(c));
@@ -13,11 +14,6 @@ pub fn fixed(x: f64, places: usize) -> String {
         Some(zero) if is_zero => zero.to_owned(),
         _ => text,
     }
-}
-
-/// Like [`fixed`], with a typographic minus sign, for tables and pages.
-pub fn decimals(x: f64, places: usize) -> String {
-    fixed(x, places).replace('-', "\u{2212}")
 }
 
 /// A number for programs to read, with at most `places` decimals, without an exponent and without trailing zeros.

@@ -5,7 +5,7 @@
 /** The change of a bar about which the words are: this share of its material. */
 const PART = 0.1;
 
-const centimetres = x => `${x < 0 ? "\u2212" : "+"}${decimals(Math.abs(100 * x), Math.abs(x) < 0.01 ? 2 : 1)} cm`;
+const centimetres = x => `${x < 0 ? "-" : "+"}${decimals(Math.abs(100 * x), Math.abs(x) < 0.01 ? 2 : 1)} cm`;
 
 /** What a tenth more or less in a bar would bring by the gradient; `farther` is what it brought when it was tried, or null. */
 export function gainWords({ gains, seconds }, bar, farther = null) {

@@ -56,7 +56,7 @@ export class GroundEditor extends Drawing {
     const place = (along, y) => [width * (along - this.#from + 0.3) / (PLACES * APART + 0.3), height / 2 - y * 0.42 * height / this.#most()];
     for (const y of [-1, 0, 1].map(k => k * this.#most())) {
       this.line([place(this.#from - 0.3, y), place(9e9, y).with(0, width)], this.colour("rule"), 1);
-      this.text(`${Math.round(100 * y)} cm`.replace("-", "\u2212"), 10, place(0, y)[1] + (y < 0 ? -5 : 15));
+      this.text(`${Math.round(100 * y)} cm`, 10, place(0, y)[1] + (y < 0 ? -5 : 15));
     }
     const line = [[0, place(0, 0)[1]], ...this.#heights.map((y, k) => place(this.#x(k), y)), [width, place(0, this.#heights.at(-1))[1]]];
     this.fill([...line, [width, height], [0, height]], this.colour("earth"));

@@ -134,7 +134,7 @@ async function lookAt(page, attempt) {
 export async function agree(page, what) {
   const headline = await text(page, "along");
   const { goal, goalLabel, origin, cos } = await page.evaluate(() => globalThis.onStage());
-  const far = Number.parseFloat(headline.replace("\u2212", "-"));
+  const far = Number.parseFloat(headline);
   // Short distances have no flag.
   if (far < 0.06) return check(goal === null || goalLabel === headline, `${what}: ${headline}, no flag`);
   const at = (goal?.[0] - origin) / cos;

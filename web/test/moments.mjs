@@ -138,7 +138,7 @@ export async function beating(browser, address) {
   await press(page, "design");
   await until(page, "a new design races it", () => Number.parseInt(document.getElementById("iteration").textContent, 10) > 3 && globalThis.onStage().lane?.startsWith("to beat: "));
   await says(page, "Design another");
-  await until(page, "and is compared with it", () => /^(You beat it|Not beaten yet): \u2212?[\d.]+ m against/.test(document.getElementById("status").textContent) && location.hash.includes("robot="));
+  await until(page, "and is compared with it", () => /^(You beat it|Not beaten yet): -?[\d.]+ m against/.test(document.getElementById("status").textContent) && location.hash.includes("robot="));
   console.log(`     ${await text(page, "status")}`);
   const both = page.url();
   check(new URL(both).hash.includes(`rival=${asked.get("rival")}`) && new URL(both).hash.includes("robot="), `the link holds both robots in ${both.length} characters`);
@@ -164,7 +164,7 @@ export async function tinting(browser, address) {
   await says(page, "Resume");
   await page.focus("#stage");
   await page.keyboard.press("Enter");
-  await until(page, "a key says what a change would bring", () => /^(Thicker|Thinner) here: \+[\d.]+ cm in [\d.]+ s\. Tried: [+\u2212][\d.]+ cm\.$/.test(document.getElementById("gain").textContent));
+  await until(page, "a key says what a change would bring", () => /^(Thicker|Thinner) here: \+[\d.]+ cm in [\d.]+ s\. Tried: [+-][\d.]+ cm\.$/.test(document.getElementById("gain").textContent));
   console.log(`     ${await text(page, "gain")}`);
   const first = await text(page, "gain");
   const box = await (await page.$("#stage")).boundingBox();

@@ -86,7 +86,7 @@ export async function racing(browser, address) {
     return far;
   });
   const said = first.map(({ seed, attempt, text }) => `seed ${seed}: ${text} after ${attempt} attempts`).join(", ");
-  check(first.every(({ text, walked }, k) => text.replace("\u2212", "-") === `${walks[k].toFixed(2)} m` && Math.abs(walked - walks[k]) < 0.01), `the distances are those of the walks: ${said}`);
+  check(first.every(({ text, walked }, k) => text === `${walks[k].toFixed(2)} m` && Math.abs(walked - walks[k]) < 0.01), `the distances are those of the walks: ${said}`);
   const ahead = await page.$$eval("#lanes > div", all => all.map(lane => lane.classList.contains("leads")));
   check(ahead.filter(Boolean).length === 1, "one robot leads");
   await until(page, "the robots walk", before => globalThis.race.lanes.every(({ stage }, k) => stage.box.join() !== before[k]), first.map(({ box }) => box));

@@ -10,7 +10,7 @@ use crate::table::{Cell, Emphasis, Table};
 use cosmic::case::Case;
 use cosmic::codesign::{LEAST_WALK, Quantiles, STEADY};
 use cosmic::lattice::State;
-use cosmic::numbers::{brief, decimals};
+use cosmic::numbers::{brief, fixed};
 use cosmic::task::together;
 use cosmic::verdict::{Item, Level};
 
@@ -136,7 +136,7 @@ impl Reference {
             false => String::new(),
         };
         let metres = |trial: &Trial| match trial.spread.p50 {
-            x if x.is_finite() => format!("{} m", decimals(x, 2)),
+            x if x.is_finite() => format!("{} m", fixed(x, 2)),
             _ => "diverged".to_owned(),
         };
         let found = |trial: &&Trial| format!("{} {}", metres(trial), of(trial));
@@ -159,10 +159,10 @@ fn answers(
     }
     let figure = format!(
         "The robot moves by {} m in {} s ({} to {} m from perturbed starts)",
-        decimals(p50, 2),
+        fixed(p50, 2),
         brief(case.scene.physics.steps as f64 * case.scene.physics.dt),
-        decimals(p10, 2),
-        decimals(p90, 2)
+        fixed(p10, 2),
+        fixed(p90, 2)
     );
     let all: Vec<&Trial> = steps.iter().collect();
     let at = |trial: &Trial| format!("at {} ms", brief(1e3 * trial.dt));

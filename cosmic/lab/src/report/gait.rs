@@ -14,7 +14,7 @@ use cosmic::case::Case;
 use cosmic::design::Material;
 use cosmic::geometry::Range;
 use cosmic::lattice::State;
-use cosmic::numbers::{decimals, rounded};
+use cosmic::numbers::{fixed, rounded};
 use cosmic::record::run::DESIGN;
 use cosmic::simulator::{BarLoad, EdgeMoments, Trajectory};
 
@@ -73,7 +73,7 @@ impl<'r> Gait<'r> {
     /// Returns a sentence that compares the largest strains of the actuators with the largest target strain.
     pub(super) fn peaks(&self, actuators: &[usize], limit: f64) -> String {
         let loads = &self.loads;
-        let percent = |strain: f64| decimals(100.0 * strain, 1) + " %";
+        let percent = |strain: f64| fixed(100.0 * strain, 1) + " %";
         let peak = |edge: &&usize| loads[**edge].strain.peak;
         let Some(&most) = actuators.iter().max_by(|a, b| peak(a).total_cmp(&peak(b))) else {
             return "No edge is an actuator.".to_owned();

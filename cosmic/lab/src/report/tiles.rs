@@ -5,7 +5,7 @@ use super::motion::Motion;
 use crate::table::escape;
 use cosmic::design::Material;
 use cosmic::keys::Keyed;
-use cosmic::numbers::{brief, decimals, mass};
+use cosmic::numbers::{brief, fixed, mass};
 use cosmic::record::Summary;
 use cosmic::scene::Named;
 use cosmic::simulator::Energy;
@@ -49,7 +49,7 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion) -> String {
 /// A displacement of the summary.
 fn metres(summary: &Summary, column: &str) -> String {
     let shown = summary.shown(column);
-    shown.map_or(DIVERGED.to_owned(), |text| text.replace('-', "\u{2212}"))
+    shown.unwrap_or_else(|| DIVERGED.to_owned())
 }
 
 fn speed(run: &RunFiles) -> [String; 2] {
@@ -64,9 +64,9 @@ fn speed(run: &RunFiles) -> [String; 2] {
     } else {
         ""
     };
-    let (metres, time) = (metres(summary, QUOTED), decimals(seconds, 1));
+    let (metres, time) = (metres(summary, QUOTED), fixed(seconds, 1));
     [
-        decimals(far / seconds, 2) + " m/s",
+        fixed(far / seconds, 2) + " m/s",
         format!("speed: {metres} in {time} s{then}"),
     ]
 }
@@ -76,7 +76,7 @@ fn objective(run: &RunFiles) -> [String; 2] {
     if let Some(loss) = summary.loss_p50 {
         let task = run.robot.scene.objective.task.name();
         let says = format!("objective: loss of the task {task}, median");
-        return [decimals(loss, 4), says];
+        return [fixed(loss, 4), says];
     }
     let low = metres(summary, "displacement_robust_p10");
     [
@@ -104,7 +104,7 @@ fn size(run: &RunFiles, motion: &Motion) -> [String; 2] {
         ),
     };
     let sides = run.robot.lattice.dimension.components(size);
-    let sides: Vec<String> = sides.map(|side| decimals(side, 2)).collect();
+    let sides: Vec<String> = sides.map(|side| fixed(side, 2)).collect();
     [sides.join(" \u{d7} ") + " m", bars]
 }
 
@@ -164,7 +164,7 @@ fn crossings(run: &RunFiles) -> [String; 2] {
         1 => "1 pair".to_owned(),
         pairs => format!("{pairs} pairs"),
     };
-    let share = decimals(100.0 * loads.tangled, 0);
+    let share = fixed(100.0 * loads.tangled, 0);
     [number, format!("at most {says}, in {share} % of the time")]
 }
 
@@ -180,7 +180,7 @@ fn sensitivity(run: &RunFiles) -> [String; 2] {
         .collect();
     effects.sort_by(|a, b| b.2.abs().total_cmp(&a.2.abs()));
     let says = |&(name, way, _): &(&str, &str, f64)| format!("if {name} is 10 % {way}");
-    let metres = |x: f64| format!("{}{} m", if x > 0.0 { "+" } else { "" }, decimals(x, 2));
+    let metres = |x: f64| format!("{}{} m", if x > 0.0 { "+" } else { "" }, fixed(x, 2));
     let Some((first, others)) = effects.split_first() else {
         return [
             NOT_KNOWN.to_owned(),
@@ -213,7 +213,7 @@ fn sensitivity(run: &RunFiles) -> [String; 2] {
 fn open_loop(run: &RunFiles) -> [String; 2] {
     let summary = &run.summary;
     let kept = summary.clock_keeps();
-    let kept = kept.map(|kept| decimals(100.0 * kept, 0) + " %");
+    let kept = kept.map(|kept| fixed(100.0 * kept, 0) + " %");
     let [clock, whole] =
         ["displacement_clock_p50", "displacement_p50"].map(|p50| metres(summary, p50));
     [

@@ -4,7 +4,7 @@ use super::eye::Eye;
 use super::motion::{DrawnEdge, Motion, PAYLOAD, SKELETON};
 use super::picture::{Colour, Font, PAPER, Pen, Picture, Place};
 use cosmic::geometry::{Bounds, Range, Vector};
-use cosmic::numbers::decimals;
+use cosmic::numbers::fixed;
 
 /// The width of a still picture, in pixels.
 pub(super) const WIDTH: f64 = 960.0;
@@ -283,7 +283,7 @@ pub(super) fn round_step(least: f64) -> f64 {
 /// A multiple of `step` with as many decimals as it needs.
 fn metres(x: f64, step: f64) -> String {
     let digits = (-(step.log10() + 1e-9).floor()).max(0.0) as usize;
-    decimals(x, digits).replace('-', "\u{2212}")
+    fixed(x, digits).replace('-', "\u{2212}")
 }
 
 pub(super) fn draw_payload(picture: &mut Picture, place: impl Into<Place>, radius: f64) {

@@ -2,7 +2,7 @@
 
 use super::words::quoted;
 use cosmic::keys::KeyColumn;
-use cosmic::numbers::{decimals, finite, plain, short};
+use cosmic::numbers::{finite, fixed, plain, short};
 use serde::Serialize;
 
 /// The content of one cell of a table. In JSON, a number keeps every bit; a number that is not finite becomes `null`.
@@ -125,7 +125,7 @@ impl Column {
             (Cell::Count(count), _) => count.to_string(),
             (Cell::Missing, _) => self.missing.to_owned(),
             (Cell::Number(x), _) if !x.is_finite() => "diverged".to_owned(),
-            (Cell::Number(x), Some(places)) => decimals(*x, places),
+            (Cell::Number(x), Some(places)) => fixed(*x, places),
             (Cell::Number(x), None) => short(*x),
         }
     }

@@ -47,5 +47,5 @@ fn text_has_the_decimals_of_its_columns() {
         .add(number, |x| *x)
         .done();
     assert_eq!(table.to_csv(), "a,b\nx,-1\nx,\n");
-    assert_eq!(table.to_text(), "a   b, m\nx  \u{2212}1.00\nx      –\n");
+    assert_eq!(table.to_text(), "a   b, m\nx  -1.00\nx      –\n");
 }

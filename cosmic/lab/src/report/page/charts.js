@@ -96,7 +96,7 @@ class Curve extends Drawing {
     for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9; k++) {
       const y = place([x[0], log ? 10 ** (k * step) : k * step])[1];
       this.line([[left, y], [left + wide, y]], this.colour("rule"), 1);
-      this.text(log ? (10 ** (k * step)).toPrecision(1).replace("-", "\u2212") : decimals(k * step, digitsOf(step)), left - 8, y + 4, "muted", "right");
+      this.text(log ? (10 ** (k * step)).toPrecision(1) : decimals(k * step, digitsOf(step)), left - 8, y + 4, "muted", "right");
     }
     const along = roundStep((x[1] - x[0] || 1) * 64 / wide);
     const digits = digitsOf(along);
@@ -139,7 +139,7 @@ class Curve extends Drawing {
     const point = this.#at(points, cursor);
     if (typeof point?.[1] === "string") return point[1];
     if (!point || !Number.isFinite(point[1])) return "\u2013";
-    return log ? point[1].toExponential(1).replace("-", "\u2212") : decimals(point[1], digits);
+    return log ? point[1].toExponential(1) : decimals(point[1], digits);
   }
 
   // Writes the names of the series with their numbers at the cursor, in lines that fit into the drawing.

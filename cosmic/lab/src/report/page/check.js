@@ -43,7 +43,7 @@ class Lines extends Drawing {
     const marks = [];
     for (let k = Math.ceil(low / step); k * step <= high; k++) {
       const value = isLog ? 10 ** (k * step) : k * step;
-      marks.push([value, isLog ? value.toPrecision(high - low > 1 ? 1 : 2).replace("-", "\u2212") : decimals(value, digitsOf(step))]);
+      marks.push([value, isLog ? value.toPrecision(high - low > 1 ? 1 : 2) : decimals(value, digitsOf(step))]);
     }
     return { marks, share: x => (scale(x) - low) / (high - low) };
   }

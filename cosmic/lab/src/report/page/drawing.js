@@ -205,8 +205,8 @@ function whenSeen(element, does) {
 
 const startsPlaying = () => !matchMedia("(prefers-reduced-motion: reduce)").matches;
 
-// A number with `digits` decimals and a typographic minus sign.
-const decimals = (x, digits) => x.toFixed(digits).replace("-", "\u2212");
+// A number with `digits` decimals. Its minus sign is that of the keyboard, so that people can paste the number.
+const decimals = (x, digits) => x.toFixed(digits);
 
 // The smallest of 1, 2 and 5 times a power of ten that is at least `least`.
 function roundStep(least) {
