@@ -53,7 +53,7 @@ pub enum Error {
         remedy: &'static str,
     },
     /// There is no built-in scene and no file of this name.
-    #[error("no built-in scene and no file is named `{name}`; {hint}")]
+    #[error("no built-in scene and no file is named `{}`; {hint}", escaped(name))]
     NoScene {
         /// The name that was asked for.
         name: String,
@@ -61,7 +61,7 @@ pub enum Error {
         hint: String,
     },
     /// A file or folder that does not exist or cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {source}", shown(path))]
     Read {
         /// The file or folder.
         path: PathBuf,
@@ -69,7 +69,7 @@ pub enum Error {
         source: io::Error,
     },
     /// A file or folder that cannot be written.
-    #[error("cannot write {}: {source}{}", path.display(), make_room(source))]
+    #[error("cannot write {}: {source}{}", shown(path), make_room(source))]
     Write {
         /// The file or folder.
         path: PathBuf,
@@ -128,6 +128,20 @@ pub enum Error {
     /// A run in use: another process, or another thread of this process, is running it. The value is the run's folder.
     #[error("{}: another process is running this run", .0.display())]
     Taken(PathBuf),
+    /// A run that a process of another host has claimed, on a disk without locks. This host cannot know whether that
+    /// process still works.
+    #[error(
+        "{}: {by} claims this run; if that process has ended, remove its claim with: rm {remove}",
+        run.display()
+    )]
+    Claimed {
+        /// The run's folder.
+        run: PathBuf,
+        /// The process and its host, as text.
+        by: String,
+        /// The files to remove, as words of a shell command.
+        remove: String,
+    },
     /// Some results are not finite although no simulated state diverged.
     /// The text names the results, and the cause if it is known.
     #[error("these results are not finite: {0}")]
@@ -239,6 +253,7 @@ impl Error {
             | Error::OwnLoss { .. }
             | Error::UnstableStep { .. }
             | Error::Taken(_)
+            | Error::Claimed { .. }
             | Error::UnstableRun { .. } => 2,
             Error::Diverged { .. } | Error::NotFinite(_) | Error::NoFigure(_) => 3,
             Error::NoScene { .. } | Error::Read { .. } | Error::Write { .. } => 4,
@@ -293,6 +308,20 @@ fn and_others(others: usize) -> String {
         1 => "\n1 more run of this sweep failed".to_owned(),
         n => format!("\n{n} more runs of this sweep failed"),
     }
+}
+
+/// A path as text for people. Control characters, such as the tab that TOML makes of `\t` in "C:\temp", are escaped.
+fn shown(path: &Path) -> String {
+    escaped(&path.display().to_string())
+}
+
+/// A text in which control characters are escaped as in TOML.
+pub(crate) fn escaped(text: &str) -> String {
+    let escaped = |c: char| match c.is_control() {
+        true => c.escape_default().to_string(),
+        false => c.to_string(),
+    };
+    text.chars().map(escaped).collect()
 }
 
 /// Writes a path as one word of a shell command, quoted if necessary.

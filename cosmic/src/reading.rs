@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::Read;
+use std::ops::Range;
 use std::path::Path;
 
 use serde::Deserialize;
@@ -53,12 +54,14 @@ pub(crate) fn read_at_most(path: &Path, most: u64) -> Result<Vec<u8>> {
 /// # Errors
 /// [`Error::Malformed`] with the line, the column and the keys of the wrong value.
 pub fn from_json<T: DeserializeOwned>(file: &str, lines: usize, json: &[u8]) -> Result<T> {
-    encoded(file, lines, json)?;
-    let json = json
-        .strip_prefix(MARK.to_string().as_bytes())
-        .unwrap_or(json);
+    let json = decoded(file, lines, json)?;
+    let json = json.strip_prefix(MARK).unwrap_or(json).as_bytes();
     let refused = |keys: &str, error: &serde_json::Error| {
         let (place, message) = fault(json, keys, error);
+        let message = match not_a_frame(file) {
+            Some(remedy) if message == NOT_JSON => format!("{NOT_JSON}; {remedy}"),
+            _ => message,
+        };
         let line = lines + place.line;
         malformed(file, Position { line, ..place }, &message)
     };
@@ -71,32 +74,55 @@ pub fn from_json<T: DeserializeOwned>(file: &str, lines: usize, json: &[u8]) -> 
     end.map(|()| value)
 }
 
-/// Refuses text in UTF-16 or UTF-32, which editors and shells of Windows write. It begins with a byte order mark, or with
-/// a letter of ASCII in two or four bytes.
-fn encoded(file: &str, lines: usize, bytes: &[u8]) -> Result<()> {
-    match *bytes {
-        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] | [0, _, ..] | [_, 0, ..] => {
-            let (line, column) = (lines + 1, 1);
-            let says = "the file is UTF-16 or UTF-32 text; save it as UTF-8";
-            Err(malformed(file, Position { line, column }, says))
+/// The message for a text that does not begin as JSON of this project does.
+const NOT_JSON: &str = "this is not JSON";
+
+/// For the name of a file in a format in which other programs write frames: what this project reads instead.
+pub(crate) fn not_a_frame(file: &str) -> Option<&'static str> {
+    let format = Path::new(file).extension()?.to_str()?.to_ascii_lowercase();
+    ["obj", "csv"].contains(&&format[..]).then_some(
+        "a scene is TOML, and its `lattice.file` names a JSON file with `nodes` and `edges`; ten lines of Python in \
+         docs/extending.md, under Lattices, make one from OBJ or CSV",
+    )
+}
+
+/// The text of a file, or of the part of a file that begins after `lines` lines. Refuses zero bytes, which a crash of the
+/// machine can leave in place of the end of a file, and text in UTF-16 or UTF-32, which editors and shells of Windows
+/// write. Such text begins with a byte order mark, or with a letter of ASCII in two or four bytes.
+fn decoded<'b>(file: &str, lines: usize, bytes: &'b [u8]) -> Result<&'b str> {
+    let refused = |before: &str, says: &str| {
+        let place = Position::after(before);
+        let line = lines + place.line;
+        Err(malformed(file, Position { line, ..place }, says))
+    };
+    if let Some(zero) = bytes.iter().position(|byte| *byte == 0) {
+        let (before, rest) = bytes.split_at(zero);
+        // Even in UTF-32, a text never has four zero bytes in a row.
+        let is_cut =
+            rest.windows(4).any(|four| four == [0; 4]) || rest.iter().all(|byte| *byte == 0);
+        if is_cut {
+            let says = "zero bytes begin here: the file is truncated or damaged";
+            return refused(&String::from_utf8_lossy(before), says);
         }
-        _ => Ok(()),
     }
+    if let [0xff, 0xfe, ..] | [0xfe, 0xff, ..] | [0, _, ..] | [_, 0, ..] = *bytes {
+        return refused("", "the file is UTF-16 or UTF-32 text; save it as UTF-8");
+    }
+    str::from_utf8(bytes).or_else(|_| {
+        // Points at the first byte that is not UTF-8.
+        let valid = bytes.utf8_chunks().next().map_or("", |chunk| chunk.valid());
+        let byte = bytes.get(valid.len()).copied().unwrap_or_default();
+        let says = format!("the byte 0x{byte:02x} is not UTF-8 text; save the file as UTF-8");
+        refused(valid, &says)
+    })
 }
 
 /// The text of a file. Messages name `file`.
 ///
 /// # Errors
-/// [`Error::Malformed`] for bytes that are not UTF-8.
+/// [`Error::Malformed`] for bytes that are not UTF-8, and for zero bytes.
 pub fn text_of<'b>(file: &str, bytes: &'b [u8]) -> Result<&'b str> {
-    encoded(file, 0, bytes)?;
-    str::from_utf8(bytes).map_err(|_| {
-        // Points at the first byte that is not UTF-8.
-        let valid = bytes.utf8_chunks().next().map_or("", |chunk| chunk.valid());
-        let byte = bytes.get(valid.len()).copied().unwrap_or_default();
-        let message = format!("the byte 0x{byte:02x} is not UTF-8 text; save the file as UTF-8");
-        malformed(file, Position::after(valid), &message)
-    })
+    decoded(file, 0, bytes)
 }
 
 /// Describes an error in a JSON text: its place and its message. `keys` is the path of the wrong value.
@@ -114,9 +140,12 @@ fn fault(json: &[u8], keys: &str, error: &serde_json::Error) -> (Position, Strin
         let says = "the text ends too early: the file is truncated or damaged";
         return (place, with_keys(keys, says));
     }
+    if let Some((column, says)) = wrong_sign(json, place).filter(|_| error.is_syntax()) {
+        return (Position { line, column }, with_keys(keys, &says));
+    }
     match not_finite(json, place).filter(|_| error.is_syntax()) {
         None if error.is_syntax() && !json.trim_ascii_start().starts_with(b"{") => {
-            (place, "this is not JSON".to_owned())
+            (place, NOT_JSON.to_owned())
         }
         None => (place, sentence(keys, error)),
         Some((column, word)) => {
@@ -154,6 +183,47 @@ pub fn with_decimal_point(text: &str) -> Option<String> {
     let is_digit = |c: char| c.is_ascii_digit();
     let is_number = whole.ends_with(is_digit) && rest.starts_with(is_digit);
     (is_number && number.parse::<f64>().is_ok()).then_some(number)
+}
+
+/// The remedy for a path in which TOML reads a backslash as the beginning of an escape.
+pub(crate) const ESCAPE: &str =
+    "in double quotes, `\\` begins an escape; write a path in single quotes, or with /";
+
+/// The signs that text programs put in place of the minus sign of a keyboard.
+const TYPOGRAPHIC: [char; 4] = ['\u{2212}', '\u{2010}', '\u{2011}', '\u{2013}'];
+
+/// Finds a number with a typographic minus sign around byte `place` of a text. Returns the bytes of the number, and the
+/// number with the minus sign of the keyboard.
+pub(crate) fn typographic_minus(text: &str, place: usize) -> Option<(Range<usize>, String)> {
+    let (before, after) = text.split_at_checked(place)?;
+    let is_part =
+        |c: char| c.is_ascii_alphanumeric() || "+-.".contains(c) || TYPOGRAPHIC.contains(&c);
+    let start = before.trim_end_matches(is_part).len();
+    let end = text.len() - after.trim_start_matches(is_part).len();
+    let number = text[start..end].replace(TYPOGRAPHIC, "-");
+    let is_it = number != text[start..end] && number.parse::<f64>().is_ok();
+    is_it.then_some((start..end, number))
+}
+
+/// Says why a word with a typographic minus sign is not a number.
+pub(crate) fn names_sign(word: &str) -> String {
+    let sign = word.chars().find(|c| TYPOGRAPHIC.contains(c));
+    let sign = sign.map_or(0, u32::from);
+    format!("`{word}` is not a number: its sign is the character U+{sign:04X}")
+}
+
+/// If the number at `place` of a JSON text has a typographic minus sign, returns the column of the number, and a sentence.
+fn wrong_sign(json: &[u8], place: Position) -> Option<(usize, String)> {
+    let line = str::from_utf8(json)
+        .ok()?
+        .lines()
+        .nth(place.line.checked_sub(1)?)?;
+    let at = (0..place.column)
+        .rev()
+        .find(|at| line.is_char_boundary(*at))?;
+    let (span, number) = typographic_minus(line, at)?;
+    let says = names_sign(&line[span.clone()]);
+    Some((span.start + 1, format!("{says}; write {number}")))
 }
 
 /// Adds a line and a column to an error about a JSON text. The place is the beginning of a value: the first words in

@@ -57,6 +57,52 @@ fn truncated_and_empty_files_are_reported() {
     assert_eq!(refusal(" \n"), "error: the file is empty\n --> a.json:2:1");
 }
 
+/// A crash of the machine can leave any bytes at the end of a file.
+#[test]
+fn files_of_any_bytes_are_reported_with_their_place() {
+    let zeros = "zero bytes begin here: the file is truncated or damaged";
+    let latin = "the byte 0xff is not UTF-8 text; save the file as UTF-8";
+    let wide = "the file is UTF-16 or UTF-32 text; save it as UTF-8";
+    for (bytes, says, place) in [
+        (&b"\0"[..], zeros, "5:1"),
+        (&[0; 4096], zeros, "5:1"),
+        (b"{\"a\":\n 1\0\0\0\0", zeros, "6:3"),
+        (b"{\"a\": \0\0\0\0\0 2}", zeros, "5:7"),
+        (b"{\"a\": 2}\n\0", zeros, "6:1"),
+        (b"{\"a\":\n \"\xff\xfe\"}", latin, "6:3"),
+        (b"\xff\x80\x01", latin, "5:1"),
+        (b"{\0\"\0a\0\"\0:\0", wide, "5:1"),
+        (b"\0\0\0{\0\0\0}", wide, "5:1"),
+        (b"\xff\xfe{\0", wide, "5:1"),
+    ] {
+        let told = from_json::<serde_json::Value>("a.json", 4, bytes).unwrap_err();
+        let expected = format!("error: {says}\n --> a.json:{place}");
+        assert_eq!(told.to_string(), expected, "{bytes:?}");
+    }
+}
+
+#[test]
+fn a_typographic_minus_sign_is_named() {
+    for (sign, number) in [('\u{2212}', "U+2212"), ('\u{2013}', "U+2013")] {
+        let text = format!("{{\"a\": [1,\n {sign}5.0]}}");
+        let told = from_json::<serde_json::Value>("a.json", 0, text.as_bytes()).unwrap_err();
+        let expected = format!(
+            "error: `a[1]`: `{sign}5.0` is not a number: its sign is the character {number}; write -5.0\n --> a.json:2:2"
+        );
+        assert_eq!(told.to_string(), expected);
+    }
+}
+
+#[test]
+fn frames_of_other_programs_are_told_what_is_read() {
+    for name in ["frame.obj", "FRAME.OBJ", "bars.csv"] {
+        let told = from_json::<serde_json::Value>(name, 0, b"v 0 0 0\n").unwrap_err();
+        let says =
+            "error: this is not JSON; a scene is TOML, and its `lattice.file` names a JSON file";
+        assert!(told.to_string().starts_with(says), "{told}");
+    }
+}
+
 #[test]
 fn a_decimal_comma_becomes_a_point() {
     for (text, number) in [

@@ -32,7 +32,8 @@ pub(crate) fn of_class(error: &Library, says: String) -> PyErr {
         Library::NoScene { .. }
         | Library::Read { .. }
         | Library::Write { .. }
-        | Library::Taken(_) => FileError::new_err(says),
+        | Library::Taken(_)
+        | Library::Claimed { .. } => FileError::new_err(says),
         Library::Interrupted { .. } | Library::Stopped { .. } => InterruptedError::new_err(says),
         // The library's own message names Rust functions, so it is not used.
         Library::OwnLoss { file, .. } => InputError::new_err(format!(

@@ -14,6 +14,7 @@ use cosmic::domain::{Domain, draw};
 use cosmic::error::Result;
 use cosmic::numbers::finite;
 use cosmic::random::{Purpose, stream};
+use cosmic::record::damaged::explained;
 use cosmic::record::summary::result_of;
 use cosmic::record::{DesignFile, run};
 use cosmic::scene::{Scatter, Scene};
@@ -123,7 +124,9 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<(RobustRun, Option<Diverge
         None => run::read_scene(folder, &trial.registry)?,
     };
     let scene = scene.set(&trial.settings)?;
-    let case = DesignFile::read(&file)?.case(&scene, &file.display().to_string())?;
+    let case = DesignFile::read(&file)
+        .map_err(explained(&file))?
+        .case(&scene, &file.display().to_string())?;
     let codesign = CoDesign::new(&scene)?;
     let (task, design) = (codesign.task(), case.own_design());
     let mut stream = stream(trial.seed, Purpose::Robustness);

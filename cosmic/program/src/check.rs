@@ -37,7 +37,12 @@ pub(super) struct Arguments {
     settings: Settings,
     /// Maximum number of steps for the gradient. The motion is chaotic, so finite differences are meaningless over
     /// thousands of steps
-    #[arg(long, value_name = "N", default_value_t = 256)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 256,
+        allow_negative_numbers = true
+    )]
     steps: usize,
     /// Seed of the random directions of the gradient
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = seed, allow_negative_numbers = true)]

@@ -7,6 +7,7 @@ use cosmic::design::Design;
 use cosmic::error::{Error, Result, in_shell};
 use cosmic::policy::Controller;
 use cosmic::reading::{MARK, placed, read_whole, text_of};
+use cosmic::record::damaged::explained;
 use cosmic::record::run::{DESIGN, read_scene};
 use cosmic::record::summary::result_of;
 use cosmic::record::{DesignFile, design_file};
@@ -92,7 +93,7 @@ impl Source {
         settings: &Settings,
         registry: &Registry,
     ) -> Result<Self> {
-        let design = DesignFile::parse(path, bytes)?;
+        let design = DesignFile::parse(path, bytes).map_err(explained(path))?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let scene = read_scene(folder, registry)?.set(&settings.set)?;
         Ok(Self {
@@ -163,7 +164,7 @@ fn fitted<T>((path, bytes): (&Path, &[u8]), make: impl FnOnce(&str) -> Result<T>
 /// Reads the robot in a run's folder or a design file, and checks that it fits `scene`.
 pub(super) fn robot(name: &Path, scene: &Scene) -> Result<(Design<[f64; 3]>, Controller<f64>)> {
     let (path, bytes) = read_design(name)?;
-    let design = DesignFile::parse(&path, &bytes)?;
+    let design = DesignFile::parse(&path, &bytes).map_err(explained(&path))?;
     fitted((&path, &bytes), |file| {
         let case = design.case(scene, file)?;
         Ok((case.design, case.controller))

@@ -1,6 +1,6 @@
 //! `cosmic sweep`.
 
-use crate::arguments::{Output, Work, count, seed};
+use crate::arguments::{Output, Work, count, seed, whole};
 use crate::interrupt;
 use crate::output::{answer, note};
 use crate::progress::{FinishedRuns, Progress, title, told};
@@ -8,6 +8,8 @@ use clap::{Args, Subcommand};
 use cosmic::Registry;
 use cosmic::error::Result;
 use cosmic::parallel::pool;
+use cosmic::record::MOST_RUNS;
+use cosmic::record::run::claimed;
 use cosmic::scene::BUILTIN;
 use cosmic_lab::sweep::{self, Overrides, Sweep};
 use serde_json::json;
@@ -61,10 +63,15 @@ struct Run {
     #[arg(long, value_name = "S")]
     out: PathBuf,
     /// Do only the run with this number, counted from 0: trial by trial, and within a trial seed by seed
-    #[arg(long, value_name = "I")]
+    #[arg(long, value_name = "I", value_parser = index, allow_negative_numbers = true)]
     index: Option<usize>,
     #[command(flatten)]
     work: Work,
+}
+
+/// Parses the number of a run.
+fn index(text: &str) -> std::result::Result<usize, String> {
+    whole(0..=MOST_RUNS - 1)(text)
 }
 
 impl Arguments {
@@ -110,6 +117,12 @@ impl Run {
         }
         if self.index.is_none() && !output.quiet {
             note(&format!("other processes are doing {left} of {total} runs"));
+            for claimed in plan
+                .left(folder)
+                .filter_map(|index| claimed(&plan.folder(folder, index)))
+            {
+                note(&claimed.to_string());
+            }
         }
         Ok(())
     }

@@ -4,7 +4,7 @@
 pub use super::format::{Format, parse_json};
 
 use super::format::Stamped;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, in_shell};
 use crate::reading::read_whole;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -65,25 +65,42 @@ fn replace(path: &Path, fill: Fill) -> io::Result<()> {
     Ok(())
 }
 
+/// The name of the scene in the folder of a run.
+pub const SCENE: &str = "scene.toml";
+
+/// The end of a message: the command that begins the run in a folder again.
+pub(super) fn begin_again(folder: &Path) -> String {
+    let scene = in_shell(&folder.join(SCENE));
+    format!("begin again with: cosmic optimize {scene} --seed SEED --out NEW")
+}
+
 /// Prefix of the names of temporary files.
 const TEMPORARY: &str = ".cosmic-";
 
 /// The name of the lock, an empty file in the folder of a run that is not finished.
 pub(in crate::record) const LOCK: &str = ".cosmic-lock";
 
-/// True for the name of a temporary file.
-fn is_temporary(name: &OsStr) -> bool {
-    name != LOCK && name.to_string_lossy().starts_with(TEMPORARY)
+/// The beginning of the names of claims, which take the place of the lock where the file system refuses locks.
+pub(in crate::record) const CLAIM: &str = ".cosmic-claim-";
+
+/// True for the name of the lock or of a claim.
+fn is_lock(name: &OsStr) -> bool {
+    name == LOCK || name.to_string_lossy().starts_with(CLAIM)
 }
 
-/// True if a folder contains any files other than the lock and temporary files that killed processes left.
+/// True for the name of a temporary file.
+fn is_temporary(name: &OsStr) -> bool {
+    !is_lock(name) && name.to_string_lossy().starts_with(TEMPORARY)
+}
+
+/// True if a folder contains any files other than the lock, claims and temporary files that killed processes left.
 ///
 /// # Errors
 /// The error of the operating system if the folder cannot be listed.
 pub fn is_used(folder: &Path) -> io::Result<bool> {
     for entry in fs::read_dir(folder)? {
         let name = entry?.file_name();
-        if name != LOCK && !is_temporary(&name) {
+        if !is_lock(&name) && !is_temporary(&name) {
             return Ok(true);
         }
     }

@@ -19,6 +19,8 @@ pub mod snapshot;
 #[cfg(feature = "files")]
 pub mod summary;
 #[cfg(feature = "files")]
+pub mod damaged;
+#[cfg(feature = "files")]
 pub mod run;
 #[cfg(feature = "files")]
 pub mod multistart;

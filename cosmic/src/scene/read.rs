@@ -5,7 +5,7 @@ use super::diagnostic::{Fault, SceneText, malformed, suggest};
 use super::keys::sections;
 use super::{Scene, TrussFile, check};
 use crate::error::{Error, Result};
-use crate::reading::with_decimal_point;
+use crate::reading::{ESCAPE, names_sign, not_a_frame, typographic_minus, with_decimal_point};
 use crate::registry::Registry;
 use crate::settings::{AUTO, Misfit, SettingValue, kind};
 use std::collections::HashMap;
@@ -202,7 +202,7 @@ impl<'s, 't> Reader<'s, 't> {
             let allowed = "write SECTION.KEY=VALUE, for example physics.gravity=9.81";
             return self.fault(0..text.len(), message, allowed.to_owned());
         }
-        match parsed(self.source, text) {
+        match parsed(self.source, *file, text) {
             Ok(document) => self.table(document.get_ref()),
             Err(fault) => self.faults.push(fault),
         }
@@ -332,11 +332,12 @@ impl<'s, 't> Reader<'s, 't> {
     }
 }
 
-/// Parses `text` as TOML. `source` is the index of its source, for the error.
-pub(super) fn parsed(
+/// Parses `text` as TOML. `source` is the index of its source and `file` the name of its file, for the error.
+pub(super) fn parsed<'d>(
     source: usize,
-    text: &str,
-) -> std::result::Result<Spanned<DeTable<'_>>, Fault> {
+    file: Option<&str>,
+    text: &'d str,
+) -> std::result::Result<Spanned<DeTable<'d>>, Fault> {
     let fault = |span: Range<usize>, message: String, allowed: String| Fault {
         source,
         span,
@@ -349,11 +350,22 @@ pub(super) fn parsed(
             let message = format!("`{}` is not a number", &text[span.clone()]);
             return fault(span, message, format!("use a decimal point: {number}"));
         }
+        if let Some((span, number)) = typographic_minus(text, span.start) {
+            let message = names_sign(&text[span.clone()]);
+            return fault(span, message, format!("write {number}"));
+        }
         let message = format!("not TOML: {}", error.message().replace('\n', ", "));
-        let is_json = text.trim_start().starts_with('{');
-        let allowed = match is_json {
-            true => "this is JSON; a scene is TOML, and `optimize --from` takes a run or its design.json",
-            false => "",
+        let allowed = if text.trim_start().starts_with('{') {
+            "this is JSON; a scene is TOML, and `optimize --from` takes a run or its design.json"
+        } else if let Some(remedy) = file.and_then(not_a_frame) {
+            remedy
+        } else if ["escape", "unicode"]
+            .iter()
+            .any(|word| message.contains(word))
+        {
+            ESCAPE
+        } else {
+            ""
         };
         fault(span, message, allowed.to_owned())
     })

@@ -27,7 +27,7 @@ impl<'t> TomlFile<'t> {
     /// [`Error::Malformed`] for a text that is not TOML.
     pub fn parse(file: &'t str, text: &'t str) -> Result<Self> {
         let source = SceneText::file(file, text);
-        match parsed(0, text) {
+        match parsed(0, Some(file), text) {
             Ok(document) => Ok(Self {
                 source,
                 text,

@@ -10,6 +10,7 @@ use toml::de::DeValue;
 
 use crate::error::{Error, Result};
 use crate::lattice::Truss;
+use crate::reading::ESCAPE;
 use crate::registry::{OFF, Registry};
 use crate::settings::{Filled, Limits, SettingValue, json, misfit, word};
 
@@ -101,7 +102,11 @@ impl TrussFile {
         let path = folder.join(&self.path);
         let truss = Truss::read(&path).map_err(|error| match error {
             Error::Read { path, source } => {
-                let says = format!("{source} (the scene's `lattice.file`)");
+                let hint = match self.path.contains(char::is_control) {
+                    true => format!("; {ESCAPE}"),
+                    false => String::new(),
+                };
+                let says = format!("{source} (the scene's `lattice.file`{hint})");
                 let source = io::Error::new(source.kind(), says);
                 Error::Read { path, source }
             }

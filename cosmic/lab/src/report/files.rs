@@ -9,6 +9,7 @@ use cosmic::lattice::Lattice;
 use cosmic::policy::frequency;
 use cosmic::projection::{Projection, Projector};
 use cosmic::reading::read_whole;
+use cosmic::record::damaged::explained;
 use cosmic::record::files::read_json;
 use cosmic::record::history::{self, DesignRow};
 use cosmic::record::summary::result_of;
@@ -37,7 +38,7 @@ impl RobotFiles {
     /// [`Error::Usage`] if the two files do not belong together.
     pub fn read(path: &Path, registry: &Registry) -> Result<Self> {
         // The design is read first: if the file is not a design, its scene does not matter.
-        let design = DesignFile::read(path)?;
+        let design = DesignFile::read(path).map_err(explained(path))?;
         let folder = path.parent().unwrap_or(Path::new(""));
         let scene = run::read_scene(folder, registry)?;
         let file = path.display().to_string();
@@ -154,7 +155,7 @@ fn read_history(folder: &Path, summary: &Summary) -> Result<Vec<Record>> {
     if !path.exists() {
         return Ok(Vec::new());
     }
-    let history = history::read(folder, whole_lines(&path)?)?;
+    let history = history::read(folder, whole_lines(&path)?).map_err(explained(&path))?;
     let numbers = history.iter().map(|record| record.iteration);
     let entered = summary.entered.unwrap_or(0);
     let first = entered.saturating_add(1);
@@ -176,7 +177,7 @@ fn whole_lines(path: &Path) -> Result<usize> {
 
 pub(super) fn read_trajectory(folder: &Path, robot: &RobotFiles) -> Result<TrajectoryFile> {
     let path = &result_of(folder, trajectory_file::TRAJECTORY)?;
-    let file: TrajectoryFile = read_json(path, trajectory_file::FORMAT)?;
+    let file: TrajectoryFile = read_json(path, trajectory_file::FORMAT).map_err(explained(path))?;
     let name = &path.display().to_string();
     let fits = |what: &str, found, expected| fits(name, what, found, expected);
     let states = file.steps.len().max(1);
@@ -211,7 +212,8 @@ fn read_designs(path: &Path, lattice: &Lattice) -> Result<Vec<DesignRow>> {
         return Ok(Vec::new());
     }
     let rows: Vec<DesignRow> =
-        history::read_lines(path, history::DESIGNS_FORMAT, whole_lines(path)?)?;
+        history::read_lines(path, history::DESIGNS_FORMAT, whole_lines(path)?)
+            .map_err(explained(path))?;
     let name = &path.display().to_string();
     for row in &rows {
         let what = format!("entries in `z` of iteration {}", row.iteration);

@@ -110,7 +110,13 @@ impl Plan {
             let says = format!("it is not the folder of a sweep, because it has no {SWEEP}");
             return Err(Error::reading(folder)(io::Error::other(says)));
         }
-        let plan: Self = read_json(&path, FORMAT)?;
+        let plan: Self = read_json(&path, FORMAT).map_err(|mut error| {
+            if let Error::Malformed { report, .. } = &mut error {
+                *report += "\n  = the file is damaged: restore it from a copy, or begin the sweep again in another folder; to \
+                            keep its runs, move the folder `runs` there before you repeat the command";
+            }
+            error
+        })?;
         plan.check_shape().map(|()| plan)
     }
 

@@ -1,6 +1,6 @@
 //! What a sweep consists of: a TOML file with trials, or scenes by their names. Settings and seeds can be added.
 
-use super::{Axis, Plan, Trial, combinations};
+use super::{Axis, Combination, Plan, Trial, combinations};
 use cosmic::Registry;
 use cosmic::error::{Error, Result};
 use cosmic::reading::{read_whole, text_of};
@@ -216,29 +216,60 @@ fn on_grid(
     let swept: Vec<&str> = swept.collect();
     let mut trials = Vec::new();
     for draft in drafts {
+        let mut known = BTreeMap::new();
         for combination in &grid {
             let mut scene = match file {
                 Some(file) => file.change(&draft.scene, GRID, &combination.chosen)?,
                 None => draft.scene.clone(),
             };
             scene = scene.set(&combination.settings[of_file.len()..])?;
+            let autos: Vec<bool> = combination.settings.iter().map(|s| is_auto(s)).collect();
+            if let Some(same) = known.insert((swept_values(&scene, &swept), autos), combination) {
+                return Err(Error::Usage(same_trial(same, combination)));
+            }
             if let Some(iterations) = iterations {
                 scene = scene.fitted(iterations)?;
             }
-            let settings = scene.settings().into_iter();
-            let settings = settings.filter(|setting| swept.contains(&&setting.key[..]));
             trials.push(Trial {
                 name: format!("{}{}", draft.name, combination.suffix),
                 title: format!("{}{}", draft.title, combination.suffix),
                 published: draft.published,
-                swept: settings
-                    .map(|setting| (setting.key, as_json(&setting.value)))
+                swept: (swept_values(&scene, &swept).into_iter())
+                    .map(|(key, value)| (key, as_json(&value)))
                     .collect(),
                 scene: without_comments(&scene),
             });
         }
     }
     Ok(trials)
+}
+
+/// The keys in `swept`, in the order of the scene, and their values as the scene writes them.
+fn swept_values(scene: &Scene, swept: &[&str]) -> Vec<(String, String)> {
+    let settings = scene.settings().into_iter();
+    let settings = settings.filter(|setting| swept.contains(&&setting.key[..]));
+    settings
+        .map(|setting| (setting.key, setting.value))
+        .collect()
+}
+
+/// Whether a setting lets the program choose the value. It is not the same as the value that the program chooses.
+fn is_auto(setting: &str) -> bool {
+    let value = setting.split_once('=').map_or("", |(_, value)| value);
+    value.trim().trim_matches(['"', '\'']) == "auto"
+}
+
+/// Says that two combinations are one trial, because they spell the same values in different ways.
+fn same_trial(one: &Combination, other: &Combination) -> String {
+    let both = one.settings.iter().zip(&other.settings);
+    let spelt: Vec<String> = both
+        .filter(|(one, other)| one != other)
+        .map(|(one, other)| format!("`{one}` and `{other}`"))
+        .collect();
+    format!(
+        "{} are the same setting; give each value once",
+        spelt.join(", ")
+    )
 }
 
 /// The scene as the sweep's file contains it. Comments are nine tenths of the text, and a sweep may have thousands of

@@ -128,6 +128,8 @@ impl Sweep<'_> {
             let index = runs[k];
             let name = &self.plan.name(index);
             let outcome = match self.run_one(index, &mut RunObserver { observer, name }) {
+                // A process of another host probably does the run.
+                Err(Error::Claimed { .. }) => RunOutcome::Taken,
                 Err(error) => return self.of_one_run(index, error).map(Err),
                 Ok(outcome) => outcome,
             };

@@ -3,6 +3,7 @@
 use super::rows::{DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, design_rows};
 use crate::codesign::Record;
 use crate::error::{Error, Result};
+use crate::record::files::begin_again;
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -96,14 +97,18 @@ impl Appended {
             .and_then(|()| self.file.read_to_end(&mut bytes))
             .map_err(Error::reading(&self.path))?;
         let whole = bytes.split_inclusive(|&byte| byte == b'\n');
-        let whole = whole.filter(|line| line.ends_with(b"\n"));
+        // A crash of the machine can leave any bytes in a line.
+        let is_whole = |line: &&[u8]| line.starts_with(b"{") && line.ends_with(b"}\n");
+        let is_text = |line: &&[u8]| !line.contains(&0) && str::from_utf8(line).is_ok();
+        let whole = whole.take_while(|line| is_whole(line) && is_text(line));
         let lengths: Vec<usize> = whole.take(lines).map(<[u8]>::len).collect();
         if lengths.len() < lines {
             return Err(Error::Usage(format!(
                 "{}: expected {lines} lines up to the snapshot, found {}; if the folder is a copy that was made during the \
-                 run, copy it again",
+                 run, copy it again; otherwise the file is damaged: restore it from a copy, or {}",
                 self.path.display(),
-                lengths.len()
+                lengths.len(),
+                begin_again(self.path.parent().unwrap_or(Path::new("")))
             )));
         }
         Ok(lengths.iter().sum::<usize>() as u64)

@@ -195,6 +195,9 @@ impl Run {
         observer: &mut dyn Observer,
     ) -> Result<()> {
         observer.begin(self);
+        if let Some(text) = self.lock.warning() {
+            observer.warning(self, &text);
+        }
         self.judge_step(observer)?;
         self.codesign.stop_by(observer.stop());
         let mut saved = Instant::now();

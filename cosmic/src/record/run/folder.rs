@@ -1,34 +1,30 @@
 //! The folder of a run: locking it, beginning a run in it, and reading its scene and its summary.
 
-use crate::error::{Error, Result, in_shell};
+use super::claim::{self, Claim, PAUSE, TRIES};
+use crate::error::{Error, Result};
+use crate::record::damaged::explained;
+pub use crate::record::files::SCENE;
 use crate::record::files::{LOCK, is_used, make_folder, read_json, write_atomic};
 use crate::record::snapshot::{SNAPSHOT, Snapshot};
 use crate::record::summary::{self, SUMMARY, Summary, result_of};
 use crate::registry::Registry;
 use crate::scene::{Scene, TrussFile};
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
-use std::time::Duration;
-
-/// The name of the scene in the folder of a run.
-pub const SCENE: &str = "scene.toml";
-
-/// The number of attempts to lock a folder. A single attempt may fail by chance: if another thread starts a child
-/// process, the child holds a copy of every lock for a moment.
-const TRIES: usize = 5;
-/// The pause after a failed attempt.
-const PAUSE: Duration = Duration::from_millis(10);
 
 /// A lock on a folder, held until this value is dropped. The operating system locks a file in the folder for the
 /// process. It releases the lock when the process ends, whatever the reason. A lock file that is left behind does not
-/// lock the folder.
+/// lock the folder. Where the file system refuses locks, a [claim](Claim) takes the place of the lock.
 #[derive(Debug)]
 pub(in crate::record) struct Lock {
     folder: PathBuf,
     _file: File,
+    /// The claim, and why there is no lock.
+    claim: Option<(Claim, io::Error)>,
 }
 
 impl Lock {
@@ -39,18 +35,33 @@ impl Lock {
         let file = options.open(folder.join(LOCK));
         let file = file.map_err(Error::writing(folder))?;
         for _ in 0..TRIES {
-            match file.try_lock() {
-                Err(TryLockError::WouldBlock) => thread::sleep(PAUSE),
-                // Some file systems have no locks. On them, two processes in one folder are not detected.
-                Ok(()) | Err(TryLockError::Error(_)) => {
-                    return Ok(Self {
-                        folder: folder.to_owned(),
-                        _file: file,
-                    });
+            let claim = match file.try_lock() {
+                Err(TryLockError::WouldBlock) => {
+                    thread::sleep(PAUSE);
+                    continue;
                 }
-            }
+                Ok(()) => None,
+                Err(TryLockError::Error(refusal)) => Some((Claim::take(folder)?, refusal)),
+            };
+            return Ok(Self {
+                folder: folder.to_owned(),
+                _file: file,
+                claim,
+            });
         }
         Err(Error::Taken(folder.to_owned()))
+    }
+
+    /// A warning if the file system refuses locks. A process gives it once.
+    pub(super) fn warning(&self) -> Option<String> {
+        static IS_SAID: AtomicBool = AtomicBool::new(false);
+        let (claim, refusal) = self.claim.as_ref()?;
+        (!IS_SAID.swap(true, Ordering::Relaxed)).then(|| {
+            format!(
+                "the file system refuses locks ({refusal}); files such as {} keep other processes out of a run instead",
+                claim.file.display()
+            )
+        })
     }
 
     /// The locked folder.
@@ -63,6 +74,7 @@ impl Lock {
     pub(in crate::record) fn finish(self) {
         // A lock file that cannot be removed does no harm.
         let _ = fs::remove_file(self.folder.join(LOCK));
+        claim::remove_all(&self.folder);
     }
 }
 
@@ -97,20 +109,10 @@ pub(in crate::record) fn take_up(
     Ok(Some((lock, snapshot(folder, registry)?)))
 }
 
-/// Reads the snapshot of a folder, and checks that `scene.toml` has its scene. The error for a damaged snapshot says how
-/// to begin again.
+/// Reads the snapshot of a folder, and checks that `scene.toml` has its scene.
 fn snapshot(folder: &Path, registry: &Registry) -> Result<Snapshot> {
-    let scene = folder.join(SCENE);
-    let snapshot = Snapshot::read(folder, registry).map_err(|mut error| {
-        if let Error::Malformed { report, .. } = &mut error {
-            *report += &format!(
-                "\n  = the run cannot continue from this file: restore the file from a copy, or begin again with: \
-                 cosmic optimize {} --seed SEED --out NEW",
-                in_shell(&scene)
-            );
-        }
-        error
-    })?;
+    let (file, scene) = (folder.join(SNAPSHOT), folder.join(SCENE));
+    let snapshot = Snapshot::read(folder, registry).map_err(explained(&file))?;
     if scene.exists() {
         read_kept(&scene, Some(&snapshot.plan.scene), registry)?;
     }
@@ -140,7 +142,8 @@ pub(in crate::record) fn keep_scene(folder: &Path, scene: &Scene) -> Result<()> 
 /// # Errors
 /// [`Error::Read`] for a run that is not finished; [`Error::Malformed`] for a damaged summary.
 pub fn read_summary(folder: &Path) -> Result<Summary> {
-    read_json(&result_of(folder, SUMMARY)?, summary::FORMAT)
+    let file = result_of(folder, SUMMARY)?;
+    read_json(&file, summary::FORMAT).map_err(explained(&file))
 }
 
 /// Reads `scene.toml`, the scene of the run or of the single design in a folder. The file must agree with the snapshot of
@@ -151,7 +154,8 @@ pub fn read_summary(folder: &Path) -> Result<Summary> {
 /// [`Error::Read`].
 pub fn read_scene(folder: &Path, registry: &Registry) -> Result<Scene> {
     let path = folder.join(SCENE);
-    let begun_with = || Snapshot::scene(folder, registry);
+    let begun_with =
+        || Snapshot::scene(folder, registry).map_err(explained(&folder.join(SNAPSHOT)));
     if !path.exists()
         && let Some(scene) = begun_with()?
     {
@@ -167,7 +171,7 @@ pub fn read_scene(folder: &Path, registry: &Registry) -> Result<Scene> {
 
 /// Reads a scene file. If `begun_with` is given, the file must contain that scene, with which the run began.
 fn read_kept(path: &Path, begun_with: Option<&Scene>, registry: &Registry) -> Result<Scene> {
-    let scene = registry.read(path)?;
+    let scene = registry.read(path).map_err(explained(path))?;
     if begun_with.is_some_and(|begun_with| *begun_with != scene) {
         return Err(Error::Usage(format!(
             "{}: this is not the scene with which the run began; remove the file to use the scene in \

@@ -1,9 +1,11 @@
 //! A run in its folder. Only one process at a time uses the folder.
 
+mod claim;
 mod folder;
 mod at_work;
 
 pub use crate::record::design_file::DESIGN;
 pub use at_work::{Observer, Run};
+pub use claim::claimed;
 pub(super) use folder::{Lock, begin, keep_scene, take_up};
 pub use folder::{SCENE, read_scene, read_summary};

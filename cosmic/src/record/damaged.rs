@@ -1,0 +1,65 @@
+//! Damaged files of runs: a crash of the machine may cut a file or leave any bytes in it.
+
+use super::design_file::DESIGN;
+use super::files::{SCENE, begin_again};
+use super::history::{DESIGNS, LINES};
+use super::snapshot::SNAPSHOT;
+use super::summary::SUMMARY;
+use super::trajectory_file::TRAJECTORY;
+use crate::error::{Error, in_shell};
+use crate::scene::TrussFile;
+use std::path::Path;
+
+/// Adds to the error about a malformed file of a run that the file is damaged, and how the run goes on or begins again.
+/// Other errors do not change, and neither does an error about a file outside of a run.
+pub fn explained(path: &Path) -> impl FnOnce(Error) -> Error {
+    move |mut error| {
+        if let Error::Malformed {
+            message, report, ..
+        } = &mut error
+            && let Some(remedy) = remedy(path)
+        {
+            let what = match message.starts_with("the format is") {
+                true => "another program wrote the file",
+                false => "the file is damaged",
+            };
+            *report += &format!("\n  = {what}: {remedy}");
+        }
+        error
+    }
+}
+
+fn remedy(path: &Path) -> Option<String> {
+    let (folder, name) = (path.parent()?, path.file_name()?.to_str()?);
+    let file = |name: &str| in_shell(&folder.join(name));
+    let is_there = |name: &&str| folder.join(name).exists();
+    let (has_begun, is_finished) = (is_there(&SNAPSHOT), is_there(&SUMMARY));
+    Some(match name {
+        SNAPSHOT if is_finished => format!(
+            "a finished run does not need it; remove it with: rm {}",
+            file(name)
+        ),
+        SNAPSHOT => format!("restore it from a copy, or {}", begin_again(folder)),
+        _ if !has_begun => return None,
+        SCENE | TrussFile::COPY => {
+            let copies = [SCENE, TrussFile::COPY].into_iter().filter(is_there);
+            let copies: Vec<String> = copies.map(file).collect();
+            format!(
+                "the run's snapshot has its content; remove it with: rm {}",
+                copies.join(" ")
+            )
+        }
+        LINES | DESIGNS if is_finished => {
+            format!(
+                "the result does not need it; remove it with: rm {}",
+                file(name)
+            )
+        }
+        SUMMARY | DESIGN | TRAJECTORY if is_finished => format!(
+            "write the result again with: rm {} && cosmic resume {}",
+            file(SUMMARY),
+            in_shell(folder)
+        ),
+        _ => return None,
+    })
+}
