@@ -65,8 +65,9 @@ class Loss:
     - ``activation``, ``tension``, ``power``, ``work``, ``net``, shape ``(states, edges)``: what the bars do.
       ``activation`` (-1 to 1) and ``tension`` (N, positive if the bar pulls) are those of the step that ends
       at the state. ``net`` (J) is the energy that the bar has given to its ends since the start less the
-      energy that it has taken; in ``work`` (J) only the given energy counts. ``power`` (W) is the mean rate of
-      ``net`` since the observed state before, or since the start. At the start all are 0.
+      energy that it has taken; in ``work`` (J) only the given energy counts. Both close the energy budget of
+      the discrete steps, so they depend on the time step more than the powers of ``summary.json``. ``power`` (W)
+      is the mean rate of ``net`` since the observed state before, or since the start. At the start all are 0.
     - ``mass`` and ``presence``, shape ``(nodes,)``, ``stiffness`` and ``strain``, shape ``(edges,)``: the
       robot, in kg, N/m and numbers without unit. These arrays follow from the design. The design vectors
       themselves are not an argument. ``presence`` is 0 for a node without a bar, which does not move.

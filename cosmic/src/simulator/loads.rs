@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 
 use serde::{Deserialize, Serialize};
 
+use super::magnitude::{Largest, Magnitude};
 use super::{Effort, Simulator, Trajectory};
 use crate::design::Material;
 use crate::geometry::{Range, crossings};
@@ -15,76 +16,6 @@ use crate::scene::MaterialSettings;
 
 /// The number of states whose activations are computed together.
 const BLOCK: usize = 64;
-
-/// The magnitude of a quantity over several states: its largest absolute value and a quantile.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Magnitude {
-    /// The largest absolute value.
-    pub peak: f64,
-    /// The 99 % quantile of the absolute values.
-    pub p99: f64,
-}
-
-/// Collects the largest 1 % of the absolute values in a series, which determine its 99 % quantile.
-#[derive(Clone, Debug)]
-pub struct Largest {
-    /// The number of largest values that determine the quantile.
-    needed: usize,
-    /// The `needed` largest values, unsorted, and fewer than `needed` other values.
-    pub values: Vec<f64>,
-    /// The smallest value that is still needed: smaller new values are ignored.
-    floor: f64,
-}
-
-impl Largest {
-    /// Prepares to collect from a series of `count` numbers.
-    pub fn of(count: usize) -> Self {
-        let below = 0.99 * count.saturating_sub(1) as f64;
-        Self {
-            needed: (count - below.round() as usize).max(1),
-            values: Vec::new(),
-            floor: 0.0,
-        }
-    }
-
-    /// Adds a number of the series.
-    pub fn see(&mut self, x: f64) {
-        let x = x.abs();
-        if self.values.len() >= self.needed && x <= self.floor {
-            return;
-        }
-        self.values.push(x);
-        if self.values.len() == 2 * self.needed {
-            self.keep_needed();
-        }
-    }
-
-    /// Sorts the values, largest first, and drops values that are not needed.
-    fn keep_needed(&mut self) {
-        self.values.sort_unstable_by(|a, b| b.total_cmp(a));
-        self.values.truncate(self.needed);
-        self.floor = self.values.last().copied().unwrap_or(0.0);
-    }
-
-    /// The largest value and the quantile of the numbers seen.
-    pub fn magnitude(mut self) -> Magnitude {
-        self.keep_needed();
-        Magnitude {
-            peak: self.values.first().copied().unwrap_or(0.0),
-            p99: self.floor,
-        }
-    }
-}
-
-impl Magnitude {
-    /// Combines two magnitudes: the larger of the two peaks, and the larger of the two quantiles.
-    fn max(self, other: Self) -> Self {
-        Self {
-            peak: self.peak.max(other.peak),
-            p99: self.p99.max(other.p99),
-        }
-    }
-}
 
 crate::keys! {
     /// The loads and the motion of a bar over the steps of a rollout.
@@ -103,7 +34,7 @@ crate::keys! {
         speed: Magnitude, "object", unit "m/s",
             columns ["speed_peak", "speed_p99"] decimals 2 of |bar: &BarLoad| [bar.speed.peak, bar.speed.p99];
         /// The magnitude of the power that the bar gives to its nodes or takes from them: the work of a step divided by
-        /// its duration.
+        /// its duration. The work is the change of the length times the mean of the forces before and after it.
         power: Magnitude, "object", unit "W",
             columns ["power_peak", "power_p99"] of |bar: &BarLoad| [bar.power.peak, bar.power.p99];
         /// The mean over all steps of the power that the bar gives to its nodes. While it takes power from them, it counts
@@ -150,6 +81,29 @@ crate::keys! {
         tangles: f64, "number";
         /// Largest number of pairs of bars in a state that pass through each other.
         most_tangles: usize, "whole number", columns ["most_tangles"];
+    }
+}
+
+impl Loads {
+    /// The worse of the loads of two rollouts, each number on its own.
+    pub fn worse(&self, other: &Self) -> Self {
+        let both = |a: Option<f64>, b: Option<f64>, worse: fn(f64, f64) -> f64| {
+            a.into_iter().chain(b).reduce(worse)
+        };
+        let Range { low, high } = other.strains;
+        Self {
+            strains: self.strains.with(low).with(high),
+            strain: self.strain.max(other.strain),
+            force: self.force.max(other.force),
+            speed: self.speed.max(other.speed),
+            power: self.power.max(other.power),
+            skeleton_strain: both(self.skeleton_strain, other.skeleton_strain, f64::max),
+            compression: self.compression.max(other.compression),
+            euler_safety: both(self.euler_safety, other.euler_safety, f64::min),
+            tangled: self.tangled.max(other.tangled),
+            tangles: self.tangles.max(other.tangles),
+            most_tangles: self.most_tangles.max(other.most_tangles),
+        }
     }
 }
 
@@ -209,26 +163,43 @@ impl Simulator {
     ) -> EdgeMoments {
         let edges = 0..self.lattice.edges.len();
         let forces = &self.robot.mechanics.forces;
-        let pose = Pose {
-            activation: &activation,
-            time,
-            ..Pose::idle(&self.lattice, body, state, &self.ground)
-        };
+        let pose = self.pose(body, state, time, &activation);
         let motion = edges.clone().map(|edge| self.motion(state, edge));
         let (strain, rate) = motion.map(|[strain, rate]| (strain, rate)).unzip();
-        let pull = |edge| forces.iter().map(|force| force.tension(&pose, edge)).sum();
         EdgeMoments {
             strain,
-            tension: edges.map(pull).collect(),
+            tension: edges.map(|edge| self.pull(&pose, edge)).collect(),
             rate,
             elastic: forces.iter().filter_map(|force| force.energy(&pose)).sum(),
             activation,
         }
     }
 
-    /// Simulates `steps` steps and returns the loads of the bars. Strains and rates are those of all states; forces and
-    /// powers are those of the [steps](Effort). There is an entry for each edge of the layout, which is `None` for a void
-    /// edge. Only about 1 % of the values are kept in memory.
+    /// The pose of a robot in a state. `time` is the time of the state (s).
+    fn pose<'a>(
+        &'a self,
+        body: &'a Body<f64>,
+        state: &State<f64>,
+        time: f64,
+        activation: &'a [f64],
+    ) -> Pose<'a> {
+        Pose {
+            activation,
+            time,
+            ..Pose::idle(&self.lattice, body, state, &self.ground)
+        }
+    }
+
+    /// The force with which the bar of an edge pulls its ends together, N.
+    fn pull(&self, pose: &Pose, edge: usize) -> f64 {
+        let forces = self.robot.mechanics.forces.iter();
+        forces.map(|force| force.tension(pose, edge)).sum()
+    }
+
+    /// Simulates `steps` steps and returns the loads of the bars. Strains and rates are those of all states; forces are
+    /// those of the [steps](Effort). The work of a step is that of the mean of the forces at its start and at its end: see
+    /// [`Forces`]. There is an entry for each edge of the layout, which is `None` for a void edge. Only about 1 % of the
+    /// values are kept in memory.
     pub fn loads(
         &self,
         layout: &[Material],
@@ -249,25 +220,42 @@ impl Simulator {
         of_all(&mut bars, &|bar, edge| {
             bar.see_state(self.motion(start, edge))
         });
-        let mut before: Option<Effort<f64>> = None;
-        let show = |_, state: State<f64>, effort: Option<Effort<f64>>| {
+        let is_implicit = self.robot.mechanics.is_implicit();
+        let see_end = |bars: &mut [Option<Gathered>], step: usize, state: &State<f64>| {
+            let ends = self
+                .moments_of(body, controller, &[(step, state)])
+                .remove(0)
+                .tension;
+            of_all(bars, &|bar, edge| bar.see_end(ends[edge]));
+        };
+        if is_implicit {
+            see_end(&mut bars, 0, start);
+        }
+        let mut before = start.clone();
+        let show = |step: usize, state: State<f64>, effort: Option<Effort<f64>>| {
             let effort = effort.expect("the steps are metered");
-            let power = |of: fn(&Effort<f64>) -> &[f64], edge: usize| {
-                let before = before.as_ref().map_or(0.0, |before| of(before)[edge]);
-                (of(&effort)[edge] - before) / self.dt
-            };
+            if !is_implicit {
+                let time = (step - 1) as f64 * self.dt;
+                let pose = self.pose(body, &before, time, &effort.activation);
+                of_all(&mut bars, &|bar, edge| bar.see_end(self.pull(&pose, edge)));
+            }
             of_all(&mut bars, &|bar, edge| {
                 bar.see_state(self.motion(&state, edge));
-                let [given, net] = [power(|e| &e.work, edge), power(|e| &e.net, edge)];
-                bar.see_step(effort.tension[edge], given, net);
+                bar.see_force(effort.tension[edge]);
+                if is_implicit {
+                    bar.see_end(effort.tension[edge]);
+                }
             });
-            before = Some(effort);
+            before = state;
             ControlFlow::Continue(())
         };
         self.each_state(body, controller, start, 0..steps, true, show);
+        if !is_implicit {
+            see_end(&mut bars, steps, &before);
+        }
         let seconds = steps as f64 * self.dt;
         let bars = bars.into_iter().zip(&self.lattice.rest_length);
-        bars.map(|(bar, length)| bar.map(|bar| bar.load(length / seconds)))
+        bars.map(|(bar, length)| bar.map(|bar| bar.load([length / seconds, length / self.dt])))
             .collect()
     }
 
@@ -343,10 +331,10 @@ impl BarLoad {
             let (tension, rate) = (moment.tension[edge], moment.rate[edge]);
             bar.see_state([moment.strain[edge], rate]);
             // A bar that pulls gives power while it grows shorter.
-            let given = -tension * rate;
-            bar.see_step(tension, given.max(0.0), given);
+            bar.see_force(tension);
+            bar.see_work(-tension * rate);
         }
-        bar.load(0.0)
+        bar.load([0.0, 1.0])
     }
 
     /// The force under which a skeleton bar of this rest length (m) [buckles](MaterialSettings::euler_load), divided by the
@@ -374,13 +362,16 @@ struct Gathered {
     last: Option<f64>,
     /// The sum of the absolute changes of the strain.
     travel: f64,
-    /// The sum of the power that the bar gave, W.
+    /// The force and the strain at the end of the last step.
+    end: Option<(f64, f64)>,
+    /// The sum of the works of all steps in which the bar gave work. The unit of works is chosen by the caller of
+    /// [`see_work`](Self::see_work).
     given: f64,
-    /// The sum of the power that the bar gave less the power that it took, W.
+    /// The sum of the works of all steps.
     net: f64,
     tension: f64,
     compression: f64,
-    /// The largest values of strain, force, speed and power, in this order.
+    /// The largest values of strain, force, speed and work, in this order.
     series: [Largest; 4],
 }
 
@@ -392,6 +383,7 @@ impl Gathered {
             strains: Range::default(),
             last: None,
             travel: 0.0,
+            end: None,
             given: 0.0,
             net: 0.0,
             tension: 0.0,
@@ -410,20 +402,34 @@ impl Gathered {
         speeds.see(rate);
     }
 
-    fn see_step(&mut self, tension: f64, given: f64, net: f64) {
+    /// Sees the force of the bar in a step.
+    fn see_force(&mut self, tension: f64) {
         self.tension = self.tension.max(tension);
         self.compression = self.compression.max(-tension);
-        self.given += given;
-        self.net += net;
-        let [_, forces, _, powers] = &mut self.series;
-        forces.see(tension);
-        powers.see(net);
+        self.series[1].see(tension);
     }
 
-    /// The loads. `pace` is the rest length divided by the duration of all steps, m/s.
-    fn load(self, pace: f64) -> BarLoad {
+    /// Sees the force in the last state, which ends a step and begins the next one.
+    fn see_end(&mut self, tension: f64) {
+        let strain = self.last.expect("the state has been seen");
+        if let Some((tension_before, strain_before)) = self.end.replace((tension, strain)) {
+            let mean = 0.5 * (tension_before + tension);
+            self.see_work(-mean * (strain - strain_before));
+        }
+    }
+
+    /// Sees the work that the bar gave in a step.
+    fn see_work(&mut self, given: f64) {
+        self.given += given.max(0.0);
+        self.net += given;
+        self.series[3].see(given);
+    }
+
+    /// The loads. `pace` is the rest length divided by the duration of all steps, m/s, and `watts` the power of a step
+    /// whose work is 1.
+    fn load(self, [pace, watts]: [f64; 2]) -> BarLoad {
         let steps = self.steps.max(1) as f64;
-        let [strain, force, speed, power] = self.series.map(Largest::magnitude);
+        let [strain, force, speed, work] = self.series.map(Largest::magnitude);
         BarLoad {
             strains: self.strains,
             tension: self.tension,
@@ -431,9 +437,12 @@ impl Gathered {
             strain,
             force,
             speed,
-            power,
-            given: self.given / steps,
-            net: self.net / steps,
+            power: Magnitude {
+                peak: work.peak * watts,
+                p99: work.p99 * watts,
+            },
+            given: self.given * watts / steps,
+            net: self.net * watts / steps,
             travel: self.travel * pace,
         }
     }

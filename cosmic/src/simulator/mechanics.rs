@@ -137,6 +137,11 @@ impl Mechanics {
         usize::from(self.first.is_none())
     }
 
+    /// True if bars pull with the forces that they have at the end of a step.
+    pub(super) fn is_implicit(&self) -> bool {
+        self.passes.is_some()
+    }
+
     /// True if a force reads the time.
     pub(super) fn needs_time(&self) -> bool {
         self.forces.iter().any(|force| force.needs_time())

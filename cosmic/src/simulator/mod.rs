@@ -21,6 +21,7 @@ mod rollout;
 mod printed;
 mod blame;
 mod divergence;
+mod magnitude;
 mod loads;
 mod economy;
 
@@ -29,7 +30,8 @@ pub use divergence::{Divergence, GuardedRollout};
 pub use economy::Energy;
 pub use effort::{Effort, Efforts};
 pub use energy::IdleEnergy;
-pub use loads::{BarLoad, EdgeMoments, Largest, Loads, Magnitude};
+pub use loads::{BarLoad, EdgeMoments, Loads};
+pub use magnitude::{Largest, Magnitude};
 pub use plan::Robots;
 pub use prepare::{Simulator, Span};
 #[cfg(feature = "wgsl")]
