@@ -9,13 +9,13 @@ use crate::geometry::{Ground, Vector};
 use crate::inputs::Inputs;
 use crate::lattice::{Body, Lattice, State};
 use crate::objective::{Loss, LossOf};
-use crate::policy::Goals;
+use crate::policy::{Controller, Goals};
 use crate::projection::{Projector, Variation};
 use crate::scene::{
     AnyDesign, ControllerSettings, MaterialSettings, MovedBody, PhysicsSettings, Scene, VoidEdges,
 };
 use crate::simulator::stability::Vibration;
-use crate::simulator::{Robots, Simulator, Span, StepCheck, Trajectory};
+use crate::simulator::{BarLoad, Energy, Loads, Robots, Simulator, Span, StepCheck, Trajectory};
 
 /// The steps of a rollout that carry the gradient (D11). The rollout ends after them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +37,26 @@ impl Horizon {
             cotangent_bound: None,
         }
     }
+}
+
+/// The states of a rollout that a run keeps are this number of steps apart.
+pub const KEEP_EVERY: usize = 16;
+
+/// The numbers of steps before the states that are kept of a rollout of `steps` steps: every state after `every` steps, and
+/// the last one.
+pub fn kept_steps(steps: usize, every: usize) -> Vec<usize> {
+    (0..steps).step_by(every).chain([steps]).collect()
+}
+
+/// The loads of a layout and the energy that it needs in one rollout.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoadsAndEnergy {
+    /// The loads of each edge; `None` for a void edge.
+    pub bars: Vec<Option<BarLoad>>,
+    /// The loads of the robot.
+    pub loads: Loads,
+    /// The energy that it needs.
+    pub energy: Energy,
 }
 
 /// How many of `rollouts` rollouts with one controller a thread runs together. It is 8, one per SIMD lane, or fewer if
@@ -257,5 +277,26 @@ impl Task {
             ..Span::from_start(loss.observed(horizon.steps.min(self.physics.steps)))
         };
         self.simulator.rollouts(&robots, &starts, &span)
+    }
+
+    /// The loads and the energy of a layout over all steps of a rollout that does not diverge and moves the robot by
+    /// `displacement` along the ground (m). Bars that pass through each other are counted in the states `seen` of this
+    /// rollout. `None` for an undecided design.
+    pub fn loads_and_energy(
+        &self,
+        design: &Design<Mixture<f64>>,
+        controller: &Controller<f64>,
+        start: &State<f64>,
+        seen: &Trajectory<f64>,
+        displacement: f64,
+    ) -> Option<LoadsAndEnergy> {
+        let (layout, steps) = (design.layout()?, self.physics.steps);
+        let (simulator, materials, body) = (&self.simulator, &self.materials, self.body(design));
+        let bars = simulator.loads(layout, &body, controller, start, steps);
+        Some(LoadsAndEnergy {
+            loads: simulator.loads_of(layout, &bars, seen, materials),
+            energy: simulator.energy_of(layout, &bars, &body, materials, steps, displacement),
+            bars,
+        })
     }
 }

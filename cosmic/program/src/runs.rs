@@ -172,14 +172,21 @@ fn energy(energy: &Energy) -> String {
         (None, _) => String::new(),
     };
     let air = energy.air.map_or(String::new(), |air| {
-        format!(", and {:.0} normal litres of air", 1e3 * 600.0 * air)
+        let purpose = match energy.needed() > energy.power {
+            true => "to press",
+            false => "and",
+        };
+        format!(
+            ", {purpose} {:.0} litres of air (at 1 bar)",
+            1e3 * 600.0 * air
+        )
     });
     format!(
         "energy: {}, {} on average (net {} W){per_distance}; ten minutes take {} Wh, without losses{air}\n",
         shown("mass").unwrap_or_default(),
         shown("power").unwrap_or_default(),
         fixed(energy.net_power, 3),
-        fixed(600.0 * energy.power / 3600.0, 3),
+        fixed(600.0 * energy.needed() / 3600.0, 3),
     )
 }
 

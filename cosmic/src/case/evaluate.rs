@@ -10,8 +10,8 @@ use crate::lattice::Body;
 use crate::objective::{Displacement, measures};
 use crate::policy::Weights;
 use crate::projection::{Projection, Projector};
-use crate::simulator::{Divergence, GuardedRollout, Span, StepCheck};
-use crate::task::{Horizon, Task};
+use crate::simulator::{Divergence, GuardedRollout, Span, StepCheck, Trajectory};
+use crate::task::{Horizon, KEEP_EVERY, LoadsAndEnergy, Task, kept_steps};
 
 impl Case {
     /// Makes the [`Task`] that simulates this case: it has the lattice and the settings of the case.
@@ -91,8 +91,10 @@ impl Case {
         let recorded = self.recorded_steps(record)?;
         let design = self.own_design();
         let body = task.body(&design);
+        let steps = self.scene.physics.steps;
         let mut observed = recorded.clone();
-        observed.push(self.scene.physics.steps);
+        observed.extend(kept_steps(steps, KEEP_EVERY));
+        observed.sort_unstable();
         observed.dedup();
         let span = Span::from_start(observed);
         let GuardedRollout {
@@ -101,7 +103,12 @@ impl Case {
         } = (task.simulator).guarded(&body, &self.controller, &self.start, &span);
         let ground = task.ground();
         let along = |place| ground.along(self.frame.written(place));
-        let l_disp = -along(trajectory.position(self.scene.physics.steps));
+        let l_disp = -along(trajectory.position(steps));
+        let displacement = -along(self.start.x[body.marker.payload]) - l_disp;
+        let measured = match divergence {
+            Some(_) => None,
+            None => self.loads_and_energy(&task, &design, &trajectory, displacement),
+        };
         let mixtures = design.mixtures();
         let measures = measures(&mixtures, self.scene.projection.delta);
         let own_terms = self.augmentation(self.projection, gradient);
@@ -117,7 +124,9 @@ impl Case {
         };
         Ok(CaseResults {
             u0: self.first_activation(&task, &body),
-            displacement: -along(self.start.x[body.marker.payload]) - l_disp,
+            displacement,
+            energy: measured.as_ref().map(|measured| measured.energy),
+            loads: measured.map(|measured| measured.loads),
             node_mass: body.mass,
             l_disp,
             volume: measures.volume,
@@ -137,6 +146,20 @@ impl Case {
             grad_l_disp,
             divergence,
         })
+    }
+
+    /// The loads and the energy of a layout. `seen` has the states that a run keeps, among others; `displacement` is in m.
+    fn loads_and_energy(
+        &self,
+        task: &Task,
+        design: &Design<Mixture<f64>>,
+        seen: &Trajectory<f64>,
+        displacement: f64,
+    ) -> Option<LoadsAndEnergy> {
+        let kept = kept_steps(self.scene.physics.steps, KEEP_EVERY);
+        let states = kept.iter().map(|n| seen.at(*n).clone()).collect();
+        let kept = Trajectory::new(kept, states);
+        task.loads_and_energy(design, &self.controller, &self.start, &kept, displacement)
     }
 
     /// The activation of each edge in the first step.

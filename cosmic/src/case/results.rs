@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::geometry::Row;
 use crate::lattice::State;
 use crate::policy::Weights;
-use crate::simulator::Divergence;
+use crate::simulator::{Divergence, Energy, Loads};
 
 /// The results of a case. Gradients are present only if they were requested. The two entries whose names end in
 /// `_performance_constraints` are present only if the case has the stability projection.
@@ -36,6 +36,12 @@ pub struct CaseResults {
     pub g_bin: f64,
     /// The overlap measures of the pairs of materials (0,1), (0,2) and (1,2).
     pub g_ortho: [f64; 3],
+    /// The loads of a layout; `None` for an undecided design and for a rollout that diverges.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub loads: Option<Loads>,
+    /// The energy that a layout needs; `None` if `loads` is `None`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy: Option<Energy>,
     /// The derivatives of `l_disp` with respect to all inputs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grad_l_disp: Option<Gradient>,
@@ -88,8 +94,14 @@ impl CaseResults {
 
     /// The keys, such as `trajectory.128.x`, under which a number is not finite.
     pub fn not_finite(&self) -> Vec<String> {
-        let value =
-            serde_json::to_value(self).expect("numbers with string keys can be written as JSON");
+        // Loads and energy are those of rollouts that do not diverge. A `null` in them is a number that does not exist.
+        let measured = Self {
+            loads: None,
+            energy: None,
+            ..self.clone()
+        };
+        let value = serde_json::to_value(measured)
+            .expect("numbers with string keys can be written as JSON");
         let mut names = Vec::new();
         collect_nulls(&value, "", &mut names);
         names.dedup();

@@ -273,6 +273,12 @@ impl PartsSettings {
         Some(travel * area * (self.pressure + ATMOSPHERE) / ATMOSPHERE)
     }
 
+    /// The least power (W) that presses air to the pressure of the cylinders: the isothermal work. `air` is its volume
+    /// at 1 bar in a second (m^3/s).
+    pub fn air_power(&self, air: f64) -> f64 {
+        ATMOSPHERE * air * (self.pressure / ATMOSPHERE).ln_1p()
+    }
+
     /// True if bars of skeleton or of actuator are parts.
     fn are_used(&self) -> bool {
         self.skeleton != SkeletonPart::Numbers || self.actuator != ActuatorPart::Numbers

@@ -21,10 +21,31 @@ crate::keys! {
         /// Air that the cylinders take from the supply, as a volume at 1 bar: a chamber at every movement. `null`
         /// unless `[parts]` has a bore.
         air: Option<f64>, "number or `null`", unit "m3/s";
+        /// Least power that presses this air from 1 bar to the pressure of the cylinders, without losses:
+        /// p0 air ln((p0 + p) / p0), where p0 is 1 bar and p is `parts.pressure`. Compressors need about twice as much.
+        air_power: Option<f64>, "number or `null`", unit "W";
         /// Energy per distance: `power` divided by the speed; `null` if the robot stays in place.
         per_metre: Option<f64>, "number or `null`", unit "J/m", columns ["per_metre"] decimals 2;
         /// Cost of transport: the energy per distance and weight; `null` also without gravity.
         cost_of_transport: Option<f64>, "number or `null`", columns ["cost_of_transport"] decimals 2;
+    }
+}
+
+impl Energy {
+    /// The power that the robot needs at least, W: the mechanical power, or the power that presses its air if that is more.
+    pub fn needed(&self) -> f64 {
+        self.air_power.map_or(self.power, |air| air.max(self.power))
+    }
+
+    /// This energy with the larger powers and the larger volume of air of two walks.
+    pub fn worse(&self, other: &Self) -> Self {
+        let larger = |a: Option<f64>, b: Option<f64>| a.into_iter().chain(b).reduce(f64::max);
+        Self {
+            power: self.power.max(other.power),
+            air: larger(self.air, other.air),
+            air_power: larger(self.air_power, other.air_power),
+            ..*self
+        }
     }
 }
 
@@ -51,11 +72,13 @@ impl Simulator {
         let moves = displacement.abs() >= self.lattice.least_walk();
         let per_metre = moves.then(|| power * steps as f64 * self.dt / displacement.abs());
         let weight = mass * self.robot.mechanics.inputs[0].value.abs();
+        let air = materials.parts.air(of_actuators(|bar| bar.travel));
         Energy {
             mass,
             power,
             net_power: of_actuators(|bar| bar.net),
-            air: materials.parts.air(of_actuators(|bar| bar.travel)),
+            air,
+            air_power: air.map(|air| materials.parts.air_power(air)),
             per_metre,
             cost_of_transport: per_metre
                 .filter(|_| weight > 0.0)

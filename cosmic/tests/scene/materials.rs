@@ -249,3 +249,23 @@ fn cylinders_take_air_at_every_movement() {
     assert_eq!(air(&["parts.bore=off"]), None);
     assert_eq!(air(&["parts.actuator=numbers"]), None);
 }
+
+/// Air is pressed without losses by the work of many small compressors in a row, each of which raises the pressure a little.
+#[test]
+fn pressing_air_needs_the_isothermal_power() {
+    let scene = Scene::load("workshop").unwrap();
+    for (pressure, air) in [(4.6e5, 5.2e-4), (9e5, 2e-3), (10.0, 1e-3)] {
+        let settings = [format!("parts.pressure={pressure}")];
+        let scene = scene.set(&settings).unwrap();
+        // The volume at 1 bar is `air`, so it is 1e5 air / p at the pressure p.
+        let (stages, first) = (10_000, 1e5);
+        let rise = pressure / f64::from(stages);
+        let stage = |k| rise * first * air / (first + rise * (f64::from(k) + 0.5));
+        let power: f64 = (0..stages).map(stage).sum();
+        // The midpoint rule is off by (rise / p)^2 / 12, at most 7e-8.
+        assert!((scene.materials.parts.air_power(air) / power - 1.0).abs() < 1e-7);
+    }
+    // A walk of `workshop`: at least 90 W, where its cylinders give 4.4 W.
+    let power = scene.materials.parts.air_power(5.2e-4);
+    assert!((power - 89.6).abs() < 0.05, "{power}");
+}

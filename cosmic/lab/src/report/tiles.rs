@@ -123,6 +123,7 @@ fn energy(run: &RunFiles) -> [String; 2] {
     let Some(Energy {
         power,
         net_power,
+        air_power,
         per_metre,
         cost_of_transport,
         ..
@@ -138,6 +139,9 @@ fn energy(run: &RunFiles) -> [String; 2] {
     if let Some(cost) = cost_of_transport {
         says += &format!("; cost of transport {}", brief(cost));
     }
+    if let Some(pressing) = air_power {
+        says += &format!("; pressing its air needs at least {} W", brief(pressing));
+    }
     [brief(power) + " W", says]
 }
 
@@ -149,9 +153,9 @@ fn stores(run: &RunFiles) -> [String; 2] {
     };
     let air = energy.air.map_or(String::new(), |air| {
         let litres = brief(1e3 * 600.0 * air);
-        format!("; its cylinders take {litres} normal litres of air")
+        format!("; its cylinders take {litres} litres of air, at 1 bar")
     });
-    let hours = 600.0 * energy.power / 3600.0;
+    let hours = 600.0 * energy.needed() / 3600.0;
     [brief(hours) + " Wh", format!("energy {says}{air}")]
 }
 
