@@ -6,7 +6,10 @@
 mod hints;
 mod lacks;
 mod sheet;
+mod steps;
 mod walk;
+
+pub use steps::HalfStep;
 
 use serde::Serialize;
 
@@ -226,6 +229,8 @@ pub struct Measured<'m> {
     pub loads: Option<&'m Loads>,
     /// The mass and the energy.
     pub energy: Option<Energy>,
+    /// The loads and the energy at half the time step; `None` if they are not known.
+    pub half_step: Option<HalfStep<'m>>,
     /// The number of bars.
     pub bars: usize,
     /// The shares of solid edges and of actuators; `None` if they are not known.
@@ -262,6 +267,13 @@ impl<'m> Measured<'m> {
             structure: delivery.seen.structure,
             loads: delivery.seen.loads.as_ref(),
             energy: delivery.robust_energy.or(delivery.seen.energy),
+            half_step: (delivery.half_step.as_ref().zip(delivery.seen.energy)).map(
+                |(half, own_energy)| HalfStep {
+                    loads: &half.loads,
+                    energy: half.energy,
+                    own_energy,
+                },
+            ),
             bars: bars(delivery.seen.volume, lattice),
             volumes: Some([delivery.seen.volume, delivery.seen.actuator_volume]),
             ..Self::unmeasured(scene, lattice)
@@ -286,6 +298,7 @@ impl<'m> Measured<'m> {
             structure: None,
             loads: None,
             energy: None,
+            half_step: None,
             bars: 0,
             volumes: None,
             bounds: VolumeBounds::widened(&scene.volume, VolumeSettings::WIDENING),
@@ -298,30 +311,37 @@ impl<'m> Measured<'m> {
         }
     }
 
-    /// Judges the measurements.
+    /// Judges the measurements. Loads and energy are judged at the time step at which they are worse.
     pub fn verdict(&self) -> Verdict {
+        let loads = self.worse_loads();
+        let worse = Measured {
+            loads: loads.as_ref(),
+            energy: self.worse_energy(),
+            ..self.clone()
+        };
         let figures = [
             self.speed(),
             self.passes(),
             self.objective(),
             self.mass(),
             self.carries(),
-            self.power(),
+            worse.power(),
         ];
         let limits = [
             self.heading(),
             self.grip(),
             self.decided(),
             self.pieces(),
-            self.crossings(),
-            self.skeleton(),
-            self.muscle_strain(),
-            self.buckling(),
+            worse.crossings(),
+            worse.skeleton(),
+            worse.muscle_strain(),
+            worse.buckling(),
+            self.at_half_step(),
         ];
         let items = figures.into_iter().chain(limits).flatten();
         Verdict {
             items: items
-                .chain(self.parts().into_iter().flatten())
+                .chain(worse.parts().into_iter().flatten())
                 .chain(self.lacks())
                 .chain(self.falls_over())
                 .collect(),
@@ -361,14 +381,33 @@ impl<'m> Measured<'m> {
     }
 
     fn power(&self) -> Option<Item> {
-        let Energy { mass, power, .. } = self.energy?;
+        let energy = self.energy?;
+        let (mass, power) = (energy.mass, energy.needed());
         let endurance = BATTERY * mass / power;
-        let says = format!(
-            "needs {} W ({} of {} W/kg)",
-            brief(power),
+        let of_limit = format!(
+            "{} of {} W/kg",
             brief(power / mass),
             brief(BATTERY / ENDURANCES[0])
         );
+        let watts = brief(power);
+        let air = energy.air.zip(energy.air_power).map(|(air, pressing)| {
+            let litres = brief(6e4 * air);
+            (litres, pressing >= energy.power)
+        });
+        let says = match air {
+            None => format!("needs {watts} W ({of_limit})"),
+            // Compressors lose about half of the power.
+            Some((litres, true)) => format!(
+                "needs {watts} W ({of_limit}) to press {litres} litres of air a minute (at 1 bar; about {} W with the \
+                 losses of a compressor)",
+                brief(2.0 * power)
+            ),
+            Some((litres, false)) => {
+                format!(
+                    "needs {watts} W ({of_limit}) and {litres} litres of air a minute (at 1 bar)"
+                )
+            }
+        };
         // A robot that needs no power has an infinite endurance.
         Some(Item::figure(says, Level::from_on(ENDURANCES, endurance)))
     }

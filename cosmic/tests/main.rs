@@ -102,4 +102,5 @@ mod verdict {
     mod hints;
     mod items;
     mod walk;
+    mod steps;
 }

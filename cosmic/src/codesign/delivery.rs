@@ -20,7 +20,7 @@ use crate::policy::Controller;
 use crate::random::Purpose;
 use crate::scene::{GoalKind, GradientPrecision, SelectionKind, SelectionSettings};
 use crate::simulator::Energy;
-use crate::task::together;
+use crate::task::{LoadsAndEnergy, together};
 
 /// The result of an optimisation: a robot and its measured displacement.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,6 +77,9 @@ pub struct Delivery {
     /// The median of the displacements of `robust` with [`LOW_FRICTION`](super::LOW_FRICTION) times the friction, over eight
     /// of its robots, in metres. `None` if feet never slip, for tasks other than distance, and for an undecided design.
     pub low_friction: Option<f64>,
+    /// The loads and the energy of the unperturbed walk with half the time step. `None` for an undecided design and if the
+    /// walk diverges.
+    pub half_step: Option<LoadsAndEnergy>,
     /// How other physics change its displacement; empty for an undecided design.
     pub sensitivities: Vec<Sensitivity>,
 }
@@ -144,6 +147,8 @@ impl Evaluator {
         go_on()?;
         let low_friction = self.on_low_friction(&design, controller, &varied_domains);
         go_on()?;
+        let half_step = self.at_half_step(&design, controller);
+        go_on()?;
         let idle = controller.map(|_| 0.0);
         let idle_merit = self
             .quoted(&domains, &varied_domains)
@@ -175,6 +180,7 @@ impl Evaluator {
             idle_merit,
             robust_energy,
             low_friction,
+            half_step,
             sensitivities,
             seen,
         })

@@ -9,9 +9,7 @@ use crate::domain::Domain;
 use crate::geometry::Vector;
 use crate::policy::{Controller, frequency};
 use crate::simulator::{BarLoad, Divergence, Energy, GuardedRollout, Loads, Span, Trajectory};
-
-/// The states in [`ObservedRollout::trajectory`] are this number of steps apart.
-const KEEP_EVERY: usize = 16;
+use crate::task::{KEEP_EVERY, LoadsAndEnergy, Task, kept_steps};
 
 /// A robot in one rollout from the unperturbed start.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,6 +36,15 @@ pub struct ObservedRollout {
     pub actuator_volume: f64,
 }
 
+/// A rollout from the unperturbed start.
+struct Walk {
+    seen: GuardedRollout,
+    /// The displacement along the axes of the ground, in metres; NaN if it diverges.
+    moved: Vector<f64>,
+    /// `None` for an undecided design and if it diverges.
+    measured: Option<LoadsAndEnergy>,
+}
+
 impl Evaluator {
     /// Simulates a robot from the unperturbed start and measures the loads of its bars. `design` is in the form that is
     /// simulated.
@@ -46,51 +53,79 @@ impl Evaluator {
         design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
     ) -> ObservedRollout {
-        let (task, steps) = (&self.task, self.scene.physics.steps);
-        let (simulator, body) = (&task.simulator, task.body(design));
-        let kept = (0..steps).step_by(KEEP_EVERY).chain([steps]).collect();
-        let span = Span::from_start(kept);
+        let Walk {
+            seen,
+            moved,
+            measured,
+        } = self.walk(&self.task, KEEP_EVERY, design, controller);
         let GuardedRollout {
             trajectory,
             divergence,
-        } = simulator.guarded(&body, controller, &self.start, &span);
-        let moved = match divergence {
-            Some(_) => Vector::NAN,
-            None => self.between(&self.start, &trajectory),
-        };
+        } = seen;
         let standstill = match divergence {
             Some(_) => None,
             None => self.standstill(controller, &trajectory),
         };
         let structure = design.layout();
-        let structure = structure.map(|layout| Structure::new(&task.lattice, layout));
-        let layout = design.layout().filter(|_| divergence.is_none());
-        let bars =
-            layout.map(|layout| simulator.loads(layout, &body, controller, &self.start, steps));
-        let bars = bars.unwrap_or_default();
+        let structure = structure.map(|layout| Structure::new(&self.task.lattice, layout));
         let [volume, actuator_volume] = volumes(&design.mixtures());
         ObservedRollout {
-            loads: layout
-                .map(|layout| simulator.loads_of(layout, &bars, &trajectory, &task.materials)),
-            energy: layout.map(|layout| {
-                simulator.energy_of(
-                    layout,
-                    &bars,
-                    &body,
-                    &task.materials,
-                    steps,
-                    moved.forward(),
-                )
-            }),
+            loads: measured.as_ref().map(|measured| measured.loads.clone()),
+            energy: measured.as_ref().map(|measured| measured.energy),
+            bars: measured.map_or(Vec::new(), |measured| measured.bars),
             trajectory,
             divergence,
             moved,
             standstill,
             structure,
-            bars,
             volume,
             actuator_volume,
         }
+    }
+
+    /// Simulates a robot of a task from the unperturbed start. Keeps the states after `every` steps.
+    fn walk(
+        &self,
+        task: &Task,
+        every: usize,
+        design: &Design<Mixture<f64>>,
+        controller: &Controller<f64>,
+    ) -> Walk {
+        let span = Span::from_start(kept_steps(task.physics.steps, every));
+        let body = task.body(design);
+        let seen = task
+            .simulator
+            .guarded(&body, controller, &self.start, &span);
+        if seen.divergence.is_some() {
+            return Walk {
+                seen,
+                moved: Vector::NAN,
+                measured: None,
+            };
+        }
+        let kept = &seen.trajectory;
+        let moved = self.between(&self.start, kept);
+        let measured =
+            task.loads_and_energy(design, controller, &self.start, kept, moved.forward());
+        Walk {
+            seen,
+            moved,
+            measured,
+        }
+    }
+
+    /// The loads and the energy of a robot with half the time step, from the unperturbed start. `None` for an undecided
+    /// design and for a rollout that diverges.
+    pub(super) fn at_half_step(
+        &self,
+        design: &Design<Mixture<f64>>,
+        controller: &Controller<f64>,
+    ) -> Option<LoadsAndEnergy> {
+        design.layout()?;
+        let task = (self.task).with_physics(&self.half_step(), &self.scene.controller);
+        // The states are those of the same times.
+        self.walk(&task, 2 * KEEP_EVERY, design, controller)
+            .measured
     }
 
     /// The energy that a robot needs in another domain, per distance of `displacement` (m). `None` for an undecided design.

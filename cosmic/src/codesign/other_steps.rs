@@ -53,12 +53,6 @@ impl Evaluator {
         controller: &Controller<f64>,
         domains: &[Domain],
     ) -> OtherSteps {
-        let own = &self.scene.physics;
-        let half = PhysicsSettings {
-            dt: 0.5 * own.dt,
-            steps: 2 * own.steps,
-            ..own.clone()
-        };
         let medians = |physics: &PhysicsSettings| {
             let task = self.task.with_physics(physics, &self.scene.controller);
             let domain = |domain: &Domain| Domain::of(&task, domain.start.clone());
@@ -71,8 +65,18 @@ impl Evaluator {
         };
         let other = self.other_integrator(design);
         OtherSteps {
-            half: medians(&half),
+            half: medians(&self.half_step()),
             integrator: other.map(|other| (other.integrator, medians(&other))),
+        }
+    }
+
+    /// The physics of the scene with half the time step: the controller acts twice as often.
+    pub(super) fn half_step(&self) -> PhysicsSettings {
+        let own = &self.scene.physics;
+        PhysicsSettings {
+            dt: 0.5 * own.dt,
+            steps: 2 * own.steps,
+            ..own.clone()
         }
     }
 

@@ -11,7 +11,7 @@ use crate::lattice::Lattice;
 use crate::numbers::finite;
 use crate::scene::Scene;
 use crate::simulator::{Energy, Loads};
-use crate::verdict::{Measured, bars};
+use crate::verdict::{HalfStep, Measured, bars};
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -105,6 +105,12 @@ crate::keys! {
         /// this median: the figures to quote. Absent if there is no median.
         #[serde(skip_serializing_if = "Option::is_none")]
         energy_robust: Option<Energy>, "object", parts Energy as columns;
+        /// Like `loads`, with half the time step. Absent for an undecided design and for a walk that diverges.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        loads_half_step: Option<Loads>, "object";
+        /// Like `energy`, with half the time step. Absent if `loads_half_step` is absent.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        energy_half_step: Option<Energy>, "object";
         /// How other physics change the displacement. Absent for an undecided design.
         #[serde(skip_serializing_if = "Vec::is_empty", default)]
         sensitivities: Vec<Sensitivity>, "list of objects", parts Sensitivity;
@@ -208,6 +214,7 @@ impl Summary {
             across: self.across_robust_p10.zip(self.across_robust_p90),
             low_friction: self.displacement_low_friction_p50,
             energy: self.quoted_energy(),
+            half_step: self.half_step(),
             bars: bars(self.volume, lattice),
             ..Measured::unmeasured(scene, lattice)
         }
@@ -216,6 +223,14 @@ impl Summary {
     /// The mass and the energy to quote: those of the walk of `displacement_robust_p50`, or of the unperturbed walk.
     pub fn quoted_energy(&self) -> Option<Energy> {
         self.energy_robust.or(self.energy)
+    }
+
+    fn half_step(&self) -> Option<HalfStep<'_>> {
+        Some(HalfStep {
+            loads: self.loads_half_step.as_ref()?,
+            energy: self.energy_half_step?,
+            own_energy: self.energy?,
+        })
     }
 
     /// The time in which the robot walks, s, in a rollout of `seconds`: until it stands still.
@@ -246,6 +261,7 @@ impl Summary {
         seconds: f64,
     ) -> Self {
         let all = progress.iteration >= plan.scene.schedule.iterations;
+        let half_step = delivery.half_step.as_ref();
         let across = |of: fn(&Quantiles) -> f64| delivery.across.as_ref().map(of).and_then(finite);
         Self {
             scene: plan.name.clone(),
@@ -279,6 +295,8 @@ impl Summary {
             loads: delivery.seen.loads.clone(),
             energy: delivery.seen.energy,
             energy_robust: delivery.robust_energy,
+            loads_half_step: half_step.map(|half| half.loads.clone()),
+            energy_half_step: half_step.map(|half| half.energy),
             sensitivities: delivery.sensitivities.clone(),
             flips: progress.flips,
             skipped_gradients: progress.skipped,

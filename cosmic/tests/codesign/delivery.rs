@@ -1,8 +1,9 @@
 use crate::small::{MOBILE_ROBOT, after, begun, tiny};
+use cosmic::case::Case;
 use cosmic::codesign::{
     Candidate, Delivery, Evaluator, Progress, Quantiles, Schedule, VARIED, settle,
 };
-use cosmic::design::Material;
+use cosmic::design::{Design, Material};
 use cosmic::domain::{Domain, draw};
 use cosmic::objective::of_scene;
 use cosmic::random::{Purpose, stream};
@@ -159,6 +160,17 @@ fn a_delivery_tells_whether_the_robot_depends_on_the_time_step() {
         let leapfrog = median(&scene, &progress, |physics| {
             physics.integrator = Integrator::Leapfrog;
         });
+        let mut finer = scene.clone();
+        finer.physics.dt *= 0.5;
+        finer.physics.steps *= 2;
+        let finer = Evaluator::new(&finer, of_scene(&finer)).unwrap();
+        let design = codesign.evaluator().design(&progress);
+        let seen = finer.observe(&design, &delivery.controller);
+        let half_step = delivery.half_step.unwrap();
+        assert_eq!(half_step.bars, seen.bars);
+        assert_eq!(Some(half_step.energy), seen.energy);
+        // The states in which crossing bars are counted are those of the same times.
+        assert_eq!(half_step.loads.force, seen.loads.unwrap().force);
         let (integrator, medians) = delivery.other_steps.integrator.unwrap();
         assert_eq!(integrator, Integrator::Leapfrog);
         assert_eq!(delivery.other_steps.half.displacement, half);
@@ -172,6 +184,36 @@ fn a_delivery_tells_whether_the_robot_depends_on_the_time_step() {
         unsteady += usize::from(differs(half) || differs(leapfrog));
     }
     assert!(unsteady > 0, "no robot of this test depends on its step");
+}
+
+/// `evaluate` measures the loads and the energy of a layout as a delivery does.
+#[test]
+fn an_evaluated_layout_has_the_loads_of_a_delivery() {
+    let scene = Scene::load("workshop").unwrap();
+    let scene = scene.set(&["physics.steps=100"]).unwrap();
+    let mut case = Case::of_scene(&scene, 3).unwrap();
+    let material = |edge| match edge % 3 {
+        0 => Material::Actuator,
+        _ => Material::Skeleton,
+    };
+    case.design = Design::Layout((0..case.lattice.edges.len()).map(material).collect());
+    let results = case.evaluate(false, &[3, 50]).unwrap();
+    let evaluator = Evaluator::new(&scene, of_scene(&scene)).unwrap();
+    let seen = evaluator.observe(&case.own_design(), &case.controller);
+    assert!(seen.energy.unwrap().air_power.unwrap() > 0.0);
+    assert_eq!((&results.loads, results.energy), (&seen.loads, seen.energy));
+    let printed = serde_json::from_str::<serde_json::Value>(&results.to_json()).unwrap();
+    assert_eq!(
+        printed["results"]["loads"],
+        serde_json::to_value(&seen.loads).unwrap()
+    );
+    // A number that does not exist, such as an energy per metre in place, is finite enough.
+    assert_eq!(results.not_finite(), [""; 0]);
+    let undecided = Case::of_scene(&tiny(), 1)
+        .unwrap()
+        .evaluate(false, &[])
+        .unwrap();
+    assert_eq!((undecided.loads, undecided.energy), (None, None));
 }
 
 /// Stiff robots are compared with explicit steps only where these need few substeps.

@@ -9,7 +9,7 @@ use cosmic::simulator::{Energy, Loads, Magnitude};
 use cosmic::verdict::{
     BATTERY, BRUSHES, ENDURANCES, EULER_SAFETIES, MUSCLE_POWERS, SKELETON_STRAINS, STROKES,
 };
-use cosmic::verdict::{Item, Level, Measured, Verdict};
+use cosmic::verdict::{HalfStep, Item, Level, Measured, Verdict};
 use std::path::Path;
 
 /// A number just below and just above a threshold.
@@ -34,6 +34,15 @@ pub(super) fn sound() -> Loads {
     }
 }
 
+/// The energy of half a kilogram that needs 1 W.
+pub(super) fn walking() -> Energy {
+    Energy {
+        mass: 0.5,
+        power: 1.0,
+        ..Energy::default()
+    }
+}
+
 /// A robot of half a kilogram and ten bars that walks 8 m in 16 s.
 pub(super) fn robot(loads: &Loads) -> Measured<'_> {
     let scene = Scene::default();
@@ -48,10 +57,11 @@ pub(super) fn robot(loads: &Loads) -> Measured<'_> {
             ..Structure::default()
         }),
         loads: Some(loads),
-        energy: Some(Energy {
-            mass: 0.5,
-            power: 1.0,
-            ..Energy::default()
+        energy: Some(walking()),
+        half_step: Some(HalfStep {
+            loads,
+            energy: walking(),
+            own_energy: walking(),
         }),
         bars: 10,
         payload: 0.03,
@@ -179,6 +189,47 @@ fn a_battery_of_a_fifth_of_the_mass_lasts_long_enough() {
     assert_eq!(
         [a, b, c, d].map(level),
         [Level::Good, Level::Doubtful, Level::Doubtful, Level::Bad]
+    );
+}
+
+/// Pressing the air of cylinders counts if it needs more power than their work.
+#[test]
+fn the_larger_of_mechanical_power_and_that_of_air_is_judged() {
+    let loads = sound();
+    let with = |power: f64, pressing: f64| {
+        let energy = Energy {
+            power,
+            air: Some(5.2e-4),
+            air_power: Some(pressing),
+            ..walking()
+        };
+        let robot = Measured {
+            energy: Some(energy),
+            ..robot(&loads)
+        };
+        robot.verdict()
+    };
+    let [[b, a], [d, c]] = ENDURANCES.map(around);
+    let level = |seconds: f64, other: f64| {
+        let power = 0.5 * BATTERY / seconds;
+        let both = [with(power, other * power), with(other * power, power)];
+        both.map(|verdict| level(&verdict, "needs "))
+    };
+    for other in [0.05, 1.0] {
+        assert_eq!(
+            [a, b, c, d].map(|seconds| level(seconds, other)),
+            [Level::Good, Level::Doubtful, Level::Doubtful, Level::Bad].map(|level| [level; 2])
+        );
+    }
+    let says = |verdict: Verdict| verdict.items[3].text.clone();
+    assert_eq!(
+        says(with(4.4, 61.0)),
+        "needs 61 W (122 of 180 W/kg) to press 31 litres of air a minute (at 1 bar; about 122 W with the losses of a \
+         compressor)"
+    );
+    assert_eq!(
+        says(with(61.0, 4.4)),
+        "needs 61 W (122 of 180 W/kg) and 31 litres of air a minute (at 1 bar)"
     );
 }
 
