@@ -183,7 +183,7 @@ fn a_battery_of_a_fifth_of_the_mass_lasts_long_enough() {
             energy: Some(energy),
             ..robot(&loads)
         };
-        level(&robot.verdict(), "needs ")
+        level(&robot.verdict(), "of 180 W/kg")
     };
     let [[b, a], [d, c]] = ENDURANCES.map(around);
     assert_eq!(
