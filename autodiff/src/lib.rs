@@ -98,12 +98,12 @@ pub use diagnose::{DoubleDouble, check, trace};
 pub use drivers::parallel;
 #[doc(inline)]
 pub use drivers::{
-    Dense, Dual2, Dual3, Function, Nested, ThirdDerivatives, derivatives, gradient,
+    Dense, Dual2, Dual3, Function, ThirdDerivatives, derivatives, derivatives_along, gradient,
     gradient_forward, hessian, hessian_vector, implicit, jacobian, jacobian_reverse, jvp, sparse,
     sparse::{sparse_hessian, sparse_jacobian},
-    third_derivatives, value_and_gradient, value_and_gradient_array, value_and_gradient_into,
-    value_and_jacobian, value_and_jacobian_array, value_and_jacobian_into, value_gradient_hessian,
-    value_gradient_hessian_into, vjp,
+    third_derivatives, value_and_derivative, value_and_gradient, value_and_gradient_array,
+    value_and_gradient_into, value_and_jacobian, value_and_jacobian_array, value_and_jacobian_into,
+    value_gradient_hessian, value_gradient_hessian_into, vjp,
 };
 pub use dual::Dual;
 pub use elementary::Elementary;

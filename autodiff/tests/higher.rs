@@ -1,30 +1,52 @@
 //! Derivatives of the third and of higher orders.
 
 use autodiff::{
-    DoubleDouble, Dual, Dual2, Dual3, Real, Var, derivatives, gradient, hessian, third_derivatives,
-    value_gradient_hessian,
+    DoubleDouble, Real, derivatives, derivatives_along, gradient, hessian, jvp, third_derivatives,
+    value_and_derivative, value_gradient_hessian,
 };
 
 use crate::common::{assert_close, differences};
 
 #[test]
-fn nested_duals_have_every_order() {
-    let [value, first, second, third, fourth] =
-        derivatives(|x: Dual<Dual3<f64>, 1>| (2.0 * x).exp(), 0.25);
+fn functions_of_one_number_have_derivatives_of_every_order() {
     let power = 0.5_f64.exp();
-    assert_close(
-        &[value, first, second, third, fourth],
-        &[1.0, 2.0, 4.0, 8.0, 16.0].map(|k| k * power),
-        1e-15,
-    );
-    let [value, first] = derivatives(|x: Dual<f32, 1>| x.sqrt(), 4.0);
-    assert_eq!([value, first], [2.0, 0.25]);
-    // Inside another derivative: the slope of a second derivative is a third derivative.
-    let slope = gradient(
-        |x| derivatives::<Dual2<Var<f64>>, 3>(|x| x.powi(5), x[0])[2],
-        &[2.0],
-    );
-    assert_eq!(slope, [240.0]);
+    let found = derivatives(|x| (2.0 * x).exp(), 0.25);
+    assert_close(&found, &[1.0, 2.0, 4.0, 8.0].map(|k| k * power), 1e-15);
+    assert_eq!(value_and_derivative(|x| x.sqrt(), 4.0_f32), (2.0, 0.25));
+    // Inside another derivative, in both modes: the slope of a third derivative is a fourth derivative.
+    let outer = |x: &[_]| derivatives(|x| (2.0 * x).exp(), x[0])[3];
+    assert_close(&gradient(outer, &[0.25]), &[16.0 * power], 1e-15);
+    let (third, fourth) = value_and_derivative(|x| derivatives(|x| (2.0 * x).exp(), x)[3], 0.25);
+    assert_close(&[third, fourth], &[8.0 * power, 16.0 * power], 1e-15);
+    // A function without an argument is constant.
+    assert_eq!(derivatives(|_| Real::lit(3.0), 1.0), [3.0, 0.0, 0.0, 0.0]);
+}
+
+/// The values of two functions of three arguments.
+fn pair<R: Real>(x: &[R]) -> Vec<R> {
+    vec![coupled(x), (x[0] * x[1]).exp() - x[2].powi(4)]
+}
+
+#[test]
+fn derivatives_along_a_direction_are_contractions() {
+    let (x, along) = ([0.7, -0.4, 1.1], [1.5, -2.0, 0.5]);
+    let found = derivatives_along(pair, &x, &along);
+    let (values, slopes) = jvp(pair, &x, &along);
+    assert_close(&found[0], &values, 1e-15);
+    assert_close(&found[1], &slopes, 1e-14);
+    for i in 0..2 {
+        let all = third_derivatives(|x| pair(x)[i], &x);
+        let (mut second, mut third) = (0.0, 0.0);
+        for (j, k) in (0..3).flat_map(|j| [0, 1, 2].map(|k| (j, k))) {
+            second += all.hessian[j][k] * along[j] * along[k];
+            let of_pair = (0..3).map(|l| all.third(j, k, l) * along[l]);
+            third += of_pair.sum::<f64>() * along[j] * along[k];
+        }
+        // Some thirty products of up to 100 are summed.
+        assert_close(&[found[2][i], found[3][i]], &[second, third], 1e-13);
+    }
+    let none = derivatives_along(|_| vec![Real::lit(2.0)], &[0.0; 0], &[]);
+    assert_eq!(none, [[2.0], [0.0], [0.0], [0.0]]);
 }
 
 fn coupled<R: Real>(x: &[R]) -> R {

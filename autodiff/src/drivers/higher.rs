@@ -2,6 +2,7 @@
 
 use super::dense::Dense;
 use super::gradient::swept;
+use super::seed::along;
 use crate::dual::Dual;
 use crate::real::Real;
 use crate::reverse::Var;
@@ -12,93 +13,119 @@ pub type Dual2<R> = Dual<Dual<R, 1>, 1>;
 /// Three nested dual numbers, which carry derivatives up to the third order.
 pub type Dual3<R> = Dual<Dual2<R>, 1>;
 
-/// Nested dual numbers along one direction, as [`derivatives`] needs them: [`Dual2`], [`Dual3`] or deeper nestings.
-#[diagnostic::on_unimplemented(
-    message = "`{Self}` is not a nesting of dual numbers with one direction each",
-    note = "use `Dual2<f64>` for two derivatives, `Dual3<f64>` for three, and `Dual<Dual3<f64>, 1>` for four"
-)]
-pub trait Nested: Real {
-    /// The number type inside all dual numbers.
-    type Base: Real;
-    /// The number of nested dual numbers, which is the highest order of the derivatives.
-    const ORDER: usize;
-
-    /// Makes the variable with respect to which all nested dual numbers differentiate.
-    fn variable_at(x: Self::Base) -> Self;
-
-    /// Returns the derivative of this order. Order 0 is the value.
-    ///
-    /// # Panics
-    /// If `order` is larger than [`ORDER`](Nested::ORDER).
-    #[track_caller]
-    fn derivative(self, order: usize) -> Self::Base;
-}
-
-impl<D: Nested> Nested for Dual<D, 1> {
-    type Base = D::Base;
-    const ORDER: usize = D::ORDER + 1;
-
-    fn variable_at(x: D::Base) -> Self {
-        Dual::variable(D::variable_at(x), 0)
-    }
-
-    #[track_caller]
-    fn derivative(self, order: usize) -> D::Base {
-        match order {
-            0 => self.value.derivative(0),
-            _ => self.tangent[0].derivative(order - 1),
-        }
-    }
-}
-
-/// Implements [`Nested`] for a number type that is not a dual number.
-macro_rules! innermost {
-    ($([$($generics:tt)*] $number:ty),*) => {
-        $(
-            impl<$($generics)*> Nested for $number {
-                type Base = Self;
-                const ORDER: usize = 0;
-                fn variable_at(x: Self) -> Self {
-                    x
-                }
-                #[track_caller]
-                fn derivative(self, order: usize) -> Self {
-                    assert!(
-                        order == 0,
-                        "the order of a derivative must be at most the number of nested dual numbers"
-                    );
-                    self
-                }
-            }
-        )*
-    };
-}
-innermost! { [] f64, [] f32, [R: Real] Var<R> }
-
-/// Returns the value and all derivatives of a function of one number, up to the order of the nested dual numbers that
-/// the function takes. The cost doubles with each order.
+/// Returns the value and the slope of a function of one number, by one forward pass.
 ///
 /// ```
-/// use autodiff::{Dual3, Real, derivatives};
+/// use autodiff::{Real, value_and_derivative};
 ///
-/// let [value, first, second, third] = derivatives(|x: Dual3<f64>| x.powi(4), 2.0);
-/// assert_eq!([value, first, second, third], [16.0, 32.0, 48.0, 48.0]);
+/// // Newton's method for `cos(x) = x`.
+/// let mut x = 1.0_f64;
+/// for _ in 0..5 {
+///     let (value, slope) = value_and_derivative(|x| x.cos() - x, x);
+///     x -= value / slope;
+/// }
+/// assert!((x.cos() - x).abs() < 1e-15);
 /// ```
-///
-/// The array has one number per order, from 0 on. Another length does not compile.
 #[track_caller]
-pub fn derivatives<D: Nested, const N: usize>(
-    function: impl FnOnce(D) -> D,
-    x: D::Base,
-) -> [D::Base; N] {
-    const {
-        assert!(
-            N == D::ORDER + 1,
-            "`derivatives` returns the value and one derivative per nested dual number"
-        );
+pub fn value_and_derivative<R: Real>(
+    function: impl FnOnce(Dual<R, 1>) -> Dual<R, 1>,
+    x: R,
+) -> (R, R) {
+    let y = function(Dual::variable(x, 0));
+    (y.value, y.tangent[0])
+}
+
+/// Returns the value and the first three derivatives of a function of one number, by one forward pass. Nested in itself or
+/// in another driver, it gives derivatives of higher orders.
+///
+/// ```
+/// use autodiff::{Real, derivatives};
+///
+/// assert_eq!(derivatives(|x| x.powi(4), 2.0), [16.0, 32.0, 48.0, 48.0]);
+///
+/// // Halley's method for `cos(x) = x`, which triples the number of correct digits in each step.
+/// let mut x = 1.0_f64;
+/// for _ in 0..3 {
+///     let [value, slope, second, _] = derivatives(|x| x.cos() - x, x);
+///     x -= value * slope / (slope * slope - 0.5 * value * second);
+/// }
+/// assert!((x.cos() - x).abs() < 1e-15);
+/// ```
+#[track_caller]
+pub fn derivatives<R: Real>(function: impl FnOnce(Dual3<R>) -> Dual3<R>, x: R) -> [R; 4] {
+    orders(function(moving(x, R::one())))
+}
+
+/// Returns the values at `x` and their first three derivatives along `direction`, by one forward pass: the derivatives of
+/// `function(x + t direction)` with respect to `t` at 0. The first of them is that of [`jvp`](crate::jvp).
+///
+/// Chebyshev's method for several equations corrects the step of Newton's method by the second derivative along it:
+///
+/// ```
+/// use autodiff::{Real, derivatives_along, value_and_jacobian_array};
+///
+/// // The circle `x^2 + y^2 = 1` and the curve `y = x^3`.
+/// fn equations<R: Real>(x: &[R]) -> Vec<R> {
+///     vec![x[0] * x[0] + x[1] * x[1] - R::one(), x[1] - x[0].powi(3)]
+/// }
+/// let solved = |[[a, b], [c, d]]: [[f64; 2]; 2], y: &[f64]| {
+///     let determinant = a * d - b * c;
+///     [(d * y[0] - b * y[1]) / determinant, (a * y[1] - c * y[0]) / determinant]
+/// };
+///
+/// let mut x = [1.0, 0.5];
+/// for _ in 0..4 {
+///     let (_, jacobian) =
+///         value_and_jacobian_array(|x| [0, 1].map(|i| equations(x)[i]), x);
+///     let newton = solved(jacobian, &equations(&x)).map(|step| -step);
+///     let [_, _, second, _] = derivatives_along(equations, &x, &newton);
+///     let correction = solved(jacobian, &second);
+///     for i in 0..2 {
+///         x[i] += newton[i] - 0.5 * correction[i];
+///     }
+/// }
+/// assert!(equations(&x).iter().all(|rest| rest.abs() < 1e-15));
+/// ```
+///
+/// # Panics
+/// If `x` and `direction` differ in length.
+#[track_caller]
+pub fn derivatives_along<R: Real>(
+    function: impl FnOnce(&[Dual3<R>]) -> Vec<Dual3<R>>,
+    x: &[R],
+    direction: &[R],
+) -> [Vec<R>; 4] {
+    let moved = along(x, direction).into_iter();
+    let moved: Vec<_> = moved.map(|x| moving(x.value, x.tangent[0])).collect();
+    let y = function(&moved);
+    let order = |k: usize| y.iter().map(|&y| orders(y)[k]).collect();
+    [0, 1, 2, 3].map(order)
+}
+
+/// Returns `x + t direction` at `t = 0` as a number that carries three derivatives with respect to `t`.
+fn moving<R: Real>(x: R, direction: R) -> Dual3<R> {
+    let first = |value| Dual {
+        value,
+        tangent: [direction],
+    };
+    Dual {
+        value: Dual {
+            value: first(x),
+            tangent: [Dual::constant(direction)],
+        },
+        tangent: [Dual::constant(Dual::constant(direction))],
     }
-    let y = function(D::variable_at(x));
-    std::array::from_fn(|order| y.derivative(order))
+}
+
+/// Returns the value of a number and its three derivatives with respect to `t`.
+fn orders<R: Real>(y: Dual3<R>) -> [R; 4] {
+    let [first, third] = [y.value, y.tangent[0]];
+    [
+        first.value.value,
+        first.value.tangent[0],
+        first.tangent[0].tangent[0],
+        third.tangent[0].tangent[0],
+    ]
 }
 
 /// The value of a scalar function and its partial derivatives up to the third order; see [`third_derivatives`].

@@ -18,7 +18,10 @@ pub use dense::Dense;
 pub use fixed::{value_and_gradient_array, value_and_jacobian_array};
 pub use gradient::{Function, gradient, gradient_forward, value_and_gradient};
 pub use hessian::{hessian, hessian_vector};
-pub use higher::{Dual2, Dual3, Nested, ThirdDerivatives, derivatives, third_derivatives};
+pub use higher::{
+    Dual2, Dual3, ThirdDerivatives, derivatives, derivatives_along, third_derivatives,
+    value_and_derivative,
+};
 pub use jacobian::{jacobian, jacobian_reverse, jvp, vjp};
 pub(crate) use seed::along;
 #[cfg(feature = "nalgebra")]

@@ -5,7 +5,7 @@
 //! functions of one coordinate each.
 
 use autodiff::simd::{Lane, Vectorized};
-use autodiff::{Dual2, Nested, Real};
+use autodiff::{Dual, Real};
 use cosmic::kernel;
 use serde::Deserialize;
 use serde_json::value::RawValue;
@@ -102,11 +102,12 @@ fn spreads<R: Real>(cloud: &Cloud, closest: &[usize], centroids: &[R]) -> Vec<R>
 /// the derivatives of all spreads along a single direction.
 fn direction(cloud: &Cloud, centroids: &[f64]) -> Vec<Vec<f64>> {
     let (closest, _) = f64::vectorize(Closest { cloud, centroids });
-    let variables: Vec<Dual2<f64>> = centroids.iter().map(|&x| Dual2::variable_at(x)).collect();
+    let variable = |&x: &f64| Dual::<_, 1>::variable(Dual::<_, 1>::variable(x, 0), 0);
+    let variables: Vec<_> = centroids.iter().map(variable).collect();
     let spreads = spreads(cloud, &closest, &variables);
     let steps: Vec<f64> = spreads
         .iter()
-        .map(|f| f.derivative(1) / f.derivative(2))
+        .map(|f| f.value.tangent[0] / f.tangent[0].tangent[0])
         .collect();
     steps
         .chunks_exact(cloud.columns.len())
