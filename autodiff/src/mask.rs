@@ -14,6 +14,10 @@ pub trait Mask:
     /// recordings use. Code inside `if R::Mask::IS_SINGLE` may branch on comparisons. It is compiled only if the
     /// condition is true.
     const IS_SINGLE: bool = false;
+    /// Whether a choice by a mask records both operands, even if all lanes choose the same one. This is true only for
+    /// the numbers on which sparsity patterns are traced.
+    #[doc(hidden)]
+    const KEEPS_BOTH: bool = false;
 
     /// Returns a mask with the same boolean in every lane.
     fn splat(value: bool) -> Self;

@@ -277,9 +277,13 @@ pub(crate) fn is_nan<R: Real>(x: R) -> bool {
     R::Mask::IS_SINGLE && !x.less_equal(x).any()
 }
 
-/// Returns the boolean of a mask if all lanes have the same, and otherwise `None`.
+/// Returns the boolean of a mask if all lanes have the same, and otherwise `None`. Where both operands of a choice are
+/// kept, it is always `None`.
 #[inline(always)]
 pub(crate) fn uniform<M: Mask>(mask: M) -> Option<bool> {
+    if M::KEEPS_BOTH {
+        return None;
+    }
     match (mask.any(), mask.all()) {
         (_, true) => Some(true),
         (false, _) => Some(false),

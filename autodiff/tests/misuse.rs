@@ -9,7 +9,7 @@ use crate::common::{Refusal, Sym, assert_named, assert_refused, panic_message};
 use autodiff::custom::{Rule, apply};
 use autodiff::fused::dense;
 use autodiff::real::Accepts;
-use autodiff::sparse::{Pattern, sparse_hessian};
+use autodiff::sparse::{Pattern, Undecided, sparse_hessian};
 use autodiff::{
     Dual, Element, Real, Tape, Var, gradient, hessian, hessian_vector, jacobian_reverse, parallel,
     value_and_gradient, value_and_gradient_into, value_gradient_hessian, vjp,
@@ -184,7 +184,8 @@ fn variables_of_two_recordings_name_the_line_of_the_operation() {
     assert_named(|| vjp(|_| vec![old], &[1.0], &[1.0]));
     assert_named(|| jacobian_reverse(|_| vec![old], &[1.0]));
     assert_named(|| parallel::jacobian_reverse(|_| vec![old], &[1.0]));
-    assert_named(|| Pattern::traced(|_| vec![old], &[1.0]));
+    let undecided = Tape::new().record(&Undecided::lits(&[1.0]), |x| x[0]);
+    assert_named(|| Pattern::traced(|_| vec![undecided], &[1.0]));
     let outer = Tape::new().record(&[Dual::constant(1.0)], |x| x[0]);
     assert_named(|| hessian(|_| outer, &[1.0]));
     assert_named(|| hessian_vector(|_| seconds(), &[1.0], &[1.0]));

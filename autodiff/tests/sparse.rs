@@ -1,8 +1,10 @@
 //! Compressed Jacobians must agree with dense Jacobians and take as few directions as possible.
 
 use autodiff::implicit::{Residual, root};
-use autodiff::sparse::{Pattern, sparse_hessian, sparse_jacobian};
-use autodiff::{Dense, Dual, Real, Var, custom, hessian, jacobian, lit};
+use autodiff::sparse::{Pattern, Undecided, sparse_hessian, sparse_jacobian};
+use autodiff::{Dense, Dual, Function, Real, Var, custom, hessian, jacobian, lit};
+
+use crate::common::{Sym, formula};
 
 /// A function whose values depend only on the arguments that the pattern allows.
 struct Local<'a>(&'a Pattern);
@@ -159,11 +161,11 @@ impl Residual for Copied {
 /// Outputs of several fused functions, also those after the first, must depend on the inputs of their own function.
 #[test]
 fn every_output_of_a_fused_function_depends_on_its_inputs() {
-    let copied = |p: &[Var<f64>]| {
+    let copied = |p: &[Var<Undecided>]| {
         let x: Vec<_> = p.iter().map(|p| p.detach()).collect();
         root(Copied, &x, p).expect("an exact root")
     };
-    let values = |x: &[Var<f64>]| {
+    let values = |x: &[Var<Undecided>]| {
         let (a, b) = (copied(&x[..2]), copied(&x[2..5]));
         vec![a[1], a[0] * b[2], b[0], x[4]]
     };
@@ -189,6 +191,111 @@ fn sparse_hessians_are_the_dense_ones() {
     for (a, b) in sparse.as_slice().iter().zip(dense.as_slice()) {
         // The two entries are sums of the same few products in different orders.
         assert!((a - b).abs() <= 8.0 * f64::EPSILON * b.abs(), "{a} and {b}");
+    }
+}
+
+/// The forces on balls in a column, given their heights. The lowest ball rests on the ground, and balls closer than 1
+/// push each other apart, as the derivative of `energy`.
+fn forces<R: Real>(z: &[R]) -> Vec<R> {
+    let push = |above: R, below: R| (below + R::one() - above).max(0.0);
+    let at = |i: usize| match i {
+        0 => push(z[0], -R::one()),
+        i => push(z[i], z[i - 1]),
+    };
+    let above = |i: usize| {
+        if i + 1 < z.len() {
+            at(i + 1)
+        } else {
+            R::zero()
+        }
+    };
+    (0..z.len()).map(|i| at(i) - above(i) - lit(0.1)).collect()
+}
+
+fn energy<R: Real>(z: &[R]) -> R {
+    let gaps = z.windows(2).map(|z| z[1] - z[0] - R::one());
+    let above = gaps.chain([z[0]]).map(|gap| gap.min(0.0).powi(2));
+    lit(0.5) * above.sum::<R>() + lit(0.1) * R::sum_of(z)
+}
+
+/// No ball touches another one where the pattern is traced. At touchdown it must have the entries of all contacts.
+#[test]
+fn a_contact_that_is_traced_in_the_air_is_differentiated_at_touchdown() {
+    let air: Vec<f64> = (0..7).map(|i| 10.0 + 3.0 * f64::from(i)).collect();
+    let touchdown = [-0.2, 0.7, 1.9, 2.5, 3.4, 9.0, 9.9];
+    let [of_forces, of_energy] = [
+        Pattern::traced(forces, &air),
+        Pattern::traced_hessian(energy, &air),
+    ];
+    assert_eq!(of_forces, Pattern::banded(7, 1, 1));
+    assert_eq!(of_energy, Pattern::banded(7, 1, 1));
+    for z in [&air[..], &touchdown] {
+        let entries = sparse_jacobian(forces, z, &of_forces);
+        assert_eq!(of_forces.to_dense(&entries), jacobian(forces, z));
+        let entries = sparse_hessian(energy, z, &of_energy);
+        assert_eq!(of_energy.to_dense(&entries), hessian(energy, z));
+    }
+    // A pattern of the contacts that are closed in all states takes fewer directions.
+    let tight = Pattern::new(7, &(0..7).map(|_| vec![]).collect::<Vec<_>>());
+    assert!(tight.colors() < of_forces.colors());
+    assert_eq!(sparse_jacobian(forces, &air, &tight), [0.0; 0]);
+}
+
+/// Products of two arguments, of which a function chooses one, or whose kink is at 0.
+#[test]
+fn both_operands_of_every_choice_are_traced() {
+    type Choice = fn([Sym; 3]) -> Sym;
+    let [all, first] = [vec![0, 1, 2], vec![0, 1]];
+    let choices: [(&str, Choice, &[usize]); 9] = [
+        ("max", |[a, b, c]| (a * b).max(b * c), &all),
+        ("min", |[a, b, c]| (a * b).min(b * c), &all),
+        ("clamp", |[a, b, c]| b.clamp(a * b, b * c), &all),
+        (
+            "clamp of a product",
+            |[a, b, c]| (a * b).clamp(b * c, lit(9.0)),
+            &all,
+        ),
+        (
+            "select",
+            |[a, b, c]| Sym::select(a.less(c), a * b, b * c),
+            &all,
+        ),
+        (
+            "of constants",
+            |[a, b, _]| (a * b).max(0.0).min(lit(1.0)),
+            &first,
+        ),
+        ("abs", |[a, b, _]| a.abs() * b, &first),
+        ("a chosen zero", |[a, b, _]| a * b.max(0.0), &first),
+        (
+            "xlogy",
+            |[a, b, _]| a.xlogy(b.abs()) + b * a.powi(0),
+            &first,
+        ),
+    ];
+    let points = [
+        [3.0, 2.0, 1.0],
+        [1.0, 2.0, 3.0],
+        [2.0; 3],
+        [0.0; 3],
+        [-2.0, 0.5, 1.0],
+    ];
+    for (name, choice, arguments) in choices {
+        let f = formula(3, |x| choice([x[0], x[1], x[2]]));
+        for x in points {
+            let traced = Pattern::traced(|x| vec![f.eval(x)], &x);
+            assert_eq!(traced.row(0), arguments, "{name} at {x:?}");
+            let second = Pattern::traced_hessian(|x| f.eval(x), &x);
+            let has = |i: usize, j: usize| second.row(i).contains(&j);
+            assert!(has(0, 1) && has(1, 0), "{name} at {x:?}: {second:?}");
+            let of_c = arguments.contains(&2);
+            assert_eq!(
+                [has(1, 2), has(2, 1)],
+                [of_c; 2],
+                "{name} at {x:?}: {second:?}"
+            );
+            assert!(!has(0, 2) && !has(2, 0), "{name} at {x:?}: {second:?}");
+        }
     }
 }
 

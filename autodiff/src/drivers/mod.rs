@@ -10,6 +10,7 @@ mod higher;
 mod values;
 mod lu;
 pub mod implicit;
+mod undecided;
 pub mod sparse;
 #[cfg(feature = "rayon")]
 pub mod parallel;

@@ -8,7 +8,9 @@
 
 use super::dense::Dense;
 use super::gradient::gradient;
+use super::jacobian::vjp;
 use super::seed::CHUNK;
+pub use super::undecided::Undecided;
 use crate::constant::printed;
 use crate::dual::Dual;
 use crate::math::rounding::epsilon;
@@ -78,21 +80,29 @@ impl Pattern {
     }
 
     /// Returns the pattern of a function's Jacobian, which it reads off a recording at `x`. A value has an entry for
-    /// every argument that its operations use, even if the derivative is zero.
+    /// every argument that its operations use, even if the derivative is zero. Of a choice by `select`, `max`, `min` or
+    /// `clamp`, both operands count.
     ///
-    /// The pattern is right at every point where the function takes the same branches as at `x`.
+    /// So the pattern is right at every point, unless the function branches on values in another way, such as an `if` or
+    /// a loop on [`primal`](Real::primal). Then it is right where the function takes the same branches as at `x`.
+    ///
+    /// Entries of operands that are rarely chosen may cost more [colours](Self::colors), and thus more directions. If
+    /// you know which operands are chosen at all your points, list their entries alone, by [`new`](Self::new).
     ///
     /// ```
     /// use autodiff::Real;
     /// use autodiff::sparse::Pattern;
     ///
-    /// let pattern = Pattern::traced(|x| vec![x[0] * x[2], x[1].sin()], &[0.0; 3]);
-    /// assert_eq!(pattern, Pattern::new(3, &[vec![0, 2], vec![1]]));
+    /// let pattern = Pattern::traced(|x| vec![x[0] * x[2], x[1].max(x[2])], &[0.0, 5.0, 0.0]);
+    /// assert_eq!(pattern, Pattern::new(3, &[vec![0, 2], vec![1, 2]]));
     /// ```
     #[track_caller]
-    pub fn traced(function: impl FnOnce(&[Var<f64>]) -> Vec<Var<f64>>, x: &[f64]) -> Self {
+    pub fn traced(
+        function: impl FnOnce(&[Var<Undecided>]) -> Vec<Var<Undecided>>,
+        x: &[f64],
+    ) -> Self {
         let mut tape = take_tape();
-        let y = tape.record(x, function);
+        let y = tape.record(&Undecided::lits(x), function);
         let rows = tape.dependence(&y);
         keep_tape(tape);
         Self::new(x.len(), &rows)
@@ -102,10 +112,22 @@ impl Pattern {
     /// [`traced`](Self::traced).
     #[track_caller]
     pub fn traced_hessian(
-        function: impl FnOnce(&[Var<Var<f64>>]) -> Var<Var<f64>>,
+        function: impl FnOnce(&[Var<Var<Undecided>>]) -> Var<Var<Undecided>>,
         x: &[f64],
     ) -> Self {
-        Self::traced(|x| gradient(function, x), x)
+        // The cotangent of the function's value is another variable. If it were a constant, so would be the zero that an
+        // operand gets which is not chosen here, and a sweep stops at a constant zero.
+        let slopes = |x: &[Var<Undecided>]| {
+            let (cotangent, x) = x.split_last().expect("the cotangent");
+            vjp(|x| vec![function(x)], x, &[*cotangent]).1
+        };
+        let traced = Self::traced(slopes, &[x, &[1.0]].concat());
+        let row = |i| {
+            let columns = traced.row(i).iter().copied();
+            columns.filter(|&j| j < x.len()).collect()
+        };
+        let rows: Vec<_> = (0..traced.rows()).map(row).collect();
+        Self::new(x.len(), &rows)
     }
 
     /// The number of rows.
