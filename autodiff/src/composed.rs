@@ -26,6 +26,24 @@ macro_rules! sum_of {
     }};
 }
 
+/// A sum over a slice: `$sum` returns the sum over `$few` of its numbers. Up to 128 numbers are summed at once. Of more,
+/// the sums of sixteen are added by [`Real::sum_of`](crate::Real::sum_of).
+macro_rules! by_parts {
+    ($numbers:expr, |$few:ident| $sum:expr) => {{
+        let numbers: &[Self] = $numbers;
+        if numbers.len() <= 128 {
+            let $few = numbers;
+            $sum
+        } else {
+            let mut sums = Vec::with_capacity(numbers.len().div_ceil(16));
+            for $few in numbers.chunks(16) {
+                sums.push($sum);
+            }
+            Self::sum_of(&sums)
+        }
+    }};
+}
+
 /// The Euclidean length of a slice of numbers: `Real::norm`.
 macro_rules! norm {
     ($x:expr) => {{
@@ -37,14 +55,21 @@ macro_rules! norm {
         }
         let ordinary = Self::lit(1e-15).less(largest) & largest.less(1e15);
         if Self::Mask::IS_SINGLE && ordinary.all() {
-            return Self::dot(x, x).sqrt();
+            return $crate::composed::by_parts!(x, |few| Self::dot(few, few)).sqrt();
         }
         let scaled = !ordinary & zero.less(largest) & largest.finite();
-        let (unit, mut sum) = (Self::select(scaled, largest, one), zero);
-        for &x in x {
-            let x = x / unit;
-            sum = x.fma(x, sum);
-        }
+        let unit = Self::select(scaled, largest, one);
+        // The inverse of a subnormal unit is infinite. That of a multiple is finite, and the squares do not underflow.
+        let multiple = unit * Self::lit((1_u64 << 54) as f64);
+        let unit = Self::select(unit.recip().finite(), unit, multiple);
+        let sum = $crate::composed::by_parts!(x, |few| {
+            let mut sum = zero;
+            for &x in few {
+                let x = x / unit;
+                sum = x.fma(x, sum);
+            }
+            sum
+        });
         let origin = sum.less_equal(zero);
         Self::select(origin, zero, Self::select(origin, one, sum).sqrt() * unit)
     }};
@@ -57,21 +82,35 @@ macro_rules! logsumexp {
         let Some((&first, others)) = x.split_first() else {
             return Self::lit(f64::NEG_INFINITY);
         };
-        // The sum of the powers is `e^top (1 + rest)`. Without the largest term, nothing cancels in derivatives.
-        let (mut top, mut rest) = (first, Self::zero());
+        let (zero, one) = (Self::zero(), Self::one());
+        let mut top = first;
         for &x in others {
-            let (larger, endless) = (top.less(x), !top.finite() & !x.finite());
-            let gap = Self::select(larger, top - x, x - top);
-            let ordered = x.less_equal(top) | top.less_equal(x);
-            let power = Self::select(endless & ordered, Self::zero(), gap.exp());
-            rest = Self::select(larger, (rest + Self::one()) * power, rest + power);
-            top = Self::select(larger, x, top);
+            top = Self::select(top.less(x), x, top);
         }
-        Self::select(
-            top.finite() | !rest.less_equal(rest),
-            top + rest.ln_1p(),
-            top,
-        )
+        // The sum of the powers is `e^top (1 + rest)`. The rest lacks the first term that is as large as `top`.
+        let (held, mut found) = (top.detach(), Self::Mask::splat(false));
+        let rest = $crate::composed::by_parts!(x, |few| {
+            let mut rest = zero;
+            for &x in few {
+                let same = x.less_equal(held) & held.less_equal(x);
+                let (first, endless) = (same & !found, !held.finite() & !x.finite());
+                let ordered = x.less_equal(held) | held.less_equal(x);
+                found = found | same;
+                let skipped = first | (endless & ordered);
+                if Self::Mask::IS_SINGLE && skipped.any() {
+                    continue;
+                }
+                rest += Self::select(skipped, zero, (x - held).exp());
+            }
+            rest
+        });
+        // The powers of `top - held` are 1, and only move. In both forms no derivative is a small difference of large
+        // numbers: that of the largest term is `1 - rest / (1 + rest)` if the rest is small, otherwise `1 / (1 + rest)`.
+        let large = one.less(rest);
+        let power = Self::select(large, top - held, held - top).exp();
+        let more = Self::select(large, rest - one + power, rest * power).ln_1p();
+        let value = Self::select(large, held, top) + more;
+        Self::select(top.finite() | !rest.less_equal(rest), value, top)
     }};
 }
 
@@ -123,4 +162,4 @@ macro_rules! ln_beta {
     };
 }
 
-pub(crate) use {ln_beta, logsumexp, norm, sum_of};
+pub(crate) use {by_parts, ln_beta, logsumexp, norm, sum_of};

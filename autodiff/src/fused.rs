@@ -1,5 +1,6 @@
 //! Functions that take a single entry on the reverse tape, however many operations they do.
 
+use crate::parts::SumByParts;
 use crate::product::{Cotangents, Product, Strided, Transpose};
 use crate::real::{Fused, Real};
 
@@ -165,12 +166,10 @@ impl Fused for Dense {
             let finite = Strided::by_rows(weights, columns).all_finite(weights_size);
             product.add_chained(Cotangents::A, finite);
         }
-        let mut biases_bar = zeros(rows);
+        let mut biases_bar = SumByParts::new(rows);
         for y_bar in y_bar.chunks_exact(rows.max(1)) {
-            for (sum, &bar) in biases_bar.iter_mut().zip(y_bar) {
-                *sum += bar;
-            }
+            biases_bar.add(y_bar);
         }
-        vec![weights_bar, x_bar, biases_bar]
+        vec![weights_bar, x_bar, biases_bar.total()]
     }
 }

@@ -60,6 +60,7 @@ mod rule;
 mod math;
 pub mod simd;
 mod product;
+mod parts;
 pub mod fused;
 mod forward;
 mod pool;

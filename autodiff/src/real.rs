@@ -281,6 +281,10 @@ pub trait Real:
 
     /// Returns the sum of `a_i b_i`, added from first to last. It is one entry on the reverse tape. `b` may be a slice
     /// of floats.
+    ///
+    /// The rounding error grows with the number `n` of terms: it is at most `n` times half the distance from 1 to the
+    /// next number (6e-8 in `f32`, 1.1e-16 in `f64`), relative to the sum of all `|a_i b_i|`. A million equal terms may
+    /// be 1 % off in `f32`. For long slices of `f32` give the products to [`sum_of`](Real::sum_of).
     #[inline(always)]
     #[track_caller]
     fn dot<T: Copy>(a: &[Self], b: &[T]) -> Self
@@ -302,13 +306,15 @@ pub trait Real:
     fn sum_of(terms: &[Self]) -> Self {
         sum_of!(terms)
     }
-    /// Returns the Euclidean length of a slice. Squares of long and short slices neither overflow nor underflow.
+    /// Returns the Euclidean length of a slice. Squares of long and short slices neither overflow nor underflow. More than
+    /// 128 squares are added by parts, as in [`sum_of`](Real::sum_of).
     #[inline(always)]
     #[track_caller]
     fn norm(x: &[Self]) -> Self {
         norm!(x)
     }
-    /// Returns the logarithm of the sum of `e^x_i`, without overflow. Its slopes are the softmax of the slice.
+    /// Returns the logarithm of the sum of `e^x_i`, without overflow. Its slopes are the softmax of the slice. More than
+    /// 128 powers are added by parts, as in [`sum_of`](Real::sum_of).
     ///
     /// ```
     /// use autodiff::{Real, Var, gradient};

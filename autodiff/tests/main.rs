@@ -42,6 +42,7 @@ mod rules;
 mod sizes;
 mod solve;
 mod sparse;
+mod sums;
 mod special;
 mod trace;
 mod trace_lines;

@@ -4,7 +4,7 @@
 use autodiff::data::Recorded;
 use autodiff::{DoubleDouble, Function, Real, Tape, Var, gradient, hessian, value_and_gradient};
 
-use crate::common::{Sym, assert_close, assert_gradients};
+use crate::common::{Sym, assert_close, assert_gradients, formula, gradients};
 
 const INF: f64 = f64::INFINITY;
 const NAN: f64 = f64::NAN;
@@ -102,8 +102,16 @@ fn a_length_is_flat_at_the_origin() {
             ([0.0, -2.0, 0.0], [0.0, -1.0, 0.0]),
             ([0.0, 0.0, 2f64.powi(-700)], [0.0, 0.0, 1.0]),
             ([-(2f64.powi(700)), 0.0, 0.0], [-1.0, 0.0, 0.0]),
+            // The inverse of a subnormal length is infinite.
+            ([5e-324, 0.0, 0.0], [1.0, 0.0, 0.0]),
+            ([0.0, -f64::from_bits(1 << 24), 0.0], [0.0, -1.0, 0.0]),
         ],
     );
+    for (_, slopes) in gradients(&formula(2, Sym::norm), &[3, 4].map(f64::from_bits)) {
+        assert_close(&slopes, &[0.6, 0.8], 1e-15);
+    }
+    let single = gradient(Var::norm, &[3, 4].map(f32::from_bits));
+    assert_close(&single, &[0.6, 0.8], 1e-6);
     let origin = hessian(Var::norm, &[0.0; 2]);
     assert_eq!(origin, [[0.0; 2]; 2]);
     assert_eq!([f64::norm(&[]), f64::norm(&[1.0, INF])], [0.0, INF]);

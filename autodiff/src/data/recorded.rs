@@ -155,14 +155,18 @@ impl Total {
     /// Returns the sum and, if wanted, its gradient with respect to each column.
     fn run<R: Real>(&self, columns: &[&[R]], wanted: Wanted<R>) -> (Vec<R>, Vec<Vec<R>>) {
         let replayed = replayed(&self.0, columns, wanted);
-        // Sixteen independent sums, so that one addition need not wait for the result of the one before.
-        let mut sums = [R::zero(); 16];
-        for terms in replayed.results[0].chunks(sums.len()) {
-            for (sum, &term) in sums.iter_mut().zip(terms) {
-                *sum += term;
+        let mut parts = Vec::new();
+        for terms in replayed.results[0].chunks(128) {
+            // Sixteen independent sums, so that one addition need not wait for the result of the one before.
+            let mut sums = [R::zero(); 16];
+            for terms in terms.chunks(sums.len()) {
+                for (sum, &term) in sums.iter_mut().zip(terms) {
+                    *sum += term;
+                }
             }
+            parts.push(R::sum_of(&sums));
         }
-        (vec![R::sum_of(&sums)], replayed.by_inputs)
+        (vec![R::sum_of(&parts)], replayed.by_inputs)
     }
 }
 

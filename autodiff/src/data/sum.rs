@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::drivers::value_and_gradient;
+use crate::parts::SumByParts;
 use crate::real::{Fused, Real};
 use crate::record::replay::{Inputs, Plan, Points, Wanted};
 use crate::reverse::Var;
@@ -151,15 +152,13 @@ impl<S: Summand> Sum<S> {
             wanted,
         };
         let replayed = points.replay();
-        let terms = replayed.results[0].iter();
-        let total = terms.fold(R::zero(), |sum, &term| sum + term);
-        (total, replayed.by_shared)
+        (R::sum_of(&replayed.results[0]), replayed.by_shared)
     }
 
     /// Returns the sum and its gradient without a recording of the summand: each datum runs on an ordinary tape.
     fn by_tape<R: Real>(&self, shared: &[R]) -> (R, Vec<R>) {
-        let mut total = R::zero();
-        let mut gradient = vec![R::zero(); shared.len()];
+        let mut terms = Vec::new();
+        let mut gradient = SumByParts::new(shared.len());
         let Terms {
             summand,
             count,
@@ -169,12 +168,10 @@ impl<S: Summand> Sum<S> {
         for i in 0..*count {
             let datum: Vec<Var<R>> = columns.iter().map(|c| Var::lit(c[i])).collect();
             let (term, bars) = value_and_gradient(|shared| summand.eval(shared, &datum), shared);
-            total += term;
-            for (sum, bar) in gradient.iter_mut().zip(bars) {
-                *sum += bar;
-            }
+            terms.push(term);
+            gradient.add(&bars);
         }
-        (total, gradient)
+        (R::sum_of(&terms), gradient.total())
     }
 }
 

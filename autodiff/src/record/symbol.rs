@@ -263,13 +263,17 @@ impl Real for Symbol {
     }
     #[track_caller]
     fn sum_of(terms: &[Self]) -> Self {
+        if terms.len() > 128 {
+            // A replay adds the terms of one operation from first to last.
+            return crate::composed::by_parts!(terms, |few| Self::sum_of(few));
+        }
         if let Some(stretches) = stretches(terms, terms) {
             let sums = stretches
                 .into_iter()
                 .map(|([x, _], len)| push(Op::Sum(x, len)));
             return sums.reduce(|sum, x| sum + x).unwrap_or_else(Self::zero);
         }
-        crate::composed::sum_of!(terms)
+        terms.iter().fold(Self::zero(), |sum, &term| sum + term)
     }
     /// Marks the recording as unfit, because a fused function may have another derivative than its `eval`.
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {

@@ -3,6 +3,7 @@
 use super::block::Block;
 use super::plan::{Layer, Plan, Step};
 use crate::arrays::Aligned;
+use crate::parts::SumByParts;
 use crate::pool::{self, Pooled};
 use crate::real::{Mask, Real};
 use crate::record::arithmetic::number;
@@ -18,6 +19,8 @@ pub(super) struct ReplayBuffers<R, L, const W: usize> {
     pub(super) read_bars: Vec<L>,
     /// The contribution of layers to the cotangents of all shared arguments.
     pub(super) gradient: Vec<R>,
+    /// The sums that [`settle`](Self::settle) has taken out of `read_bars` and `gradient`. `None` before its first call.
+    settled: Option<(SumByParts<L>, SumByParts<R>)>,
     /// For each layer, whether all its weights are finite.
     pub(super) finite: Vec<bool>,
     /// The result of each operation at the current block of points.
@@ -44,6 +47,7 @@ impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
                 read: Vec::new(),
                 read_bars: Vec::new(),
                 gradient: Vec::new(),
+                settled: None,
                 finite: Vec::new(),
                 values: Vec::new(),
                 bars: Vec::new(),
@@ -63,6 +67,7 @@ impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
         memory.read_bars.resize(memory.read.len(), L::zero());
         memory.gradient.clear();
         memory.gradient.resize(shared.len(), R::zero());
+        memory.settled = None;
         memory.finite.clear();
         let finite = |layer: &Layer| layer.matrix(shared).all_finite([layer.rows, layer.columns]);
         memory.finite.extend(plan.layers.iter().map(finite));
@@ -85,6 +90,32 @@ impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
             memory.values[place] = [value; W];
         }
         memory
+    }
+
+    /// Moves the sums over the last points to [`settled`](Self::settled). Adding many numbers to one sum would lose their
+    /// last digits, which matters in `f32`.
+    #[inline(always)]
+    pub(super) fn settle(&mut self) {
+        let (shared_bars, all) = (self.read_bars.len(), self.gradient.len());
+        let empty = || (SumByParts::new(shared_bars), SumByParts::new(all));
+        let (bars, gradient) = self.settled.get_or_insert_with(empty);
+        bars.add(&self.read_bars);
+        gradient.add(&self.gradient);
+        self.read_bars.fill(L::zero());
+        self.gradient.fill(R::zero());
+    }
+
+    /// Moves the sums over all points back to `read_bars` and `gradient`.
+    #[inline(always)]
+    pub(super) fn take_settled(&mut self) {
+        if self.settled.is_none() {
+            return;
+        }
+        self.settle();
+        if let Some((bars, gradient)) = self.settled.take() {
+            self.read_bars = bars.total();
+            self.gradient = gradient.total();
+        }
     }
 }
 

@@ -108,7 +108,10 @@ impl<R: Real> Points<'_, R> {
             by_shared: Vec::new(),
             by_inputs: columns(width - passive, count),
         };
-        for first in (0..count).step_by(W * L::N) {
+        for (block, first) in (0..count).step_by(W * L::N).enumerate() {
+            if block > 0 && block % (128 / W) == 0 && differentiates {
+                replay.settle();
+            }
             for input in 0..width {
                 let mut block = [L::zero(); W];
                 for w in 0..W {

@@ -65,6 +65,7 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
     /// Returns the cotangents of the shared arguments, summed over all points.
     #[inline(always)]
     pub(super) fn into_gradient(mut self) -> Vec<R> {
+        self.memory.take_settled();
         let mut lanes = [R::zero(); WIDEST];
         let mut gradient = std::mem::take(&mut self.memory.gradient);
         for (number, bar) in self.memory.read_bars.iter().enumerate() {
@@ -74,6 +75,12 @@ impl<'a, R: Real, L: Lane<R>, const W: usize> Replay<'a, R, L, W> {
         }
         pool::keep(self.memory);
         gradient
+    }
+
+    /// Call this after every 128 points of a lane.
+    #[inline(always)]
+    pub(super) fn settle(&mut self) {
+        self.memory.settle();
     }
 
     #[inline(always)]
