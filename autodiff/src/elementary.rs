@@ -164,8 +164,11 @@ macro_rules! define {
         }
 
         impl Elementary {
+            /// All functions.
+            pub const ALL: &'static [Self] = &[$(Self::$Function,)* $(Self::$Special,)*];
+
             /// Returns the name of the method of [`Real`](crate::Real).
-            pub(crate) fn name(self) -> &'static str {
+            pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$Function => stringify!($method),)*
                     $(Self::$Special => stringify!($special),)*

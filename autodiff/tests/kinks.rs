@@ -1,11 +1,8 @@
 //! Each row of the tables of conventions in `kinks.md` has a test, which runs in forward, reverse and nested modes.
 
-use crate::common::{
-    Formula, Sym, assert_gradient, assert_gradients, formula, forward_gradient, hessian_rows,
-};
+use crate::common::{Sym, assert_gradient, assert_gradients, formula, second_derivatives};
 use autodiff::simd::{Lane, Vectorized};
-use autodiff::{Dual, Function, Real, Tape, Var, gradient, hessian};
-use autodiff::{Elementary, kernel};
+use autodiff::{Dual, Function, Real, Tape, Var, gradient, hessian, kernel};
 use num_traits::Zero;
 
 const INF: f64 = f64::INFINITY;
@@ -193,35 +190,6 @@ fn atan2_is_flat_at_the_origin_and_at_infinity() {
 }
 
 #[test]
-fn elementary_functions_take_the_limit_at_the_end_of_their_domain_and_are_nan_outside() {
-    let ends: [(Elementary, &[f64], f64, &[f64]); 8] = [
-        (Elementary::Asin, &[-1.0, 1.0], INF, &[-1.5, 2.0]),
-        (Elementary::Acos, &[-1.0, 1.0], -INF, &[-1.5, 2.0]),
-        (Elementary::Atanh, &[-1.0, 1.0], INF, &[-1.5, 2.0]),
-        (Elementary::Ln1p, &[-1.0], INF, &[-1.5, -1e300]),
-        (
-            Elementary::Acosh,
-            &[1.0],
-            INF,
-            &[0.5, -0.5, -1.0, -1e8, -1e155, f64::MIN],
-        ),
-        (Elementary::Log2, &[0.0, -0.0], INF, &[-1e-300, -8.0]),
-        (Elementary::Log10, &[0.0, -0.0], INF, &[-1e-300, -8.0]),
-        (Elementary::Cbrt, &[0.0, -0.0], INF, &[]),
-    ];
-    for (function, ends, slope, outside) in ends {
-        let formula = formula(1, |x| x[0].elementary(function));
-        for &end in ends {
-            assert_gradient(&formula, &[end], &[slope]);
-        }
-        for &x in outside {
-            assert!(formula.eval(&[x]).is_nan(), "{function:?} at {x}");
-            assert_gradient(&formula, &[x], &[NAN]);
-        }
-    }
-}
-
-#[test]
 fn nan_is_passed_on() {
     for x in [-1.0, NAN] {
         let roots = [
@@ -317,29 +285,12 @@ fn lanes_pass_a_nan_but_not_its_slope_through_max() {
 /// forward over forward, forward over reverse, reverse over forward, and reverse over reverse mode.
 #[track_caller]
 fn assert_seconds(function: impl FnOnce(&[Sym]) -> Sym, expected: f64) {
-    struct Slope<'a>(&'a Formula, bool);
-    impl Function for Slope<'_> {
-        fn eval<R: Real>(&self, x: &[R]) -> R {
-            match self.1 {
-                true => forward_gradient(self.0, x)[0],
-                false => gradient(|x| self.0.eval(x), x)[0],
-            }
-        }
-    }
     let function = formula(2, |x| {
         let y = function(x);
         y * y
     });
-    let x = [0.0_f64; 2];
-    let [of_forward, of_reverse] = [true, false].map(|forward| Slope(&function, forward));
-    let found = [
-        forward_gradient(&of_forward, &x)[0],
-        forward_gradient(&of_reverse, &x)[0],
-        gradient(|x| of_forward.eval(x), &x)[0],
-        gradient(|x| of_reverse.eval(x), &x)[0],
-        hessian_rows(&function, &x)[0][0],
-    ];
-    let same = |x: &f64| *x == expected || x.is_nan() && expected.is_nan();
+    let found = second_derivatives(&function, &[0.0; 2]);
+    let same = |(_, x): &(_, f64)| *x == expected || x.is_nan() && expected.is_nan();
     assert!(found.iter().all(same), "{found:?}, not {expected}");
 }
 

@@ -15,6 +15,7 @@ mod computed_zeros;
 mod double_double;
 mod drawn;
 mod element;
+mod elementary;
 mod emitted;
 mod foreign;
 mod fused;

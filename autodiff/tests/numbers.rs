@@ -1,7 +1,7 @@
 //! Every operation on every number type must have the same value as on floats.
 
 use autodiff::trace::first_non_finite;
-use autodiff::{DoubleDouble, Dual, Mask, Real, Tape};
+use autodiff::{DoubleDouble, Dual, Elementary, Mask, Real, Tape};
 use num_traits::{One, Zero};
 
 use crate::common::{Formula, Sym, Truth, formulas};
@@ -10,7 +10,7 @@ use crate::common::{Formula, Sym, Truth, formulas};
 fn operations([x, y, z]: [Sym; 3]) -> Vec<(&'static str, Sym)> {
     let truth = |mask| Sym::select(mask, Sym::one(), Sym::zero());
     let inside = x.less(y) & !y.less_equal(z) | z.finite();
-    vec![
+    let mut operations = vec![
         ("+", x + y),
         ("-", x - y),
         ("*", x * y),
@@ -49,19 +49,10 @@ fn operations([x, y, z]: [Sym; 3]) -> Vec<(&'static str, Sym)> {
         ("chain_add", Sym::chain_add(x, y, z)),
         ("dot", Sym::dot(&[x, y, z], &[z, x, y])),
         ("sum", Sym::sum_of(&[x, y, z])),
-        ("asin", x.asin()),
-        ("acos", x.acos()),
-        ("sinh", x.sinh()),
-        ("cosh", x.cosh()),
-        ("asinh", x.asinh()),
-        ("acosh", x.acosh()),
-        ("atanh", x.atanh()),
-        ("exp_m1", x.exp_m1()),
-        ("ln_1p", x.ln_1p()),
-        ("log2", x.log2()),
-        ("log10", x.log10()),
-        ("cbrt", x.cbrt()),
-    ]
+    ];
+    let functions = Elementary::ALL.iter();
+    operations.extend(functions.map(|&f| (f.name(), x.elementary(f))));
+    operations
 }
 
 /// Returns points of both signs: at kinks, near kinks, and at infinity.

@@ -1,7 +1,7 @@
 //! Tests of elementary functions that the table of `precision.rs` does not cover: bit-identical results in all modes,
-//! single precision, many arguments, and third derivatives.
+//! single precision, and many arguments.
 
-use autodiff::{DoubleDouble, Dual, Elementary, Function, Real, gradient};
+use autodiff::{Function, Real, gradient};
 
 use crate::common::{Formula, Sym, assert_gradient, formula};
 
@@ -165,85 +165,4 @@ fn extremes_give_limits_and_nan_is_passed_on() {
     assert!(Real::powi(f64::NAN, 20).is_nan());
     // By mpmath: 1.0000000001^(2^31 - 1).
     assert_eq!(Real::powi(1.0_f64 + 1e-10, i32::MAX), 1.239549965208056);
-}
-
-/// Functions of one number. They have a type of their own, because they are compiled in deeper nestings than the other
-/// functions.
-#[derive(Clone, Copy, Debug)]
-enum Smooth {
-    Atan,
-    Tanh,
-    Elementary(Elementary),
-}
-
-impl Function for Smooth {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        match *self {
-            Self::Atan => x[0].atan(),
-            Self::Tanh => x[0].tanh(),
-            Self::Elementary(function) => x[0].elementary(function),
-        }
-    }
-}
-
-/// The derivative of a function of one number. It is itself a function that can be differentiated.
-#[derive(Clone, Copy)]
-struct Slope<F>(F);
-
-impl<F: Function> Function for Slope<F> {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        self.0.eval(&[Dual::<R, 1>::variable(x[0], 0)]).tangent[0]
-    }
-}
-
-/// Returns a central difference in 31 digits. With a step of 1e-10, the truncation error is 1e-20 times a fifth
-/// derivative, and the rounding error is 1e-31 / 1e-10.
-fn difference(function: &impl Function, x: f64) -> f64 {
-    let h = DoubleDouble::from(1e-10);
-    let [above, below] = [h, -h].map(|h| function.eval(&[DoubleDouble::from(x) + h]));
-    ((above - below) / (h + h)).to_f64()
-}
-
-/// Arguments near 0, where the functions use series, and further out.
-const NEAR_ZERO: [f64; 9] = [0.0, 3.3e-16, -1e-14, 1e-10, -1e-8, 1e-5, -1e-3, 0.3, -0.7];
-const EVERYWHERE: [f64; 6] = [0.999, -1.0, 1.7, -4.0, 9.0, -20.0];
-/// Arguments for functions of positive numbers.
-const POSITIVE: [f64; 7] = [1.001, 1.0625, 1.5, 2.0, 10.0, 123.0, 1e4];
-
-/// The first three derivatives must have all their digits, even where formulas that give accurate values would lose
-/// digits in the derivatives.
-#[test]
-fn three_derivatives_keep_their_digits() {
-    use Elementary::*;
-    let of = |functions: &[Elementary]| functions.iter().map(|&f| Smooth::Elementary(f)).collect();
-    let of_all: Vec<Smooth> = of(&[Sinh, Cosh, Asinh, ExpM1, Sinc, Sinhc, Erf, Erfc, LogSigmoid]);
-    let of_all = [&of_all[..], &[Smooth::Atan]].concat();
-    let near_zero: Vec<Smooth> = of(&[Asin, Acos, Atanh, Ln1p, LnErfc]);
-    let near_zero = [&of_all, &near_zero[..], &[Smooth::Tanh]].concat();
-    let positive: Vec<Smooth> = of(&[Acosh, Log2, Log10, Cbrt, Xlogx, LnGamma, Digamma, Trigamma]);
-    let points = [
-        (near_zero, &NEAR_ZERO[..]),
-        (of_all, &EVERYWHERE),
-        (positive, &POSITIVE),
-    ];
-    let points = points.iter().flat_map(|(functions, at)| {
-        functions
-            .iter()
-            .flat_map(|&f| at.iter().map(move |&x| (f, x)))
-    });
-    for (f, x) in points {
-        let (first, second) = (Slope(f), Slope(Slope(f)));
-        let wide = second.eval(&[DoubleDouble::from(x)]).to_f64();
-        for (order, got, expected) in [
-            ("first", first.eval(&[x]), difference(&f, x)),
-            ("second", second.eval(&[x]), difference(&first, x)),
-            ("third", Slope(second).eval(&[x]), difference(&second, x)),
-            ("second, in DoubleDouble", wide, difference(&first, x)),
-        ] {
-            // The tolerance is for some dozens of roundings, plus the error of the differences.
-            let error = 2e-14 * expected.abs() + 1e-17;
-            let close = (got - expected).abs() <= error;
-            assert!(close, "{f:?}, {order} at {x}: {got}, not {expected}");
-        }
-    }
 }

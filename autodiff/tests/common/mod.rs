@@ -83,6 +83,36 @@ pub(crate) fn gradients(function: &impl Function, x: &[f64]) -> Vec<(&'static st
     ]
 }
 
+/// The slope of a function with respect to its first argument, in forward or in reverse mode.
+struct Slope<'a, F>(&'a F, bool);
+
+impl<F: Function> Function for Slope<'_, F> {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        match self.1 {
+            true => forward_gradient(self.0, x)[0],
+            false => gradient(|x| self.0.eval(x), x)[0],
+        }
+    }
+}
+
+/// Returns the second derivative with respect to the first argument in all nestings of two modes, with their names.
+pub(crate) fn second_derivatives(function: &impl Function, x: &[f64]) -> [(&'static str, f64); 5] {
+    let [of_forward, of_reverse] = [true, false].map(|forward| Slope(function, forward));
+    [
+        ("forward over forward", forward_gradient(&of_forward, x)[0]),
+        ("forward over reverse", forward_gradient(&of_reverse, x)[0]),
+        (
+            "reverse over forward",
+            gradient(|x| of_forward.eval(x), x)[0],
+        ),
+        (
+            "reverse over reverse",
+            gradient(|x| of_reverse.eval(x), x)[0],
+        ),
+        ("of the Hessian", hessian_rows(function, x)[0][0]),
+    ]
+}
+
 /// Asserts that every mode returns exactly this gradient. NaN counts as equal to NaN.
 #[track_caller]
 pub(crate) fn assert_gradient(function: &impl Function, x: &[f64], expected: &[f64]) {
