@@ -1,5 +1,5 @@
-//! Every [`Elementary`] function in every mode, against differences in double-double. The functions are taken from
-//! [`Elementary::ALL`], and what is expected at a pole or at an end of the domain follows from the values beside it. So
+//! Every [`Elementary`] function, and the methods that have rules of their own, in every mode against differences in
+//! double-double. The functions are taken from [`Elementary::ALL`], and what is expected at a pole or at an end of the domain follows from the values beside it. So
 //! a new function needs a line here only if it has a slope at a pole.
 
 use autodiff::data::Recorded;
@@ -21,33 +21,77 @@ const POINTS: [f64; 40] = [
 ];
 
 /// Slopes at poles where the function is defined on both sides, and at kinks. Everywhere else a pole has none.
-const CONVENTIONS: [(Elementary, f64, f64); 3] = [
-    (Elementary::LnGamma, 0.0, -INF),
-    (Elementary::Digamma, 0.0, INF),
-    (Elementary::Trigamma, 0.0, -INF),
+const CONVENTIONS: [(Of, f64, f64); 5] = [
+    (Of::Table(Elementary::LnGamma), 0.0, -INF),
+    (Of::Table(Elementary::Digamma), 0.0, INF),
+    (Of::Table(Elementary::Trigamma), 0.0, -INF),
+    (Of::Recip, 0.0, -INF),
+    (Of::Rsqrt, 0.0, -INF),
 ];
 
 /// Functions whose third derivatives are less accurate than those of others, and by how much: their terms cancel.
-const LESS_ACCURATE: [(Elementary, f64); 1] = [(Elementary::LnErfc, 64.0)];
+const LESS_ACCURATE: [(Of, f64); 1] = [(Of::Table(Elementary::LnErfc), 64.0)];
 
-/// One function.
-#[derive(Clone, Copy, Debug)]
-struct Of(Elementary);
+/// A function of one number: one of the table, or a method that has a rule of its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Of {
+    Table(Elementary),
+    Recip,
+    Sqrt,
+    Rsqrt,
+    Exp,
+    Ln,
+    Sin,
+    Cos,
+    Tan,
+    Tanh,
+    Atan,
+}
 
-impl Function for Of {
-    fn eval<R: Real>(&self, x: &[R]) -> R {
-        x[0].elementary(self.0)
+const METHODS: [Of; 10] = [
+    Of::Recip,
+    Of::Sqrt,
+    Of::Rsqrt,
+    Of::Exp,
+    Of::Ln,
+    Of::Sin,
+    Of::Cos,
+    Of::Tan,
+    Of::Tanh,
+    Of::Atan,
+];
+
+#[kernel]
+fn apply<R: Real>(function: Of, x: R) -> R {
+    match function {
+        Of::Table(function) => x.elementary(function),
+        Of::Recip => x.recip(),
+        Of::Sqrt => x.sqrt(),
+        Of::Rsqrt => x.rsqrt(),
+        Of::Exp => x.exp(),
+        Of::Ln => x.ln(),
+        Of::Sin => x.sin(),
+        Of::Cos => x.cos(),
+        Of::Tan => x.tan(),
+        Of::Tanh => x.tanh(),
+        Of::Atan => x.atan(),
     }
 }
 
-/// One function of each element of an array.
+impl Function for Of {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        apply(*self, x[0])
+    }
+}
+
+/// A function of each element of an array.
 #[derive(Clone, Copy)]
-struct OfEach(Elementary);
+struct OfEach(Of);
 
 #[kernel]
 impl Kernel<1, 1> for OfEach {
     fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
-        [x.elementary(self.0)]
+        [apply(self.0, x)]
     }
 }
 
@@ -146,7 +190,7 @@ fn special(function: Of, x: f64) -> Special {
     }
     let mut listed = CONVENTIONS
         .iter()
-        .filter(|&&(of, at, _)| of == function.0 && at == x);
+        .filter(|&&(of, at, _)| of == function && at == x);
     if let Some(&(_, _, slope)) = listed.next() {
         return Special::Slope(slope);
     }
@@ -184,7 +228,7 @@ fn in_arrays<R: Real + Into<f64>>(function: Of, points: &[R]) -> [Vec<[f64; 2]>;
     let both = both
         .into_iter()
         .map(|(value, slope)| [value.into(), slope[0].into()]);
-    let rollout = Rollout::new(Mapped(OfEach(function.0), points.len()), 1);
+    let rollout = Rollout::new(Mapped(OfEach(function), points.len()), 1);
     let ones = vec![R::one(); points.len()];
     let (values, slopes) = vjp(|x| rollout.run(x, &[]), points, &ones);
     let mapped = values
@@ -205,7 +249,7 @@ struct Judge {
 impl Judge {
     fn is(&mut self, right: bool, what: &str, x: f64, found: f64, expected: f64) {
         if !right {
-            let Of(function) = self.function;
+            let function = self.function;
             self.mistakes.push(format!(
                 "{function:?}, {what} at {x:?}: {found:e}, not {expected:e}"
             ));
@@ -288,7 +332,7 @@ impl Judge {
         self.are(&named, x, of_second, f64::EPSILON);
         let third = Slope(second).eval(&[x]);
         let mut of_third = Differences::at(&second, x);
-        let listed = LESS_ACCURATE.iter().filter(|(of, _)| *of == function.0);
+        let listed = LESS_ACCURATE.iter().filter(|(of, _)| *of == function);
         of_third.allowed *= listed.map(|(_, factor)| factor).product::<f64>();
         self.are(
             &[("third derivative".into(), third)],
@@ -363,8 +407,9 @@ fn judged(function: Of) -> Judge {
 #[test]
 fn every_function_has_its_derivatives_in_every_mode() {
     let (mut mistakes, mut seen) = (Vec::new(), [0; 3]);
-    for &function in Elementary::ALL {
-        let judge = judged(Of(function));
+    let table = Elementary::ALL.iter().map(|&function| Of::Table(function));
+    for function in table.chain(METHODS) {
+        let judge = judged(function);
         assert!(
             judge.seen[0] >= 15,
             "{function:?} is smooth at {} points",
@@ -373,7 +418,7 @@ fn every_function_has_its_derivatives_in_every_mode() {
         mistakes.extend(judge.mistakes);
         seen = std::array::from_fn(|kind| seen[kind] + judge.seen[kind]);
         for x in [NAN, -NAN] {
-            let nan = gradients(&Of(function), &[x]);
+            let nan = gradients(&function, &[x]);
             assert!(
                 nan.iter().all(|(_, slope)| slope[0].is_nan()),
                 "{function:?} of NaN: {nan:?}"

@@ -302,6 +302,39 @@ fn the_second_derivative_of_a_chosen_zero_is_zero() {
     assert_seconds(|x| x[0].min(Sym::lit(0.0)), 0.0);
 }
 
+/// A zero that was computed, times an infinite slope. What the table says to write instead has its second derivative.
+#[test]
+fn a_product_with_an_infinite_slope_has_a_second_derivative_as_one_function() {
+    type Unary = fn(Sym) -> Sym;
+    // By forward over reverse mode, and by the other nestings.
+    let products: [(Unary, f64, f64); 9] = [
+        (|x| x * x.sqrt(), NAN, NAN),
+        (|x| x * x.ln(), NAN, NAN),
+        (|x| x * x.powf(1.5), 0.0, NAN),
+        (|x| x.powf(1.5) * x, 0.0, NAN),
+        (|x| x.powf(1.5).fma(x, x), 0.0, NAN),
+        (
+            |x| Sym::dot(&[x, x], &[x.powf(1.5), Sym::lit(1.0)]),
+            0.0,
+            NAN,
+        ),
+        (|x| x.powf(1.5), INF, INF),
+        (|x| x.xlogx(), INF, INF),
+        (|x| x.powf(2.5), 0.0, 0.0),
+    ];
+    for (k, (function, by_hessian, otherwise)) in products.into_iter().enumerate() {
+        let found = second_derivatives(&formula(1, |x| function(x[0])), &[0.0]);
+        for (mode, found) in found {
+            let expected = match mode {
+                "forward over reverse" | "of the Hessian" => by_hessian,
+                _ => otherwise,
+            };
+            let same = found == expected || found.is_nan() && expected.is_nan();
+            assert!(same, "{k}, {mode}: {found}, not {expected}");
+        }
+    }
+}
+
 #[test]
 fn an_infinite_slope_times_zero_has_no_second_derivative() {
     assert_seconds(|x| (x[0] * x[0]).sqrt(), f64::NAN);
