@@ -1,7 +1,8 @@
-//! Bars that do not pass through one another: a node that comes too near to a bar and the bar push each other apart.
+//! Nodes that do not pass through bars: a node that comes too near to a bar and the bar push each other apart.
 //!
-//! Two bars can only begin to cross when an end of one of them passes through the other. So the law acts on pairs of a
-//! node and a bar that does not end at the node. A step is recorded once, so its pairs are fixed: they are all pairs that
+//! In the plane, two bars can only begin to cross when an end of one of them passes through the other. So bars do not pass
+//! through one another if nodes do not pass through bars. In space, bars can still cross between their ends. The law acts on
+//! pairs of a node and a bar that does not end at the node. A step is recorded once, so its pairs are fixed: they are all pairs that
 //! are near enough at rest to meet later.
 
 use std::sync::Arc;
@@ -26,7 +27,7 @@ const LEAST: f64 = 1e-24;
 const AT_ONCE: usize = 4;
 
 crate::settings! {
-    /// Bars do not pass through one another: nodes and bars that come too near push each other apart.
+    /// Nodes and bars that come too near push each other apart. In the plane, bars then do not pass through one another.
     struct Bumpers<R> {
         /// Stiffness of a contact. Bar and node give way too: their stiffnesses act in series with it.
         stiffness: R = 2000.0, allowed above(0.0, 1e10), unit "N/m", auto "5 times the stiffness of skeleton",

@@ -213,7 +213,7 @@ settings! {
         #[default]
         Keep = "keep",
         /// They do not pull at all, and no step computes them; their mass stays. Void edges keep their stiffness in
-        /// mixtures, and in designs with respect to which something is differentiated.
+        /// mixtures.
         Drop = "drop",
     }
 }
