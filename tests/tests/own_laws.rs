@@ -238,6 +238,14 @@ fn a_formula_acts_like_the_same_law_in_code() {
             "bar_formula",
             "{tension = '(0.5 * actuator + 0.2) * stiffness * max(target - length, 0)'}",
         ],
+        // So slow that bars move faster from the start on, and many of them more than twice as fast.
+        [
+            "actuator",
+            "actuator = {force = 0.01, speed = 0.008}",
+            "bar_formula",
+            "{tension = 'actuator * (max(a * (rate / b - 1), min(a * (1 + rate / b), max(-a, min(a, stiffness * \
+             (length - target))))) - stiffness * (length - target))', a = 0.01, b = 0.008}",
+        ],
         [
             "wind",
             "wind.speed = -1",
@@ -297,6 +305,10 @@ fn gradients_of_own_laws_are_right_in_every_mode() {
          damper.time = 1e-3",
         // These stops are so close that most actuators reach them.
         "physics = {forces = ['stops'], contact = 'none'}\nstops = {at = 0.003, stiffness = 3}",
+        // Bars move faster than these actuators, which brake them.
+        "physics = {forces = ['actuator'], contact = 'none'}\nactuator = {force = 0.01, speed = 0.008}",
+        "physics = {forces = ['actuator'], contact = 'none', integrator = 'implicit'}\n\
+         actuator = {force = 0.01, speed = 0.008}",
     ] {
         let check = check_gradients(&robot(settings), None, 90, &few_directions());
         assert!(check.failures().is_empty(), "{settings}:\n{check}");

@@ -1,11 +1,13 @@
 //! Tests of the built-in laws of bars: their derivatives, compared with finite differences and dual numbers.
 
-use autodiff::Kernel;
 use autodiff::kernels::Fixed;
+use autodiff::{Dual, Kernel, Real, gradient};
 use cosmic::geometry::Vector;
 use cosmic::laws::{
     Actuator, Bar, BarForce, Bump, Bumpers, Damper, Hooke, MovingTension, Rope, Stops, Tension,
 };
+
+use cosmic::settings::Inputs;
 
 use super::kernels::{DT, is_right, values};
 
@@ -102,7 +104,7 @@ fn bar(length: f64, rate: f64, strain: f64) -> Bar<f64> {
 }
 
 /// An actuator pulls like a spring up to its force, which falls with speed while it does work, and not while it is driven
-/// backwards.
+/// backwards. Beyond its speed it brakes.
 #[test]
 fn actuators_are_limited_by_force_and_speed() {
     let law = Actuator {
@@ -120,8 +122,20 @@ fn actuators_are_limited_by_force_and_speed() {
         // It is pulled out or pushed in against its force.
         (0.03, 0.25, 0.6),
         (-0.03, -0.25, -0.6),
-        // Faster than it can move without a load.
-        (0.03, -0.6, 0.0),
+        // As fast as it can move without a load, and faster, whatever its target is.
+        (0.03, -0.5, 0.0),
+        (0.03, -0.75, -0.3),
+        (-0.03, 0.75, 0.3),
+        (0.0, -0.75, -0.3),
+        (-0.005, 0.75, 0.3),
+        // Its target asks for more than the least brake.
+        (-0.015, -0.75, -0.45),
+        // Beyond twice its speed it brakes with more than its force.
+        (0.03, -1.0, -0.6),
+        (0.03, -2.0, -1.8),
+        (-0.03, -2.0, -1.8),
+        (-0.03, 2.0, 1.8),
+        (0.03, 2.0, 1.8),
     ] {
         // Lengths of 0.1 m are rounded at 1e-17 and multiplied by 30 N/m.
         let bar = bar(0.1 + change, rate, 0.35);
@@ -131,11 +145,63 @@ fn actuators_are_limited_by_force_and_speed() {
     assert_eq!(Actuator::tension(&law, bar(0.13, 0.0, 0.0)), 0.0);
     let half = total(bar(0.13, 0.0, 0.175));
     assert!((half - 0.5 * (0.9 + 0.6)).abs() < 1e-14, "{half}");
-    for [dvx, dvy] in [[-0.1, -0.1], [0.2, 0.1]] {
+    // The last two are braked, one of them with more than the force.
+    for [dvx, dvy] in [[-0.1, -0.1], [0.2, 0.1], [-0.5, -0.5], [1.0, 1.0]] {
         let given = [0.11, 0.09, dvx, dvy, 0.3, 30.0, 0.1, 0.35];
         let Fixed { kernel, uniforms } = tension(law.clone());
         let kernel = MovingTension(kernel);
         is_right(&Fixed { kernel, uniforms }, given);
+    }
+}
+
+/// The tension that the law `actuator` adds to a bar whose length differs from its target by `change` (m), as a function of
+/// the rate.
+fn actuator_at<R: Real>(law: &Actuator, change: f64, rate: R) -> R {
+    let bar = Bar {
+        length: R::lit(0.1 + change),
+        rate,
+        target: R::lit(0.1),
+        rest_length: R::lit(0.1),
+        stiffness: R::lit(30.0),
+        strain: R::lit(0.5),
+        largest_strain: 0.5,
+    };
+    Actuator::tension(&law.constant(), bar)
+}
+
+/// An actuator at its limit has a kink at rest, and one that is driven backwards at twice its speed. Its slope there is that
+/// of the constant force. The line that falls with speed has no kink where it begins to brake.
+#[test]
+fn at_its_kinks_an_actuator_has_the_slope_of_the_constant_force() {
+    let law = Actuator {
+        force: 0.75,
+        speed: 0.5,
+    };
+    // All these numbers are exact.
+    let line = 0.75 / 0.5;
+    for (change, rate, slope) in [
+        (0.03, 0.0, 0.0),
+        (0.03, 0.25, 0.0),
+        (0.03, -0.25, line),
+        (0.03, -0.5, line),
+        (0.03, -1.0, line),
+        (0.03, -2.0, line),
+        (0.03, 1.0, 0.0),
+        (0.03, 1.25, line),
+        (-0.03, 0.0, 0.0),
+        (-0.03, -0.25, 0.0),
+        (-0.03, 0.5, line),
+        (-0.03, 1.0, line),
+        (-0.03, -1.0, 0.0),
+        (-0.03, -1.25, line),
+    ] {
+        let forward = actuator_at(&law, change, Dual::<f64, 1>::variable(rate, 0)).tangent;
+        let reverse = gradient(|x| actuator_at(&law, change, x[0]), &[rate]);
+        assert_eq!(
+            (forward, &reverse[..]),
+            ([slope], &[slope][..]),
+            "{change} {rate}"
+        );
     }
 }
 

@@ -17,8 +17,8 @@ def observed(net, data, goal):
 def force(net, data, target):
     """The force of each actuator (N), at most what its law allows. A positive force pushes the ends apart."""
     pull = net["stiffness"] * (data.actuator_length - net["length"] * (1 + target))
-    slower = lambda rate: net["force"] * np.clip(1 + rate / net["speed"], 0, 1)
-    return -np.clip(pull, -slower(-data.actuator_velocity), slower(data.actuator_velocity))
+    most, relative = net["force"], data.actuator_velocity / net["speed"]
+    return -np.clip(np.clip(pull, -most, most), most * (relative - 1), most * (relative + 1))
 
 
 def step(model, robots, net, n, goal=None):
