@@ -34,8 +34,8 @@ impl BarForce for Actuator {
     /// An actuator pulls its length towards the target like a spring, but with at most `force` times `1 - rate / speed`
     /// in the direction in which it moves. While it is driven backwards it holds `force`. Beyond `speed` it brakes, whatever
     /// its target is, and the brake goes on growing with speed: a constant brake would be a kink, at which the implicit step
-    /// overshoots. At its limits, the derivative is that of the limit. At rate 0, and at twice its speed backwards, it is that
-    /// of the constant force.
+    /// overshoots. Where the spring reaches `force`, at rate 0, and at twice its speed backwards, the derivative is that of the
+    /// constant force. Where the spring meets the line that falls with speed, it is that of the spring.
     fn tension<R: Real>(actuator: &Actuator<R>, bar: Bar<R>) -> R {
         let force = actuator.force;
         let share = bar.share_of_actuator();

@@ -158,10 +158,10 @@ fn actuators_are_limited_by_force_and_speed() {
 /// the rate.
 fn actuator_at<R: Real>(law: &Actuator, change: f64, rate: R) -> R {
     let bar = Bar {
-        length: R::lit(0.1 + change),
+        length: R::lit(0.25 + change),
         rate,
-        target: R::lit(0.1),
-        rest_length: R::lit(0.1),
+        target: R::lit(0.25),
+        rest_length: R::lit(0.25),
         stiffness: R::lit(30.0),
         strain: R::lit(0.5),
         largest_strain: 0.5,
@@ -170,7 +170,8 @@ fn actuator_at<R: Real>(law: &Actuator, change: f64, rate: R) -> R {
 }
 
 /// An actuator at its limit has a kink at rest, and one that is driven backwards at twice its speed. Its slope there is that
-/// of the constant force. The line that falls with speed has no kink where it begins to brake.
+/// of the constant force. Where the spring meets the line that falls with speed, it is that of the spring. The line has no kink
+/// where it begins to brake.
 #[test]
 fn at_its_kinks_an_actuator_has_the_slope_of_the_constant_force() {
     let law = Actuator {
@@ -194,6 +195,10 @@ fn at_its_kinks_an_actuator_has_the_slope_of_the_constant_force() {
         (-0.03, 1.0, line),
         (-0.03, -1.0, 0.0),
         (-0.03, -1.25, line),
+        (0.015625, -0.18, 0.0),
+        (0.015625, -0.1875, 0.0),
+        (0.015625, -0.19, line),
+        (-0.015625, 0.1875, 0.0),
     ] {
         let forward = actuator_at(&law, change, Dual::<f64, 1>::variable(rate, 0)).tangent;
         let reverse = gradient(|x| actuator_at(&law, change, x[0]), &[rate]);
