@@ -3,6 +3,7 @@
 use std::borrow::Borrow;
 
 use autodiff::{CotangentBound, Memory, Real};
+use serde::{Deserialize, Serialize};
 
 use crate::design::{Design, Material, Mixture};
 use crate::geometry::{Ground, Vector};
@@ -49,7 +50,7 @@ pub fn kept_steps(steps: usize, every: usize) -> Vec<usize> {
 }
 
 /// The loads of a layout and the energy that it needs in one rollout.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LoadsAndEnergy {
     /// The loads of each edge; `None` for a void edge.
     pub bars: Vec<Option<BarLoad>>,
@@ -145,7 +146,7 @@ impl Task {
     }
 
     /// A copy of the task with other physics, such as a shorter time step. Its robots have the controller's settings
-    /// `controller`, their feedback, and the goal of the scene.
+    /// `controller`, their feedback, and the goal of the scene. The memory budget and the flag that stops rollouts stay.
     #[must_use]
     pub(crate) fn with_physics(
         &self,
@@ -153,8 +154,10 @@ impl Task {
         controller: &ControllerSettings,
     ) -> Self {
         let simulator = Simulator::new(&self.lattice, physics, controller);
+        let mut simulator = simulator.with_memory(self.simulator.memory);
+        simulator.stop = self.simulator.stop.clone();
         Self {
-            simulator: simulator.with_memory(self.simulator.memory),
+            simulator,
             physics: physics.clone(),
             ..self.clone()
         }

@@ -24,7 +24,8 @@ static LIBRARY: LazyLock<Option<PathBuf>> = LazyLock::new(|| {
     match compiled {
         Ok(status) => assert!(status.success(), "cc cannot compile tests/no_locks.c"),
         Err(_) => {
-            let says = b"SKIPPED: no C compiler `cc`: runs on a disk without locks are not tested\n";
+            let says =
+                b"SKIPPED: no C compiler `cc`: runs on a disk without locks are not tested\n";
             // Written directly, because the test harness hides what passing tests print.
             io::stderr().write_all(says).unwrap();
             return None;

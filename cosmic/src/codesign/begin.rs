@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use super::evaluator::Evaluator;
+use super::measurements::Measurements;
 use super::progress::Progress;
 use crate::design::{Design, LayoutRules, Material, Mixture, start};
 use crate::error::{Error, Result};
@@ -271,6 +272,7 @@ impl CoDesign {
             candidates: Vec::new(),
             design_mean: [Vec::new(), Vec::new()],
             settled: None,
+            measurements: Measurements::default(),
             design,
             controller,
         }

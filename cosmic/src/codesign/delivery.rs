@@ -2,9 +2,11 @@
 //! displacement.
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::domains::{PERTURBED_ROLLOUTS, VARIED};
 use super::evaluator::Evaluator;
+use super::measurements::{Measurements, Measuring};
 use super::observed::ObservedRollout;
 use super::other_steps::OtherSteps;
 use super::progress::{Candidate, Progress};
@@ -88,35 +90,42 @@ impl Evaluator {
     /// Chooses the controller to deliver and measures the robot in full rollouts. If the optimisation ended before the
     /// snap, the edges of the simulated robot are mixtures of materials.
     pub fn deliver(&self, progress: &Progress) -> Delivery {
-        let delivery = self.deliver_unless(progress, &|| false);
-        delivery.expect("`is_stopped` is always false")
+        self.deliver_over(progress, SelectionSettings::FINAL_ROLLOUTS)
     }
 
-    /// Like [`deliver`](Self::deliver), but can be stopped: calls `is_stopped` several times during the work, and
-    /// returns `None` as soon as that returns true.
-    pub fn deliver_unless(
-        &self,
-        progress: &Progress,
-        is_stopped: &dyn Fn() -> bool,
-    ) -> Option<Delivery> {
-        self.deliver_over(progress, SelectionSettings::FINAL_ROLLOUTS, is_stopped)
-    }
-
-    /// Like [`deliver_unless`](Self::deliver_unless), with this number of rollouts, at least eight, for each of the
-    /// quantiles. The delivered robot does not depend on this number.
+    /// Like [`deliver`](Self::deliver), with this number of rollouts, at least eight, for each of the quantiles. The
+    /// delivered robot does not depend on this number.
     ///
     /// # Panics
     /// If there are fewer than eight rollouts.
-    pub fn deliver_over(
+    pub fn deliver_over(&self, progress: &Progress, rollouts: usize) -> Delivery {
+        let mut measuring = Measuring {
+            rollouts,
+            known: Measurements::default(),
+            is_stopped: &|| false,
+            keep: &mut |_| (),
+        };
+        let delivery = self.deliver_unless(progress, &mut measuring);
+        delivery.expect("`is_stopped` is always false")
+    }
+
+    /// Like [`deliver`](Self::deliver), but can be stopped: asks `measuring.is_stopped` several times during the work, and
+    /// returns `None` as soon as that returns true. A later call with the same progress and the measurements that
+    /// `measuring.known` then holds goes on where this one stopped.
+    pub fn deliver_unless(
         &self,
         progress: &Progress,
-        rollouts: usize,
-        is_stopped: &dyn Fn() -> bool,
+        measuring: &mut Measuring,
     ) -> Option<Delivery> {
+        let Measuring {
+            rollouts,
+            is_stopped,
+            ..
+        } = *measuring;
         let go_on = || (!is_stopped()).then_some(());
         let design = self.design(progress);
         let entrants = self.entrants(progress);
-        let selections = self.selections(progress, &entrants);
+        let selections = measuring.known_or("selections", || self.selections(progress, &entrants));
         go_on()?;
         // The controller of the last iteration comes first, so it wins a tie.
         let ranked = selections.iter().zip(&entrants);
@@ -128,39 +137,52 @@ impl Evaluator {
         let eight = &domains[..PERTURBED_ROLLOUTS];
         let last = (best > 0).then_some(&progress.controller);
         let judged: Vec<_> = std::iter::once(controller).chain(last).collect();
-        let reached = self.reached_over(&design, &judged, &domains);
-        let spreads = reached
-            .iter()
-            .map(|reached| QuantilesOverDomains::of(reached));
-        let spreads: Vec<_> = spreads.collect();
+        let spreads = measuring.known_or("spreads", || {
+            let reached = self.reached_over(&design, &judged, &domains);
+            let of = |reached: &Vec<Reached>| {
+                let of_eight = &reached[..PERTURBED_ROLLOUTS];
+                [&reached[..], of_eight].map(QuantilesOverDomains::of)
+            };
+            reached.iter().map(of).collect::<Vec<_>>()
+        });
         go_on()?;
         let seen = self.observe(&design, controller);
         go_on()?;
         let merit = self.unperturbed(&design, controller, seen.moved.forward());
-        let clock_alone = self.clock_alone(&design, controller, &domains);
+        let clock_alone = measuring.known_or("clock_alone", || {
+            self.clock_alone(&design, controller, &domains)
+        });
         go_on()?;
         let varied_domains = self.varied(progress.seed, Purpose::Variation, rollouts);
-        let ([robust, varied], robust_energy) =
-            self.of_varied(&design, controller, progress.seed, &varied_domains);
+        let ([robust, varied], robust_energy) = measuring.known_or("varied", || {
+            self.of_varied(&design, controller, progress.seed, &varied_domains)
+        });
         go_on()?;
-        let other_steps = self.with_other_steps(&design, controller, eight);
+        let other_steps = measuring.known_or("other_steps", || {
+            self.with_other_steps(&design, controller, eight)
+        });
         go_on()?;
-        let low_friction = self.on_low_friction(&design, controller, &varied_domains);
+        let low_friction = measuring.known_or("low_friction", || {
+            self.on_low_friction(&design, controller, &varied_domains)
+        });
         go_on()?;
-        let half_step = self.at_half_step(&design, controller);
+        let half_step = measuring.known_or("half_step", || self.at_half_step(&design, controller));
         go_on()?;
         let idle = controller.map(|_| 0.0);
-        let idle_merit = self
-            .quoted(&domains, &varied_domains)
-            .map(|domains| self.spreads(&design, &[&idle], domains).remove(0).merit);
+        let idle_merit = measuring.known_or("idle_merit", || {
+            self.quoted(&domains, &varied_domains)
+                .map(|domains| self.spreads(&design, &[&idle], domains).remove(0).merit)
+        });
         go_on()?;
         let sensitivities = match design {
-            Design::Layout(_) => self.sensitivities(&design, controller, eight),
+            Design::Layout(_) => measuring.known_or("sensitivities", || {
+                self.sensitivities(&design, controller, eight)
+            }),
             Design::Undecided(_) => Vec::new(),
         };
         go_on()?;
-        let of_eight = QuantilesOverDomains::of(&reached[0][..PERTURBED_ROLLOUTS]);
-        let unsteady = self.unsteady(&of_eight, &other_steps);
+        let [own, own_of_eight] = &spreads[0];
+        let unsteady = self.unsteady(own_of_eight, &other_steps);
         Some(Delivery {
             design: progress.design.clone(),
             materials: design.materials(),
@@ -173,10 +195,10 @@ impl Evaluator {
             across: self.is_in_space().then_some(robust.across),
             reliability: self.reliability(&varied, merit, unsteady, seen.standstill),
             other_steps,
-            spread: spreads[0].displacement,
+            spread: own.displacement,
             clock_alone,
-            last: spreads[judged.len() - 1].displacement,
-            merit: self.quoted(spreads[0].merit, varied.merit),
+            last: spreads[judged.len() - 1][0].displacement,
+            merit: self.quoted(own.merit, varied.merit),
             idle_merit,
             robust_energy,
             low_friction,
@@ -394,7 +416,7 @@ impl Evaluator {
 }
 
 /// The quantiles of one controller's results over several domains.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct QuantilesOverDomains {
     pub(super) displacement: Quantiles,
     /// The displacement across; 0 for a planar robot.

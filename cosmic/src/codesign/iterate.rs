@@ -55,6 +55,7 @@ impl CoDesign {
             self.attract(progress, &now);
         }
         progress.iteration = iteration;
+        progress.measurements.clear();
         progress.skipped += record.skipped;
         record.multipliers = progress.lagrangian.multiplier;
         record.penalties = progress.lagrangian.penalty;

@@ -36,6 +36,7 @@
 mod schedule;
 mod quantiles;
 mod reliability;
+mod measurements;
 mod progress;
 mod evaluator;
 mod reach;
@@ -61,6 +62,7 @@ pub use delivery::Delivery;
 pub use domains::VARIED;
 pub use evaluator::Evaluator;
 pub use low_friction::LOW_FRICTION;
+pub use measurements::{Measurements, Measuring};
 pub use observed::ObservedRollout;
 pub use other_steps::{Medians, OtherSteps};
 pub use progress::{Candidate, Progress, Record, Settled};

@@ -1,6 +1,8 @@
 //! Whether the walk of a robot depends on how time is cut into steps: the same rollouts with half the time step, and with
 //! another integrator.
 
+use serde::{Deserialize, Serialize};
+
 use super::evaluator::Evaluator;
 use crate::design::{Design, Mixture};
 use crate::domain::Domain;
@@ -17,7 +19,7 @@ const MARGIN: f64 = 0.97;
 
 /// Medians over eight of the starts of [`Delivery::spread`](super::Delivery::spread) with other time steps. Minus infinity if too
 /// many rollouts diverge.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Medians {
     /// Displacement along the ground, m.
     pub displacement: f64,
@@ -26,7 +28,7 @@ pub struct Medians {
 }
 
 /// The same robot, simulated in other ways.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OtherSteps {
     /// With half the time step: the controller acts twice as often.
     pub half: Medians,

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::measurements::Measurements;
 use super::quantiles::Quantiles;
 use super::schedule::{Pass, Phase};
 use super::slope::Slope;
@@ -64,6 +65,9 @@ pub struct Progress {
     pub design_mean: [Vec<f64>; 2],
     /// The controller to which the end of the fine-tuning (called settling) returns; `None` before that.
     pub settled: Option<Settled>,
+    /// The final measurements that are done, if the run was interrupted during its delivery.
+    #[serde(default, skip_serializing_if = "Measurements::is_empty")]
+    pub measurements: Measurements,
 }
 
 impl Progress {

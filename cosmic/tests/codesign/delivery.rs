@@ -1,15 +1,19 @@
 use crate::small::{MOBILE_ROBOT, after, begun, tiny};
+use autodiff::Real;
 use cosmic::case::Case;
 use cosmic::codesign::{
-    Candidate, Delivery, Evaluator, Progress, Quantiles, Schedule, VARIED, settle,
+    Candidate, CoDesign, Delivery, Evaluator, Measurements, Measuring, Progress, Quantiles,
+    Schedule, VARIED, settle,
 };
 use cosmic::design::{Design, Material};
 use cosmic::domain::{Domain, draw};
-use cosmic::objective::of_scene;
+use cosmic::objective::{Loss, of_scene};
 use cosmic::random::{Purpose, stream};
-use cosmic::scene::{Integrator, LossKind, PhysicsSettings, Scene, TaskKind};
-use cosmic::simulator::{BarLoad, Span};
+use cosmic::scene::{Integrator, LossKind, PhysicsSettings, Scene, SelectionSettings, TaskKind};
+use cosmic::simulator::{BarLoad, Span, Trajectory};
 use std::cell::Cell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 #[test]
 fn a_delivery_stops_between_its_parts() {
@@ -17,19 +21,100 @@ fn a_delivery_stops_between_its_parts() {
     let asked = Cell::new(0);
     let stops_at = |question: usize| {
         asked.set(0);
-        let is_stopped = || {
-            asked.set(asked.get() + 1);
-            asked.get() == question
-        };
-        evaluator.deliver_unless(&progress, &is_stopped)
+        let known = Measurements::default();
+        delivered(&evaluator, &progress, known, question, &asked).0
     };
-    assert_eq!(stops_at(0), Some(evaluator.deliver(&progress)));
+    assert_eq!(stops_at(usize::MAX), Some(evaluator.deliver(&progress)));
     let questions = asked.get();
     assert!(questions > 3);
     for question in 1..=questions {
         assert_eq!(stops_at(question), None);
-        assert_eq!(asked.get(), question);
+        // The last answer may concern a measurement, which ends before the delivery does.
+        assert!(asked.get() <= question + 1);
     }
+}
+
+/// A delivery that is stopped at a question and at all later ones, and the measurements that it has done.
+fn delivered(
+    evaluator: &Evaluator,
+    progress: &Progress,
+    known: Measurements,
+    question: usize,
+    asked: &Cell<usize>,
+) -> (Option<Delivery>, Measurements) {
+    let is_stopped = || {
+        asked.set(asked.get() + 1);
+        asked.get() >= question
+    };
+    let mut measuring = Measuring {
+        rollouts: SelectionSettings::FINAL_ROLLOUTS,
+        known,
+        is_stopped: &is_stopped,
+        keep: &mut |_| (),
+    };
+    let delivery = evaluator.deliver_unless(progress, &mut measuring);
+    (delivery, measuring.known)
+}
+
+/// Counts the rollouts whose losses are computed.
+struct Counted(Arc<AtomicUsize>);
+
+impl Loss for Counted {
+    fn observed(&self, steps: usize) -> Vec<usize> {
+        vec![steps]
+    }
+
+    fn loss<R: Real>(&self, trajectory: &Trajectory<R>) -> R {
+        self.0.fetch_add(1, Ordering::Relaxed);
+        -trajectory.states[0].x[0].up()
+    }
+}
+
+/// A delivery that is stopped anywhere and called again repeats no measurement that was done, and has the same result, also
+/// if the measurements went through a file.
+#[test]
+fn a_stopped_delivery_goes_on_where_it_stopped() {
+    let count = Arc::new(AtomicUsize::new(0));
+    let codesign = CoDesign::with_loss(&tiny(), Counted(Arc::clone(&count))).unwrap();
+    let (evaluator, progress) = (codesign.evaluator(), codesign.begin(1).unwrap());
+    let asked = Cell::new(0);
+    let counted = |known: Measurements, question: usize| {
+        asked.set(0);
+        let before = count.load(Ordering::Relaxed);
+        let (delivery, known) = delivered(evaluator, &progress, known, question, &asked);
+        (delivery, known, count.load(Ordering::Relaxed) - before)
+    };
+    let (whole, _, all) = counted(Measurements::default(), usize::MAX);
+    let questions = asked.get();
+    let mut least = all;
+    for question in 1..=questions {
+        let (none, known, first) = counted(Measurements::default(), question);
+        assert!(none.is_none());
+        let text = serde_json::to_string(&known).unwrap();
+        let (resumed, _, then) = counted(serde_json::from_str(&text).unwrap(), usize::MAX);
+        assert_eq!(resumed, whole);
+        // Of the quantiles, the largest measurement, all rollouts may be repeated, and the unperturbed one.
+        let repeated = first + then - all;
+        let most = SelectionSettings::FINAL_ROLLOUTS + 1;
+        assert!(repeated <= most, "{repeated} of {all} at {question}");
+        least = least.min(then);
+    }
+    assert_eq!(
+        least, 1,
+        "only the unperturbed rollout is repeated at the end"
+    );
+}
+
+/// Rollouts with other time steps stop like all others.
+#[test]
+fn rollouts_with_other_time_steps_see_the_stop() {
+    let (mut codesign, progress) = after(&tiny(), 0, 1);
+    codesign.stop_by(Some(Arc::new(AtomicBool::new(true))));
+    let other = codesign.evaluator().deliver(&progress).other_steps;
+    // A rollout that was stopped has no result, which counts as minus infinity.
+    assert_eq!(other.half.displacement, f64::NEG_INFINITY);
+    let (_, medians) = other.integrator.unwrap();
+    assert_eq!(medians.displacement, f64::NEG_INFINITY);
 }
 
 /// The delivered strains and speeds are equal to those of a rollout that is observed at every step.
@@ -141,7 +226,7 @@ fn median(scene: &Scene, progress: &Progress, change: impl Fn(&mut PhysicsSettin
 
 /// The delivery of a robot that is measured in eight rollouts, like all its medians with other physics.
 fn of_eight(evaluator: &Evaluator, progress: &Progress) -> Delivery {
-    evaluator.deliver_over(progress, 8, &|| false).unwrap()
+    evaluator.deliver_over(progress, 8)
 }
 
 /// A robot's other medians are those of scenes with half the step and with another integrator. A robot is unreliable if one
@@ -267,11 +352,7 @@ fn final_quantiles_are_over_24_rollouts() {
     let scene = Scene::parse("lively", &[MOBILE_ROBOT, "iterations = 9"].concat()).unwrap();
     let (codesign, progress) = after(&scene, 9, 1);
     let evaluator = codesign.evaluator();
-    let over = |rollouts: usize| {
-        evaluator
-            .deliver_over(&progress, rollouts, &|| false)
-            .unwrap()
-    };
+    let over = |rollouts: usize| evaluator.deliver_over(&progress, rollouts);
     let (own, eight) = (evaluator.deliver(&progress), over(8));
     assert_eq!(own, over(24));
     assert_ne!(own.robust, eight.robust);

@@ -4,6 +4,7 @@ use cosmic::record::multistart::folder_of;
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::{Observer, RunPlan, optimise, resume};
 use rayon::ThreadPoolBuilder;
+use std::cell::Cell;
 use std::fs;
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -54,6 +55,58 @@ fn a_delivery_can_be_interrupted_and_resumed() {
             assert!(resumed == whole, "{file} of {starts} starts");
         }
     }
+}
+
+/// An observer that stops a run after some questions of its delivery.
+struct StopsAfter(Cell<usize>);
+
+impl Observer for StopsAfter {
+    fn is_stopped(&self) -> bool {
+        self.0.set(self.0.get().saturating_sub(1));
+        self.0.get() == 0
+    }
+}
+
+/// The measurements of an interrupted delivery are saved, and a resumed run has the results of a run without
+/// interruption.
+#[test]
+fn the_measurements_of_an_interrupted_delivery_are_saved() {
+    let folder = tempfile::tempdir().unwrap();
+    let [whole, run] = ["whole", "run"].map(|name| folder.path().join(name));
+    let plan = RunPlan {
+        starts: NonZeroUsize::MIN,
+        ..plan()
+    };
+    optimise(&whole, &plan, &mut ()).unwrap();
+    let saved = || {
+        let text = fs::read_to_string(run.join(SNAPSHOT)).unwrap();
+        let snapshot: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let known = snapshot["progress"]["measurements"].as_object().cloned();
+        known.unwrap_or_default().len()
+    };
+    optimise(&run, &plan, &mut StopsAfter(Cell::new(2))).unwrap_err();
+    let mut before = saved();
+    for questions in [5, 7, 9] {
+        let stopped = resume(
+            &run,
+            &Registry::default(),
+            &mut StopsAfter(Cell::new(questions)),
+        );
+        assert_eq!(stopped.unwrap_err().exit_code(), 75);
+        let now = saved();
+        assert!(now > before, "{now} measurements after {before}");
+        before = now;
+    }
+    resume(&run, &Registry::default(), &mut ()).unwrap();
+    let [resumed, whole] = [&run, &whole].map(|folder| {
+        let text = fs::read_to_string(folder.join("summary.json")).unwrap();
+        let mut summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+        summary["seconds"].take();
+        summary
+    });
+    assert_eq!(resumed, whole);
+    // The snapshot of a finished run is that of a run without interruptions.
+    assert_eq!(saved(), 0);
 }
 
 /// Begins the search in a folder, and stops it before the second start begins.

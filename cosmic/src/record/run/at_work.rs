@@ -1,7 +1,7 @@
 //! [`Run`], which does the iterations of a run, records them in the folder, saves snapshots, and writes the result.
 
 use super::folder::{Lock, begin, keep_scene};
-use crate::codesign::{CoDesign, Delivery, Progress, Record};
+use crate::codesign::{CoDesign, Delivery, Measurements, Measuring, Progress, Record};
 use crate::error::{Error, Result};
 use crate::record::design_file::{DESIGN, DesignFile};
 use crate::record::files::{sweep, write_atomic, write_json};
@@ -9,6 +9,7 @@ use crate::record::history::{DesignRow, Frames, History};
 use crate::record::snapshot::{RunPlan, SNAPSHOT, Snapshot};
 use crate::record::summary::{self, DIVERGED, SUMMARY, Summary};
 use crate::record::trajectory_file::{self, TRAJECTORY, TrajectoryFile};
+use crate::scene::SelectionSettings;
 use crate::simulator::{Grade, Trajectory};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -175,17 +176,43 @@ impl Run {
     /// Does the remaining iterations and writes the result.
     pub(in crate::record) fn finish(mut self, observer: &mut dyn Observer) -> Result<Summary> {
         self.advance(self.last_iteration(), observer)?;
-        let is_stopped = || observer.is_stopped();
-        let delivery = self
-            .codesign
-            .evaluator()
-            .deliver_unless(&self.progress, &is_stopped);
-        // Rollouts that were stopped have no result.
-        let delivery = delivery.filter(|_| !observer.is_stopped());
-        let delivery = delivery.ok_or_else(|| self.interrupted())?;
+        let delivery = self.deliver(observer)?;
         let summary = self.write_result(&delivery)?;
         self.lock.finish();
         Ok(summary)
+    }
+
+    /// Measures the finished robot. Saves the measurements that are done, so that a resumed run goes on with the others.
+    fn deliver(&self, observer: &dyn Observer) -> Result<Delivery> {
+        let (mut saved, mut is_kept) = (Instant::now(), !self.progress.measurements.is_empty());
+        let mut keep = |known: &Measurements| {
+            if saved.elapsed() > SNAPSHOT_WITHIN {
+                is_kept = true;
+                // A snapshot that cannot be written now is written when the delivery stops, or its error is that of the
+                // result.
+                let _ = self.save_with(known);
+                saved = Instant::now();
+            }
+        };
+        let mut measuring = Measuring {
+            rollouts: SelectionSettings::FINAL_ROLLOUTS,
+            known: self.progress.measurements.clone(),
+            is_stopped: &|| observer.is_stopped(),
+            keep: &mut keep,
+        };
+        let evaluator = self.codesign.evaluator();
+        let delivery = evaluator.deliver_unless(&self.progress, &mut measuring);
+        let known = measuring.known;
+        // Rollouts that were stopped have no result.
+        if let Some(delivery) = delivery.filter(|_| !observer.is_stopped()) {
+            if is_kept {
+                // The snapshot of a finished run does not depend on interruptions.
+                self.save_with(&Measurements::default())?;
+            }
+            return Ok(delivery);
+        }
+        self.save_with(&known)?;
+        Err(self.interrupted())
     }
 
     /// Does the iterations up to `last` and saves the run.
@@ -359,9 +386,22 @@ impl Run {
     }
 
     fn save(&self) -> Result<()> {
+        self.save_with(&self.progress.measurements)
+    }
+
+    /// Saves the run with these final measurements.
+    fn save_with(&self, known: &Measurements) -> Result<()> {
         self.history.sync()?;
-        let (folder, progress) = (self.lock.folder(), &self.progress);
-        Snapshot::save(folder, &self.plan, self.seconds(), Some(progress))
+        let progress = Progress {
+            measurements: known.clone(),
+            ..self.progress.clone()
+        };
+        Snapshot::save(
+            self.lock.folder(),
+            &self.plan,
+            self.seconds(),
+            Some(&progress),
+        )
     }
 
     fn write_result(&self, delivery: &Delivery) -> Result<Summary> {
