@@ -1,5 +1,6 @@
 //! The snap: gives every edge one material, within the volume bounds.
 
+use super::structure::Faults;
 use super::{LayoutRules, Material, Mixture};
 use crate::geometry::Range;
 use crate::lattice::EdgeRules;
@@ -72,14 +73,75 @@ fn mended(
     cost: &impl Fn(usize, Material, Material) -> Option<f64>,
 ) -> Vec<Material> {
     loop {
-        let present = counts.badness(&layout, rules);
-        let better = flips_of(groups, &layout, rules.edges(), cost)
-            .into_iter()
-            .map(|flip| flip.on(&layout))
-            .find(|flipped| counts.badness(flipped, rules) < present);
-        match better {
+        let present = Present::new(counts, rules, &layout);
+        let flips = flips_of(groups, &layout, rules.edges(), cost).into_iter();
+        let mut flips = flips;
+        let better = flips.find(|flip| present.is_better(flip));
+        match better.map(|flip| flip.on(&layout)) {
             Some(better) => layout = better,
             None => return layout,
+        }
+    }
+}
+
+/// How bad a layout is before a flip: the number of faults, then the number of edges by which the volumes are out of bounds.
+/// The number of faults is compared first.
+struct Present<'a> {
+    layout: &'a [Material],
+    counts: &'a Counts,
+    rules: &'a LayoutRules,
+    faults: Faults<'a>,
+    /// The numbers of solid edges and of actuators.
+    numbers: [usize; 2],
+    excess: usize,
+}
+
+impl<'a> Present<'a> {
+    fn new(counts: &'a Counts, rules: &'a LayoutRules, layout: &'a [Material]) -> Self {
+        let numbers = solid_and_actuators(layout);
+        Self {
+            faults: rules.counted(layout),
+            excess: counts.excess(numbers),
+            layout,
+            counts,
+            rules,
+            numbers,
+        }
+    }
+
+    /// True if the layout is less bad after a flip.
+    fn is_better(&self, flip: &Flip) -> bool {
+        let excess = self.excess_after(flip);
+        match self.faults.count {
+            0 if excess >= self.excess => false,
+            _ => [self.faults_after(flip), excess] < [self.faults.count, self.excess],
+        }
+    }
+
+    /// True if the layout has no more faults after a flip, and its volumes are no further out of bounds.
+    fn is_no_worse(&self, flip: &Flip) -> bool {
+        self.excess_after(flip) <= self.excess && self.faults_after(flip) <= self.faults.count
+    }
+
+    fn excess_after(&self, flip: &Flip) -> usize {
+        let before = flip.group.iter().map(|&edge| self.layout[edge]);
+        let [solid, actuators] = solid_and_actuators(&before.collect::<Vec<_>>());
+        let size = flip.group.len();
+        let after = [
+            size * usize::from(flip.to.is_solid()),
+            size * usize::from(flip.to == Material::Actuator),
+        ];
+        let [all_solid, all_actuators] = self.numbers;
+        self.counts.excess([
+            all_solid + after[0] - solid,
+            all_actuators + after[1] - actuators,
+        ])
+    }
+
+    fn faults_after(&self, flip: &Flip) -> usize {
+        match flip.group {
+            [edge] => self.faults.after(*edge, flip.to),
+            _ => self.rules.faults(&flip.on(self.layout)),
         }
     }
 }
@@ -163,14 +225,11 @@ pub fn flipped(
     cost: impl Fn(usize, Material, Material) -> Option<f64>,
 ) -> Vec<Vec<Material>> {
     let counts = Counts::new(bounds, materials.len());
-    let present = counts.badness(materials, rules);
+    let present = Present::new(&counts, rules, materials);
     let groups = rules.edges().groups(materials.len());
     let flips = flips_of(&groups, materials, rules.edges(), &cost);
-    let layouts = flips.iter().map(|flip| flip.on(materials));
-    layouts
-        .filter(|layout| counts.is_no_worse(layout, rules, present))
-        .take(most)
-        .collect()
+    let flips = flips.iter().filter(|flip| present.is_no_worse(flip));
+    flips.take(most).map(|flip| flip.on(materials)).collect()
 }
 
 /// The numbers of solid edges and of actuators in a layout.
@@ -208,22 +267,9 @@ impl Counts {
         }
     }
 
-    /// How bad a layout is: the number of faults, then the number of edges by which the volumes are out of bounds. The
-    /// number of faults is compared first.
-    fn badness(&self, layout: &[Material], rules: &LayoutRules) -> [usize; 2] {
-        [rules.faults(layout), self.excess(layout)]
-    }
-
-    /// True if a layout has no more faults than `than[0]`, and its volumes are out of bounds by no more edges than
-    /// `than[1]` ([`excess`](Self::excess)).
-    fn is_no_worse(&self, layout: &[Material], rules: &LayoutRules, than: [usize; 2]) -> bool {
-        self.excess(layout) <= than[1] && rules.faults(layout) <= than[0]
-    }
-
-    /// The number of edges by which the volumes of a layout are out of bounds. Solid edges and actuators are counted
-    /// separately, both if there are too few and if there are too many.
-    fn excess(&self, layout: &[Material]) -> usize {
-        let [solid, actuators] = solid_and_actuators(layout);
+    /// The number of edges by which the volumes of a layout with so many solid edges and actuators are out of bounds. Solid
+    /// edges and actuators are counted separately, both if there are too few and if there are too many.
+    fn excess(&self, [solid, actuators]: [usize; 2]) -> usize {
         let outside =
             |n: usize, [least, most]: [usize; 2]| least.saturating_sub(n) + n.saturating_sub(most);
         outside(solid, self.solid) + outside(actuators, self.actuator)

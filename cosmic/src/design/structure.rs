@@ -3,19 +3,15 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use super::Material;
-use crate::geometry::{Dimension, crossings};
-use crate::lattice::{EdgeRules, Lattice};
+use crate::geometry::crossings;
+use crate::lattice::{EdgeRules, Lattice, floppy_modes};
 use crate::scene::DesignSettings;
 
 /// The lowest row consists of the nodes whose height is below this, in units of the spacing.
 const LEVEL: f64 = 1e-9;
-/// Singular values up to this share of the largest one count as zero. Because lengths are about 1, the singular value
-/// of a floppy mode is only a rounding error.
-const RANK: f64 = 1e-9;
 /// The largest number of bars for which floppy modes are counted. The time grows with the cube of the number; this many
 /// bars take a few seconds.
 pub const MOST_RANKED: usize = 2000;
@@ -61,7 +57,8 @@ impl Structure {
             free_ends: bars.free_ends(),
             crossings: crossings(lattice.dimension, &lattice.places, &ends).len(),
             feet: bars.feet(),
-            floppy_modes: (ends.len() <= MOST_RANKED).then(|| floppy_modes(lattice, &ends, &live)),
+            floppy_modes: (ends.len() <= MOST_RANKED)
+                .then(|| floppy_modes(lattice.dimension, &lattice.places, &ends, &live)),
             shortest_skeleton: bars.shortest(Material::Skeleton),
             shortest_actuator: bars.shortest(Material::Actuator),
         }
@@ -213,6 +210,11 @@ impl LayoutRules {
         faults + self.crossing.iter().filter(are_bars).count()
     }
 
+    /// Counts the faults of a layout, and prepares for counting those of layouts that differ from it in one edge.
+    pub(super) fn counted<'a>(&'a self, layout: &'a [Material]) -> Faults<'a> {
+        Faults::new(self, layout)
+    }
+
     /// Removes the loose bars of a layout: the bars that are not connected to the first payload. If the scene does not
     /// require one piece, the layout does not change.
     pub fn without_loose_bars(&self, layout: &[Material]) -> Vec<Material> {
@@ -264,37 +266,163 @@ impl LayoutRules {
     }
 }
 
-/// The number of floppy modes of hinged bars. It is the number of coordinates of the nodes, minus the rigid motions (three
-/// in the plane; six in space, or five if all nodes are in one line), minus the rank of the matrix of the bars' directions.
-/// `live` are the nodes with a bar, ascending.
-fn floppy_modes(lattice: &Lattice, bars: &[[usize; 2]], live: &[usize]) -> usize {
-    if bars.is_empty() {
-        return 0;
-    }
-    let place = |node: usize| {
-        live.binary_search(&node)
-            .expect("`live` has both nodes of every bar")
-    };
-    let (dimension, axes) = (lattice.dimension, lattice.dimension.count());
-    let straight = |node: &usize| {
-        let [from, along] = [
-            lattice.places[live[0]],
-            lattice.places[live[1]] - lattice.places[live[0]],
-        ];
-        let (along, off) = (along.unit(), lattice.places[*node] - from);
-        along.across(off).norm() < RANK
-    };
-    let in_line = dimension == Dimension::Space && live.iter().all(straight);
-    let rigid = axes * (axes + 1) / 2 - usize::from(in_line);
-    let mut matrix = DMatrix::<f64>::zeros(bars.len(), axes * live.len());
-    for (row, &[i, j]) in bars.iter().enumerate() {
-        let direction = dimension.components(lattice.direction([i, j]));
-        for (k, along) in direction.enumerate() {
-            matrix[(row, axes * place(i) + k)] = -along;
-            matrix[(row, axes * place(j) + k)] = along;
+/// The [faults](LayoutRules::faults) of a layout. Counts those of a layout that differs from it in one edge without looking
+/// at all other edges.
+pub(super) struct Faults<'a> {
+    bars: Bars<'a>,
+    rules: &'a LayoutRules,
+    /// The number of faults.
+    pub(super) count: usize,
+    /// The piece of each node.
+    pieces: Vec<usize>,
+    /// The piece of the first payload.
+    held: Option<usize>,
+    /// For each piece, the numbers of its bars and payloads.
+    loads: Vec<usize>,
+    degrees: Vec<usize>,
+    feet: usize,
+    is_payload: Vec<bool>,
+    /// For each edge, true if its piece would fall apart without its bar.
+    divides: Vec<bool>,
+    /// For each edge, the edges that it crosses, if they must not be bars at once.
+    crossed: Vec<Vec<usize>>,
+}
+
+impl<'a> Faults<'a> {
+    fn new(rules: &'a LayoutRules, layout: &'a [Material]) -> Self {
+        let bars = rules.bars(layout);
+        let (nodes, edges) = (rules.lattice.nodes(), rules.lattice.edges.len());
+        let pieces = bars.pieces();
+        let mut loads = vec![0; nodes];
+        bars.iter()
+            .for_each(|(_, [node, _])| loads[pieces[node]] += 1);
+        let mut is_payload = vec![false; nodes];
+        for node in bars.payload() {
+            is_payload[node] = true;
+            loads[pieces[node]] += 1;
+        }
+        let mut crossed = vec![Vec::new(); edges];
+        for &[a, b] in &rules.crossing {
+            crossed[a].push(b);
+            crossed[b].push(a);
+        }
+        let held = bars.payload().next().map(|node| pieces[node]);
+        Self {
+            count: rules.faults(layout),
+            held,
+            feet: bars.feet(),
+            degrees: bars.degrees(),
+            divides: bars.dividing(),
+            bars,
+            rules,
+            pieces,
+            loads,
+            is_payload,
+            crossed,
         }
     }
-    let values = matrix.singular_values();
-    let rank = values.iter().filter(|v| **v > RANK * values[0]).count();
-    (axes * live.len()).saturating_sub(rigid + rank)
+
+    /// The number of faults if the edge `edge` had the material `to`.
+    pub(super) fn after(&self, edge: usize, to: Material) -> usize {
+        let Bars { lattice, layout } = self.bars;
+        let (was, is) = (layout[edge].is_solid(), to.is_solid());
+        if was == is {
+            return self.count;
+        }
+        let ends = lattice.edges[edge];
+        let [from, into] = ends.map(|node| self.pieces[node]);
+        let is_held = |piece: usize| Some(piece) == self.held;
+        let asked = &self.rules.asked;
+        if asked.one_piece && was && is_held(from) && self.divides[edge] {
+            let mut changed = layout.to_vec();
+            changed[edge] = to;
+            return self.rules.faults(&changed);
+        }
+        // The faults before and after the change of what the edge can change.
+        let [mut before, mut after] = [0, 0];
+        if asked.one_piece {
+            match (is_held(from), is_held(into)) {
+                (true, true) => {}
+                (false, false) => [before, after] = [usize::from(was), usize::from(is)],
+                (true, false) => before = self.loads[into],
+                (false, true) => before = self.loads[from],
+            }
+        }
+        let feet = ends.map(|node| lattice.places[node].up() < LEVEL);
+        let degrees = ends.map(|node| self.degrees[node]);
+        let then = degrees.map(|degree| if is { degree + 1 } else { degree - 1 });
+        if !asked.free_ends {
+            let is_end =
+                |degree: usize, node: usize| usize::from(degree == 1 && !self.is_payload[node]);
+            before += is_end(degrees[0], ends[0]) + is_end(degrees[1], ends[1]);
+            after += is_end(then[0], ends[0]) + is_end(then[1], ends[1]);
+        }
+        if asked.feet > 0 {
+            let of = |degrees: [usize; 2]| {
+                let with_bar = feet.iter().zip(degrees);
+                with_bar
+                    .filter(|(foot, degree)| **foot && *degree > 0)
+                    .count()
+            };
+            before += asked.feet.saturating_sub(self.feet);
+            after += asked
+                .feet
+                .saturating_sub(self.feet + of(then) - of(degrees));
+        }
+        let crossed = self.crossed[edge].iter();
+        let crossed = crossed.filter(|other| layout[**other].is_solid()).count();
+        before += crossed * usize::from(was);
+        after += crossed * usize::from(is);
+        self.count + after - before
+    }
+}
+
+impl Bars<'_> {
+    /// For each edge, true if it is a bar without which its piece would fall apart. Searches every piece in depth: a bar
+    /// divides its piece if no other bar leads from the nodes beyond it back to a node before it (R. Tarjan, "A note on
+    /// finding the bridges of a graph", 1974).
+    fn dividing(&self) -> Vec<bool> {
+        let nodes = self.lattice.nodes();
+        let mut at = vec![Vec::new(); nodes];
+        for (edge, [i, j]) in self.iter() {
+            at[i].push((edge, j));
+            at[j].push((edge, i));
+        }
+        let mut divides = vec![false; self.layout.len()];
+        // When each node was reached, and the earliest node that the nodes beyond it lead back to.
+        let (mut reached, mut back) = (vec![usize::MAX; nodes], vec![usize::MAX; nodes]);
+        let mut clock = 0;
+        for root in 0..nodes {
+            if reached[root] != usize::MAX {
+                continue;
+            }
+            // Each entry: a node, the edge by which it was reached, and how many of its bars were followed.
+            let mut path = vec![(root, usize::MAX, 0)];
+            (reached[root], back[root]) = (clock, clock);
+            clock += 1;
+            while let Some((node, by, followed)) = path.last_mut() {
+                let (node, by) = (*node, *by);
+                if let Some(&(edge, next)) = at[node].get(*followed) {
+                    *followed += 1;
+                    if edge == by {
+                        continue;
+                    }
+                    if reached[next] == usize::MAX {
+                        (reached[next], back[next]) = (clock, clock);
+                        clock += 1;
+                        path.push((next, edge, 0));
+                    } else {
+                        back[node] = back[node].min(reached[next]);
+                    }
+                    continue;
+                }
+                path.pop();
+                if let Some((before, ..)) = path.last() {
+                    back[*before] = back[*before].min(back[node]);
+                    divides[by] = back[node] > reached[*before];
+                }
+            }
+        }
+        divides
+    }
 }

@@ -7,8 +7,10 @@ mod check;
 mod truss;
 mod body;
 mod mirror;
+mod rigidity;
 
 pub use body::{Body, FACTORS, Marker};
 pub use own::{EdgeRules, Mirror, Payload, Sides, Truss};
+pub(crate) use rigidity::floppy_modes;
 pub use state::State;
 pub use truss::{EdgeVector, Lattice};

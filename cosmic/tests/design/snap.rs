@@ -5,7 +5,7 @@ use cosmic::design::{
     solid_and_actuators as counts,
 };
 use cosmic::geometry::{Range, Vector};
-use cosmic::lattice::{EdgeRules, Lattice};
+use cosmic::lattice::{EdgeRules, Lattice, Payload};
 use cosmic::random::{Purpose, stream, symmetric};
 use cosmic::scene::{DesignSettings, VolumeSettings};
 
@@ -162,6 +162,65 @@ fn any_mixture_snaps_to_one_piece_within_the_bounds() {
         }
     }
     assert!(torn > 30, "{torn} of 60 mixtures need it");
+}
+
+/// The alternatives of random layouts are the flips that a count of all faults and volumes finds to be no worse, whatever the
+/// scene requires of a layout.
+#[test]
+fn flips_are_judged_as_by_counting_everything_again() {
+    let mut lattice = lattice(4, 3, 0.0);
+    lattice.payload.push(Payload {
+        node: 7,
+        mass: None,
+    });
+    let any = bounds([0.3, 0.6], [0.1, 0.3]);
+    let edges = lattice.edges.len();
+    let excess = |layout: &[Material]| {
+        let share = |n: usize| n as f64 / edges as f64;
+        let outside = |n: usize, range: Range| {
+            let below = (0..edges).filter(|k| *k >= n && share(*k) < range.low - 1e-9);
+            let above = (0..=edges).filter(|k| *k <= n && share(*k) > range.high + 1e-9);
+            below.count() + above.count()
+        };
+        let [solid, actuators] = counts(layout);
+        outside(solid, any.solid) + outside(actuators, any.actuator)
+    };
+    let mut draws = stream(3, Purpose::Judgement);
+    let mut found = 0;
+    for number in 0..120 {
+        let bit = |k: u32| number >> k & 1 == 1;
+        let asked = DesignSettings {
+            one_piece: bit(0),
+            free_ends: bit(1),
+            crossings: bit(2),
+            feet: if bit(3) { 3 } else { 0 },
+        };
+        let rules = LayoutRules::new(&lattice, &asked);
+        let mut draw = || 0.5 + symmetric(&mut draws, 0.5);
+        let material = |x: f64| Material::ALL[(3.0 * x * 0.999) as usize];
+        let layout: Vec<_> = (0..edges).map(|_| material(draw())).collect();
+        let mixtures = vec![Mixture([1.0 / 3.0; 3]); edges];
+        let no_worse = |flipped: &[Material]| {
+            rules.faults(flipped) <= rules.faults(&layout) && excess(flipped) <= excess(&layout)
+        };
+        let flip = |edge: usize, to: Material| {
+            let mut flipped = layout.clone();
+            flipped[edge] = to;
+            flipped
+        };
+        let all = (0..edges).flat_map(|edge| Material::ALL.map(|to| flip(edge, to)));
+        let expected: Vec<_> = all
+            .filter(|other| *other != layout && no_worse(other))
+            .collect();
+        // Equal costs keep the order of the edges.
+        assert_eq!(
+            alternatives(&mixtures, &layout, &any, &rules, usize::MAX),
+            expected,
+            "{asked:?}"
+        );
+        found += expected.len();
+    }
+    assert!(found > 1000, "{found}");
 }
 
 /// An edge that must be kept, far from the payload, is connected to the payload by as few edges as possible,
