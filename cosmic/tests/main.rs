@@ -81,6 +81,7 @@ mod record_files;
 mod scene {
     mod declarations;
     mod departures;
+    mod doubtful_trusses;
     mod fit;
     mod follow;
     mod generator;

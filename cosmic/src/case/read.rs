@@ -279,7 +279,7 @@ impl Shapes<'_> {
         let mut seen = HashSet::new();
         for (e, &[i, j]) in edges.iter().enumerate() {
             let expected = if i == j || i.max(j) >= nodes {
-                format!("two different nodes below {nodes}")
+                format!("two different nodes below {nodes} (nodes are counted from 0)")
             } else if !seen.insert([i.min(j), i.max(j)]) {
                 "an edge that no earlier entry lists".to_owned()
             } else {

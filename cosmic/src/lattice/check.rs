@@ -18,6 +18,12 @@ const STIFFEST: f64 = 1e9;
 /// The largest mass of a payload, in kg. Scenes have the same limit.
 const HEAVIEST: f64 = 1e3;
 
+/// The end of a message about the number of a node.
+const COUNTED: &str = "; nodes are counted from 0";
+/// The end of a message about edges that count nodes from 1.
+const COUNTED_FROM_1: &str = "; nodes are counted from 0, but these edges count from 1: subtract 1 from every number of \
+    a node";
+
 impl Truss {
     /// Checks the truss and renumbers its nodes for the simulator: the first payload becomes node 0. Sorts each group
     /// of tied edges. Edges keep their numbers.
@@ -92,7 +98,8 @@ impl Truss {
         for (node, x) in self.nodes.iter().enumerate() {
             if x.array().iter().any(|x| x.is_nan() || x.abs() > FARTHEST) {
                 return Err(format!(
-                    "`nodes[{node}]`: expected numbers from -{FARTHEST} to {FARTHEST}, found {:?}",
+                    "`nodes[{node}]`: expected numbers from -{FARTHEST} to {FARTHEST}, found {:?}; lengths are in metres: \
+                     divide lengths in millimetres by 1000",
                     self.dimension.list(*x)
                 ));
             }
@@ -106,8 +113,9 @@ impl Truss {
         let mut lengths = Vec::new();
         for (e, &[i, j]) in self.edges.iter().enumerate() {
             if i == j || i.max(j) >= nodes {
+                let hint = if i == j { "" } else { self.hint_of_counting() };
                 return Err(format!(
-                    "`edges[{e}]`: expected two different nodes below {nodes}, found [{i}, {j}]"
+                    "`edges[{e}]`: expected two different nodes below {nodes}, found [{i}, {j}]{hint}"
                 ));
             }
             if !seen.insert([i.min(j), i.max(j)]) {
@@ -131,8 +139,20 @@ impl Truss {
             ));
         }
         match has_edge.iter().position(|has| !has) {
-            Some(node) => Err(format!("`nodes[{node}]`: no edge has node {node}")),
+            Some(node) => Err(format!(
+                "`nodes[{node}]`: no edge has node {node}{}",
+                if node == 0 { COUNTED } else { "" }
+            )),
             None => Ok(()),
+        }
+    }
+
+    /// The end of a message about an edge to a node that does not exist.
+    fn hint_of_counting(&self) -> &'static str {
+        let named = self.edges.as_flattened().iter();
+        match (named.clone().min(), named.max()) {
+            (Some(1..), Some(most)) if *most == self.nodes.len() => COUNTED_FROM_1,
+            _ => COUNTED,
         }
     }
 
@@ -178,7 +198,7 @@ impl Truss {
         for (k, &Payload { node, mass }) in self.payload.iter().enumerate() {
             if node >= nodes {
                 return Err(format!(
-                    "`payload`: expected a node below {nodes}, found {node}"
+                    "`payload`: expected a node below {nodes}, found {node}{COUNTED}"
                 ));
             }
             if !seen.insert(node) {
@@ -196,7 +216,11 @@ impl Truss {
     fn check_rules(&self) -> Result<(), String> {
         let (edges, rules) = (self.edges.len(), &self.rules);
         let known = |what: String, edge: usize| {
-            let says = || format!("`{what}`: expected an edge below {edges}, found {edge}");
+            let says = || {
+                format!(
+                    "`{what}`: expected an edge below {edges}, found {edge}; edges are counted from 0"
+                )
+            };
             if edge < edges { Ok(()) } else { Err(says()) }
         };
         let mut ruled = HashMap::new();

@@ -8,8 +8,10 @@ mod truss;
 mod body;
 mod mirror;
 mod rigidity;
+mod doubts;
 
 pub use body::{Body, FACTORS, Marker};
+pub(crate) use doubts::Doubt;
 pub use own::{EdgeRules, Mirror, Payload, Sides, Truss};
 pub(crate) use rigidity::floppy_modes;
 pub use state::State;

@@ -4,7 +4,7 @@ use super::{
     BarNumbers, DataSheet, Integrator, ProfileKind, SLENDERNESS, Scene, Setting, StartKind,
 };
 use crate::geometry::{Range, Vector};
-use crate::lattice::Lattice;
+use crate::lattice::{Doubt, Lattice};
 use crate::laws::Stops;
 use crate::numbers::rounded;
 use serde::Serialize;
@@ -177,7 +177,7 @@ impl Scene {
         let in_doubt = WARNINGS.iter().filter(|warning| (warning.holds)(self));
         in_doubt
             .map(|warning| Finding::new(self, warning.keys, warning.says.into(), String::new()))
-            .chain(of_truss_in_pieces(self))
+            .chain(of_truss(self))
             .chain(nonsense(self))
             .chain(many_substeps(self))
             .chain(misfits(self))
@@ -228,10 +228,11 @@ fn misfits(scene: &Scene) -> Vec<Finding> {
     found
 }
 
-/// The largest and the smallest plausible size of a robot, m. Other sizes are probably in other units.
+/// The smallest plausible size of a robot, and a size that no robot of this kind has reached, m. Their ratio is 1000: lengths
+/// in millimetres are noticed whatever the size of the robot.
 const SIZES: Range = Range {
     low: 0.005,
-    high: 20.0,
+    high: 5.0,
 };
 
 /// Warnings about a robot of an implausible size, a robot far above the ground, and a rollout that is too short for a
@@ -247,9 +248,12 @@ fn nonsense(scene: &Scene) -> Vec<Finding> {
         Finding::new(scene, keys, says, remedy.to_owned())
     };
     let mut found = Vec::new();
-    if !SIZES.contains(size) {
+    if size < SIZES.low || size >= SIZES.high {
         let says = format!("the robot measures {} m", rounded(size, 3));
-        let remedy = "lengths are in metres; divide lengths in millimetres by 1000";
+        let remedy = match size > SIZES.high {
+            true => "lengths are in metres; divide lengths in millimetres by 1000",
+            false => "lengths are in metres",
+        };
         found.push(warn(&[of_robot], says, remedy));
     }
     let above = lattice.lowest();
@@ -275,6 +279,16 @@ fn nonsense(scene: &Scene) -> Vec<Finding> {
         found.push(warn(&keys, says, "raise physics.steps"));
     }
     found
+}
+
+/// Warnings about a truss: that it is in pieces, or that its shape is in doubt.
+fn of_truss(scene: &Scene) -> Vec<Finding> {
+    if let Some(pieces) = of_truss_in_pieces(scene) {
+        return vec![pieces];
+    }
+    let doubts = scene.lattice.file.truss().map(|truss| truss.doubts());
+    let finding = |doubt: Doubt| Finding::new(scene, &["lattice.file"], doubt.says, doubt.remedy);
+    doubts.into_iter().flatten().map(finding).collect()
 }
 
 /// A warning about a truss whose edges do not connect all of its nodes.
