@@ -99,7 +99,8 @@ crate::keys! {
         substeps: usize, "whole number";
         /// The limit that follows from a bound on all frequencies, including those of the robots that `[robust]` draws.
         bound: StepLimit, "object", parts StepLimit;
-        /// The limit that follows from the largest frequency itself; `null` if `dt` is below the limit of `bound`.
+        /// The limit that follows from the largest frequency itself; in a lattice of more than 1000 nodes, at most a
+        /// thousandth below it. `null` if `dt` is below the limit of `bound`.
         exact: Option<StepLimit>, "object or `null`", parts StepLimit;
         /// Below this time step, all designs of the lattice are stable, and the robots that `[robust]` draws around
         /// them. `null` if nothing vibrates.

@@ -7,15 +7,13 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-/// The relative accuracy: an eigenvalue is accepted if its residual is at most this fraction of it. Two eigenvalues
-/// that differ by more than this fraction are told apart.
-const ACCURACY: f64 = 1e-12;
-
 /// Computes the largest eigenvalue of a matrix and its eigenvector; `None` if a product is not finite. `product`
-/// multiplies the matrix by a vector. `start` must have a component along every eigenvector. The residual bounds the
-/// error of the eigenvalue and is added to it, so the result is never too small.
+/// multiplies the matrix by a vector. `start` must have a component along every eigenvector. The eigenvalue is accepted if
+/// its residual is at most `accuracy` times as large; two eigenvalues that differ by more than this fraction are told apart.
+/// The residual bounds the error of the eigenvalue and is added to it, so the result is never too small.
 pub(super) fn largest_eigenpair(
     start: &DVector<f64>,
+    accuracy: f64,
     product: impl Fn(&DVector<f64>) -> DVector<f64>,
 ) -> Option<(f64, DVector<f64>)> {
     let mut basis = vec![start.normalize()];
@@ -48,7 +46,7 @@ pub(super) fn largest_eigenpair(
             let (k, largest) = projected.eigenvalues.argmax();
             let shares = projected.eigenvectors.column(k);
             let residual = length * shares[size - 1].abs();
-            if complete || residual <= ACCURACY * largest {
+            if complete || residual <= accuracy * largest {
                 let mut vector = DVector::zeros(start.len());
                 for (known, &share) in basis.iter().zip(shares.iter()) {
                     vector.axpy(share, known, 1.0);

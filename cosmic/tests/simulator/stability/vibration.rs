@@ -46,12 +46,30 @@ fn assert_found(lattice: &Lattice, layouts: usize) {
         let vibration = Vibration::new(lattice, &body, &physics, &lattice.positions);
         let expected = of_dense_matrix(&vibration, &body, lattice.dimension);
         let off = vibration.fastest().0 / expected - 1.0;
+        // The bound of large lattices. The square of a frequency is above by at most a thousandth.
+        let bound = vibration.fastest_within(1e-3).0 / expected - 1.0;
+        assert!((-1e-9..=5e-4).contains(&bound), "relative error {bound:e}");
         // The stable step follows from a bound that is never below the largest frequency.
         let step = |frequency| stable_step(&physics, frequency, 0.0);
         assert!(step(vibration.edge_bound().0) <= step(expected) * (1.0 + 1e-9));
         worst = if off.abs() > worst.abs() { off } else { worst };
     }
     assert!(worst.abs() < 1e-9, "relative error {worst:e}");
+}
+
+/// In a large lattice the bound is at most a thousandth above the largest frequency, and never below it.
+#[test]
+fn the_frequency_of_a_large_lattice_is_a_bound() {
+    let lattice = lattice(40, 26, 0.0);
+    assert!(lattice.nodes() > 1000);
+    let physics = PhysicsSettings::default();
+    let design = Design::Layout(vec![Material::Skeleton; lattice.edges.len()]);
+    let body = Body::new(&design, &lattice, &MaterialSettings::default(), &physics);
+    let vibration = Vibration::new(&lattice, &body, &physics, &lattice.positions);
+    let (bound, _) = vibration.fastest();
+    let (exact, _) = vibration.fastest_within(1e-12);
+    assert!((1.0..1.001).contains(&(bound / exact)), "{bound} {exact}");
+    assert!(bound <= vibration.edge_bound().0);
 }
 
 /// The stable step of a robot in space follows from the largest eigenvalue of `M^-1 K`, whose entries come from the bars here,
