@@ -1,7 +1,8 @@
 //! `cosmic check`.
 
-use crate::arguments::{Settings, Work, seed};
-use crate::output::{answer, in_colour, note};
+use crate::arguments::{Output, Settings, Work, seed};
+use crate::cost::is_large;
+use crate::output::{in_colour, note, print, print_json};
 use crate::source::Source;
 use clap::Args;
 use cosmic::Registry;
@@ -13,7 +14,7 @@ use cosmic::record::files::make_folder;
 use cosmic::scene::BUILTIN;
 use cosmic_lab::check::accuracy::Method;
 use cosmic_lab::check::{accuracy, distance, gradient, plan, stability};
-use cosmic_lab::report::sheet::Sheet;
+use cosmic_lab::report::sheet::{Section, Sheet};
 use std::path::PathBuf;
 
 /// Check a robot: what a step computes, whether the gradient is right, and whether the distance depends on the time step
@@ -68,8 +69,10 @@ impl Arguments {
         }
         let pool = pool(self.work.threads)?;
         let sheet = pool.install(|| self.sheet(&source))?;
-        let text = sheet.to_text(in_colour);
-        answer(&self.work.output, &sheet.to_json(), &text)?;
+        match self.work.output.json {
+            true => print_json(&sheet.to_json())?,
+            false => print(&format!("\n{}", sheet.outcomes(in_colour)))?,
+        }
         if let Some(folder) = &self.out {
             for path in sheet.write(folder)? {
                 note(&path.display().to_string());
@@ -78,35 +81,82 @@ impl Arguments {
         sheet.judge()
     }
 
-    /// Does the checks that the user asks for.
+    /// Does the checks that the user asks for. Prints each of them when it is done, unless the output is JSON.
     ///
     /// # Errors
-    /// [`Error::Diverged`] if the robot diverges in the steps of the gradient.
+    /// [`Error::Diverged`] if the robot diverges in the steps of the gradient; the errors of [`print`].
     fn sheet(&self, source: &Source) -> Result<Sheet> {
         let Source { case, scene, .. } = source;
+        let Output { quiet, json } = self.work.output;
         let mut short = case.clone();
         short.scene.physics.steps = self.steps.min(case.scene.physics.steps);
         if let Some(divergence) = short.divergence() {
             return Err(Error::from(&divergence));
         }
-        let mut sections = vec![
-            plan(case),
-            gradient(case, scene.as_ref(), self.steps, self.seed),
-            distance(case, source.is_delivered),
-        ];
-        let more = [
-            (self.accuracy, accuracy as fn(&Case) -> _),
-            (self.stability, stability),
-        ];
-        let wanted = more.into_iter().filter(|(wanted, _)| *wanted);
-        sections.extend(wanted.map(|(_, part)| part(case)));
-        Ok(Sheet {
+        let mut sheet = Sheet {
             title: self.source.clone(),
             subject: subject(case),
-            sections,
-        })
+            sections: Vec::new(),
+        };
+        let gradient = || gradient(case, scene.as_ref(), self.steps, self.seed);
+        let distance = || distance(case, source.is_delivered);
+        let (plan, accuracy, stability) = (|| plan(case), || accuracy(case), || stability(case));
+        let part = |title, run| Part {
+            title,
+            is_wanted: true,
+            wait: "",
+            run,
+        };
+        let parts = [
+            part("Plan", &plan),
+            part("Gradient", &gradient),
+            part("Distance", &distance),
+            Part {
+                is_wanted: self.accuracy,
+                wait: FINER,
+                ..part("Accuracy", &accuracy)
+            },
+            Part {
+                is_wanted: self.stability,
+                wait: EXTREME,
+                ..part("Stability", &stability)
+            },
+        ];
+        let show = |text: &str| if json { Ok(()) } else { print(text) };
+        show(&format!("{}: {}\n", sheet.title, sheet.subject))?;
+        if !quiet && is_large(&case.lattice) {
+            note("checking a large lattice; the gradient may take a minute ...");
+        }
+        for part in parts.iter().filter(|part| part.is_wanted) {
+            // The heading comes first, so that the user sees which part is running.
+            show(&format!("\n{}\n", part.title.to_uppercase()))?;
+            if !quiet && !part.wait.is_empty() {
+                note(part.wait);
+            }
+            let section = (part.run)();
+            show(&section.to_text(in_colour))?;
+            sheet.sections.push(section);
+        }
+        Ok(sheet)
     }
 }
+
+/// A part of a check.
+struct Part<'a> {
+    title: &'static str,
+    /// True if the user asks for this part.
+    is_wanted: bool,
+    /// What to say before a part that takes long; empty for the others.
+    wait: &'static str,
+    run: &'a dyn Fn() -> Section,
+}
+
+/// What a user waits for in the part about accuracy.
+const FINER: &str =
+    "simulating with time steps down to 1/2048 of the scene's; this may take a minute ...";
+/// What a user waits for in the part about stability.
+const EXTREME: &str =
+    "simulating more than a hundred stiff and extreme robots; this may take minutes ...";
 
 /// Describes a case in a few words.
 fn subject(case: &Case) -> String {

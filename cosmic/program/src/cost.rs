@@ -1,7 +1,9 @@
 //! The cost of an optimisation, which is announced before the work begins.
 
+use crate::output::note;
 use cosmic::codesign::CoDesign;
 use cosmic::error::Result;
+use cosmic::lattice::Lattice;
 use cosmic::numbers::counted;
 use cosmic::parallel::pool;
 use cosmic::record::RunPlan;
@@ -15,8 +17,27 @@ const MOST_MECHANICAL: usize = 512;
 /// A step of a measured rollout has at most this many substeps.
 const MOST_SUBSTEPS: usize = 64;
 /// The numbers of iterations that are measured: at the start of the co-design, where a pass for the design and a pass for
-/// the controller take turns, and from the snap on, where one iteration in three also tries other layouts.
-const MEASURED: [usize; 2] = [2, 4];
+/// the controller take turns, and after the snap, where one iteration in three also tries other layouts.
+const MEASURED: [usize; 2] = [2, 3];
+
+/// A lattice with at least this many edges is large: before the work begins, its user waits for seconds.
+const LARGE: usize = 1000;
+
+/// True if the user should be told what the program does before it prints its first result.
+pub(super) fn is_large(lattice: &Lattice) -> bool {
+    lattice.edges.len() >= LARGE
+}
+
+/// Tells the user of a large lattice what the program does before a run, unless `quiet` is true.
+pub(super) fn announce(scene: &Scene, quiet: bool) {
+    let lattice = Lattice::new(&scene.lattice, &scene.physics);
+    if !quiet && is_large(&lattice) {
+        note(&format!(
+            "a large lattice, {}: checking its time step and measuring the cost of its iterations ...",
+            counted(lattice.edges.len(), "edge")
+        ));
+    }
+}
 
 /// The cost of an optimisation.
 pub(super) struct Cost {
@@ -38,25 +59,26 @@ impl Cost {
     }
 
     fn of_iterations(scene: &Scene, iterations: usize) -> Result<Self> {
-        let [before, from_snap] = seconds_of_iterations(scene)?;
+        let [before, after] = seconds_of_iterations(scene)?;
         let schedule = &scene.schedule;
         let share = schedule.snap_at.saturating_sub(1) as f64 / schedule.iterations.max(1) as f64;
         Ok(Self {
             steps: scene.physics.steps,
             substeps: scene.physics.substeps,
-            seconds: iterations as f64 * (share * before + (1.0 - share) * from_snap),
+            seconds: iterations as f64 * (share * before + (1.0 - share) * after),
         })
     }
 }
 
-/// Measures the processor time of an iteration before the snap, and of one from the snap on, s. The measured iterations
-/// have shorter rollouts.
+/// Measures the processor time of an iteration before the snap, and of one after it, s. The measured iterations have
+/// shorter rollouts. The snap itself happens only once, so its time would mislead.
 fn seconds_of_iterations(scene: &Scene) -> Result<[f64; 2]> {
     let (short, longer) = shortened(scene);
     let [first, then] = MEASURED;
     let schedule = &short.schedule;
     let snap = schedule.snap_at.saturating_sub(1);
-    let [first, then] = [first.min(snap), then.min(schedule.iterations - snap)];
+    let after = schedule.snap_at.min(schedule.iterations);
+    let [first, then] = [first.min(snap), then.min(schedule.iterations - after)];
     let mut codesign = CoDesign::new(&short)?;
     let mut progress = codesign.begin(0)?;
     // On one thread, the processor time is that of all the work.
@@ -66,7 +88,10 @@ fn seconds_of_iterations(scene: &Scene) -> Result<[f64; 2]> {
             let iterate = || (0..count).for_each(|_| drop(codesign.iterate(&mut progress)));
             longer * check::seconds(iterate) / count.max(1) as f64
         };
-        Ok([seconds(0, first), seconds(snap, then)])
+        let before = seconds(0, first);
+        // The snap gives the robot its layout.
+        seconds(snap, after - snap);
+        Ok([before, seconds(after, then)])
     })
 }
 

@@ -1,7 +1,7 @@
 //! `cosmic optimize`.
 
 use crate::arguments::{Settings, Work, count, seed};
-use crate::cost::Cost;
+use crate::cost::{Cost, announce};
 use crate::runs;
 use crate::source::{design_of, name_of, robot};
 use clap::Args;
@@ -86,6 +86,7 @@ impl Arguments {
         let plan = plan.fitted(self.iterations, robot.as_ref().map(|(design, _)| design))?;
         let default = || Path::new("runs").join(self.folder_name(&plan));
         let folder = self.out.clone().unwrap_or_else(default);
+        announce(&plan.scene, self.work.output.quiet);
         let introduction = match self.work.output.quiet {
             true => Vec::new(),
             false => introduction(&plan)?,

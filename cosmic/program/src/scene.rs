@@ -1,7 +1,7 @@
 //! `cosmic scene`.
 
 use crate::arguments::{Output, Settings};
-use crate::cost::Cost;
+use crate::cost::{Cost, announce};
 use crate::output::{note, print, print_as, print_json};
 use clap::{Args, Subcommand};
 use cosmic::Registry;
@@ -84,6 +84,7 @@ impl Arguments {
 
 fn check(name: &str, settings: &Settings, output: &Output, registry: &Registry) -> Result<()> {
     let scene = settings.load(name, registry)?;
+    announce(&scene, output.quiet);
     let review = Review::new(&scene, SEED)?;
     if output.json {
         let rule = |s: Setting| json!({ "key": s.key, "value": s.value, "rule": s.auto });
@@ -98,10 +99,11 @@ fn check(name: &str, settings: &Settings, output: &Output, registry: &Registry) 
             "warnings": review.warnings,
         }))?;
     }
-    if review.refusals.is_empty() && !output.json && !output.quiet {
+    if review.refusals.is_empty() && !output.json {
         print(&description(name, &scene)?)?;
     }
-    if !output.quiet {
+    // Warnings are results of this command; the JSON holds them too.
+    if !(output.quiet && output.json) {
         for warning in &review.warnings {
             note(&format!("warning: {warning}"));
         }

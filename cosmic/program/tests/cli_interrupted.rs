@@ -6,9 +6,11 @@ use crate::common::{Bench, scene};
 use crate::program::Told;
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
 use std::process::Output;
 use std::sync::LazyLock;
+use std::time::{Duration, Instant};
 
 /// The number of iterations of a run that is long enough to be interrupted.
 const ITERATIONS: usize = 100;
@@ -84,6 +86,48 @@ fn a_signal_acts_inside_a_long_iteration() {
     assert_eq!(bench.lines("a/history.jsonl"), 0);
     let snapshot = bench.json("a/snapshot.json");
     assert_eq!(snapshot["progress"]["iteration"], 0);
+}
+
+/// Before the first result, the user of a large lattice reads what the program does, and can stop it.
+#[test]
+fn a_large_lattice_is_announced_and_can_be_stopped() {
+    let bench = slow();
+    let large = "stability --set lattice.columns=40 --set lattice.rows=40";
+    for command in ["scene check", "check", "optimize --out a"] {
+        let mut child = bench.start(&format!("{command} {large}"));
+        let mut line = String::new();
+        let mut error = BufReader::new(child.stderr.take().unwrap());
+        error.read_line(&mut line).unwrap();
+        assert!(
+            line.contains("large lattice") && line.ends_with("...\n"),
+            "{command}: {line}"
+        );
+        let asked = Instant::now();
+        signal(&child, "INT");
+        let ended = child.wait().unwrap();
+        assert!(!ended.success(), "{command}");
+        // The work would take minutes.
+        assert!(asked.elapsed() < Duration::from_secs(10), "{command}");
+    }
+}
+
+/// The results of a check appear part by part, before the parts that take long.
+#[test]
+fn a_check_prints_its_parts_when_they_are_done() {
+    let bench = slow();
+    let mut child = bench.start("check tiny.toml --steps 8 --set physics.steps=64 --stability");
+    let lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    let lines: Vec<String> = lines
+        .map(Result::unwrap)
+        .take_while(|line| line != "STABILITY")
+        .collect();
+    // A hundred robots take longer than the line.
+    assert!(child.try_wait().unwrap().is_none());
+    for heading in ["PLAN", "GRADIENT", "DISTANCE"] {
+        assert!(lines.iter().any(|line| line == heading), "{lines:?}");
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
 }
 
 #[test]

@@ -6,11 +6,12 @@ use rayon::prelude::*;
 use super::clock::median_time;
 use super::probe::{Probe, distance, largest_stable_step};
 use crate::report::sheet::{Chart, Line, Section, marked};
-use crate::table::{Cell, Emphasis, Table};
+use crate::table::{Cell, Column, Emphasis, Table};
 use cosmic::case::Case;
 use cosmic::lattice::State;
-use cosmic::numbers::rounded;
+use cosmic::numbers::{decimals, rounded};
 use cosmic::scene::{Integrator, Named};
+use cosmic::verdict::{Item, Level};
 
 /// Positions are compared at two times, called the marks. This is the number of the scene's steps before the last mark;
 /// if the rollout is shorter, the last mark is at its end.
@@ -18,7 +19,7 @@ const LAST: usize = 512;
 /// The first mark is after this share of the time, before contacts magnify every error.
 const FIRST: usize = 16;
 /// The time steps to compare, as multiples of the scene's time step.
-const FRACTIONS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
+pub(super) const FRACTIONS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 /// The number of steps of the reference in one time step of the scene.
 pub const FINER: usize = 2048;
 /// Stiff robots get a reference with more steps, so that each is at most this share of the longest stable step.
@@ -30,6 +31,9 @@ const MARGIN: f64 = 0.9;
 /// A distance from the reference counts as an error only if it is at least this many times the uncertainty of the
 /// reference. Then it differs from the true error by at most a third.
 const RESOLVED: f64 = 3.0;
+/// Errors converge if they fall at least with this power of the time step. Every method here has an order of 1 or more; a
+/// contact between two steps spoils a part of it.
+const LEAST_ORDER: f64 = 0.5;
 /// The median time is taken over at most this many runs.
 const REPEATS: usize = 9;
 
@@ -196,6 +200,9 @@ pub struct Run {
     pub is_default: bool,
     /// The errors at the marks, m. `None` where the reference is not accurate enough to tell.
     pub error: [Option<f64>; 2],
+    /// The observed orders at the marks: with which power of the time step the errors fall from the run with twice the
+    /// time step to this one. `None` for the longest time step, and where an error is not known.
+    pub order: [Option<f64>; 2],
     /// The median processor time of a whole run, in seconds.
     pub time: f64,
     /// True if the time step is below the stability limit of the robot at its start.
@@ -223,6 +230,7 @@ impl Run {
             is_single,
             is_default: (method, fraction, is_single) == (Method::of(case), 1.0, false),
             error: reference.errors(&states),
+            order: [None; 2],
             time: median_time(REPEATS, run),
             stable: here.scene.physics.dt < largest_stable_step(&here),
             finite: !states.iter().any(State::is_absurd),
@@ -238,14 +246,17 @@ impl Run {
         if self.is_single { "f32" } else { "f64" }
     }
 
-    /// The outcome of the run in a few words.
-    fn status(&self) -> &'static str {
-        match (self.finite, self.stable) {
-            _ if self.is_failed() => "diverged",
-            (_, false) => "unstable time step",
-            (_, true) => "ok",
-        }
+    /// The error at a mark, if it tells something about the length of the time step.
+    fn known_error(&self, mark: usize) -> Option<f64> {
+        let error = self.error[mark].filter(|error| error.is_finite());
+        error.filter(|_| self.stable && self.finite)
     }
+}
+
+/// The power of the time step with which errors fall at a mark, from the run `coarse` to the run `fine`.
+fn order(coarse: &Run, fine: &Run, mark: usize) -> Option<f64> {
+    let [before, after] = [coarse, fine].map(|run| run.known_error(mark));
+    Some((before? / after?).log2() / (coarse.fraction / fine.fraction).log2())
 }
 
 /// The results of all runs of a case.
@@ -257,12 +268,6 @@ pub struct Accuracy<'a> {
     pub reference: Reference,
     /// All runs, in the order of methods, then time steps. Those in f32 come last.
     pub runs: Vec<Run>,
-}
-
-/// Runs a case with several integrators and time steps, and reports the errors and the run times. Checks that no run with
-/// a stable time step diverged, nor the scene's own run.
-pub fn accuracy(case: &Case) -> Section {
-    Accuracy::of(case).section()
 }
 
 impl<'a> Accuracy<'a> {
@@ -277,14 +282,78 @@ impl<'a> Accuracy<'a> {
         let ways = ways.flat_map(|(method, is_single)| {
             FRACTIONS.map(|fraction| (method, fraction, is_single))
         });
+        let runs = ways.map(|way| Run::new(case, &reference, marks, way));
+        let mut runs: Vec<Run> = runs.collect();
+        for runs in runs.chunks_exact_mut(FRACTIONS.len()) {
+            for k in 1..runs.len() {
+                runs[k].order = [0, 1].map(|mark| order(&runs[k - 1], &runs[k], mark));
+            }
+        }
         Self {
-            runs: ways
-                .map(|way| Run::new(case, &reference, marks, way))
-                .collect(),
+            runs,
             case,
             marks,
             reference,
         }
+    }
+
+    /// The runs of each method and number type, by falling time step.
+    fn methods(&self) -> impl Iterator<Item = &[Run]> {
+        self.runs.chunks_exact(FRACTIONS.len())
+    }
+
+    /// The outcome of a run in a few words. The first run of a method is judged by the step to the second.
+    fn status(&self, run: &Run) -> &'static str {
+        let mut methods = self.methods();
+        let of_method = methods.find(|runs| runs.iter().any(|own| std::ptr::eq(own, run)));
+        let next = of_method.and_then(|runs| runs.get(1));
+        let order = match next.filter(|_| run.fraction == FRACTIONS[0]) {
+            Some(next) => next.order,
+            None => run.order,
+        };
+        match (run.finite, run.stable) {
+            _ if run.is_failed() => "diverged",
+            (_, false) => "unstable time step",
+            _ if !order.iter().flatten().any(|order| *order < LEAST_ORDER) => "ok",
+            _ if run.is_single => "errors do not fall: rounding",
+            _ => "errors do not fall",
+        }
+    }
+
+    /// Says of each method in double precision how fast its errors fall with the time step.
+    fn answers(&self) -> Vec<Item> {
+        let double = self.methods().filter(|runs| !runs[0].is_single);
+        double.map(|runs| self.answer(runs)).collect()
+    }
+
+    fn answer(&self, runs: &[Run]) -> Item {
+        let name = runs[0].method.name();
+        let of_mark = |mark: usize| {
+            let known: Vec<&Run> = (runs.iter())
+                .filter(|run| run.known_error(mark).is_some())
+                .collect();
+            let [first, .., last] = &known[..] else {
+                return None;
+            };
+            Some((order(first, last, mark)?, self.times()[mark]))
+        };
+        let orders: Vec<(f64, f64)> = [0, 1].into_iter().filter_map(of_mark).collect();
+        let shown =
+            |(order, time): &(f64, f64)| format!("order {} at {time:.3} s", decimals(*order, 1));
+        let shown = orders.iter().map(shown).collect::<Vec<_>>().join(", ");
+        let slow = orders.iter().find(|(order, _)| *order < LEAST_ORDER);
+        let (says, level) = match slow {
+            _ if orders.is_empty() => (
+                "the errors are too small or too large to tell how fast they fall".to_owned(),
+                Level::Doubtful,
+            ),
+            None => (format!("the errors converge: {shown}"), Level::Good),
+            Some(_) => (
+                format!("the errors do not converge at these time steps: {shown}"),
+                Level::Doubtful,
+            ),
+        };
+        Item::figure(format!("{name}: {says}"), level)
     }
 
     /// The tables and charts of the runs, with the checks that failed.
@@ -293,6 +362,7 @@ impl<'a> Accuracy<'a> {
         let mut section = Section {
             title: "Accuracy".to_owned(),
             text: format!("{}{}\n", marked(&table), self.note()),
+            answers: self.answers(),
             notes: vec![self.note()],
             tables: vec![table],
             charts: vec![
@@ -318,7 +388,8 @@ impl<'a> Accuracy<'a> {
         let [a, b] = self.reference.uncertainty;
         format!(
             "`error`: largest distance of a node, m, from leapfrog with steps at least {FINER} times shorter, which is \
-             uncertain by {a:.1e} and {b:.1e} m; smaller errors are left out. `time`: processor time of one thread."
+             uncertain by {a:.1e} and {b:.1e} m; smaller errors are left out. `order`: the power of the time step with \
+             which the errors fall from twice the time step. `time`: processor time of one thread."
         )
     }
 
@@ -330,7 +401,10 @@ impl<'a> Accuracy<'a> {
 
     fn table(&self) -> Table {
         let error = "largest distance of a node from the reference, m; empty if the reference is not accurate enough";
-        let of_times = self.times().map(|time| format!("error_{time:.3}"));
+        let [of_times, orders] =
+            ["error", "order"].map(|what| self.times().map(|time| format!("{what}_{time:.3}")));
+        let order = "with which power of the time step the error falls from the row above; empty if it is not known";
+        let of_order = |k: usize| Column::new(&orders[k], order).decimals(1, "");
         let shown = |run: &Run, x: f64| match run.is_failed() {
             true => Cell::from(x),
             false => Cell::if_finite(x),
@@ -347,7 +421,9 @@ impl<'a> Accuracy<'a> {
             .columns(of_times, error, |run, k| {
                 run.error[k].map_or(Cell::Missing, |error| shown(run, error))
             })
-            .column("status", "the outcome", Run::status)
+            .add(of_order(0), |run| Cell::from(run.order[0]))
+            .add(of_order(1), |run| Cell::from(run.order[1]))
+            .column("status", "the outcome", |run| self.status(run))
             .done()
     }
 
@@ -359,9 +435,7 @@ impl<'a> Accuracy<'a> {
     /// A chart of the errors at the first mark over another quantity, with a line for each method and number type. Runs
     /// with an unstable time step are left out, because their errors say nothing about the length of the step.
     fn chart(&self, along: &str, of: impl Fn(&Run) -> f64) -> Chart {
-        let lines = self
-            .runs
-            .chunk_by(|a, b| (a.method, a.is_single) == (b.method, b.is_single));
+        let lines = self.methods();
         let line = |runs: &[Run]| {
             let shown = runs.iter().filter(|run| run.stable && run.finite);
             let points = shown.filter_map(|run| Some([of(run), run.error[0]?]));

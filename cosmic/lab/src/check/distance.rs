@@ -116,6 +116,11 @@ impl Reference {
         if off.is_nan() { f64::INFINITY } else { off }
     }
 
+    /// True if no median is larger than the distance that counts at least.
+    pub fn hardly_moves(&self, medians: impl IntoIterator<Item = f64>) -> bool {
+        medians.into_iter().all(|median| median.abs() < self.least)
+    }
+
     /// The largest difference of the medians of some trials.
     fn apart(&self, trials: &[&Trial]) -> f64 {
         let off = trials.iter().map(|trial| self.off(trial.spread.p50));
@@ -157,10 +162,11 @@ fn answers(
     if !p50.is_finite() {
         return vec![Item::figure("The robot diverges", Level::Bad)];
     }
+    let seconds = brief(case.scene.physics.steps as f64 * case.scene.physics.dt);
     let figure = format!(
         "The robot moves by {} m in {} s ({} to {} m from perturbed starts)",
         fixed(p50, 2),
-        brief(case.scene.physics.steps as f64 * case.scene.physics.dt),
+        seconds,
         fixed(p10, 2),
         fixed(p90, 2)
     );
@@ -169,6 +175,17 @@ fn answers(
     // The distance of a run with an unstable time step has no meaning.
     let others = methods.iter().filter(|trial| trial.is_stable);
     let compared: Vec<&Trial> = std::iter::once(own).chain(others).collect();
+    let everything = all.iter().chain(&compared).chain([&single]);
+    let medians = everything.map(|trial| trial.spread.p50);
+    if reference.hardly_moves(medians) {
+        let says = format!(
+            "The robot hardly moves: {} m in {} s, less than half of the distance of neighbouring nodes, so its \
+             distances are not compared",
+            fixed(p50, 3),
+            seconds
+        );
+        return vec![Item::figure(says, Level::Doubtful)];
+    }
     let by_method = match compared.len() {
         1 => Item::figure(
             "Every other integrator needs a shorter time step than the scene's",

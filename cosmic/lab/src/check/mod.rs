@@ -7,15 +7,16 @@ pub mod accuracy;
 mod clock;
 pub mod distance;
 pub mod gradient;
+pub mod loads;
 pub mod plan;
 mod probe;
 pub mod stability;
 
-pub use accuracy::accuracy;
 pub use clock::seconds;
 pub use distance::distance;
 pub use gradient::{
     GradientCheck, Group, NegativeControl, check_gradients, check_gradients_of, gradient,
 };
+pub use loads::accuracy;
 pub use plan::{Term, plan, terms};
 pub use stability::stability;

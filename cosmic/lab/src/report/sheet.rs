@@ -73,6 +73,13 @@ impl Section {
         }
     }
 
+    /// Returns the section, without its heading, as text for a terminal. `shown` converts an answer to text, for example
+    /// with a colour.
+    pub fn to_text(&self, shown: impl Fn(&Item) -> String) -> String {
+        let answers = self.answers.iter().map(|answer| shown(answer) + "\n");
+        self.text.clone() + &answers.collect::<String>()
+    }
+
     fn to_json(&self) -> Value {
         json!({
             "title": self.title,
@@ -165,19 +172,13 @@ impl Sheet {
         })
     }
 
-    /// Returns the sheet as text for a terminal. `shown` converts an answer to text, for example with a colour.
-    pub fn to_text(&self, shown: impl Fn(&Item) -> String) -> String {
-        let mut text = format!("{}: {}\n", self.title, self.subject);
-        for section in &self.sections {
-            text += &format!("\n{}\n{}", section.title.to_uppercase(), section.text);
-            text.extend(section.answers.iter().map(|answer| shown(answer) + "\n"));
-        }
-        text.push('\n');
-        let outcomes = self
-            .sections
-            .iter()
-            .map(|section| shown(&section.outcome()));
-        text + &outcomes.collect::<Vec<_>>().join("\n") + "\n"
+    /// The number of checks of every section, and how many of them failed, as text for a terminal. `shown` converts an
+    /// answer to text, for example with a colour.
+    pub fn outcomes(&self, shown: impl Fn(&Item) -> String) -> String {
+        let sections = self.sections.iter();
+        sections
+            .map(|section| shown(&section.outcome()) + "\n")
+            .collect()
     }
 
     /// Returns one HTML page that loads nothing from elsewhere.

@@ -2,8 +2,11 @@ use crate::small::small;
 use cosmic::case::Case;
 use cosmic::lattice::State;
 use cosmic::scene::Integrator;
+use cosmic::verdict::Level;
 use cosmic_lab::check::accuracy::{Accuracy, FINER, Method, Reference, Run, errors};
-use cosmic_lab::table::Emphasis;
+use cosmic_lab::check::loads::{LoadsOfStep, accuracy, answers, loads_of_steps};
+use cosmic_lab::report::sheet::Section;
+use cosmic_lab::table::{Cell, Emphasis};
 
 /// A robot of 2x2 nodes that falls from `height` (m), and whose controller does nothing.
 fn falling(height: f64) -> Case {
@@ -38,6 +41,92 @@ fn errors_fall_with_the_time_step_down_to_rounding() {
     assert!(single[0].is_single && euler[0].is_default);
     let rounding = (of(single) - of(euler)).abs();
     assert!((1e-9..1e-3).contains(&rounding), "{rounding:e}");
+}
+
+/// The order of a method is observed, and errors that do not fall are not called ok: in free flight they fall, after a
+/// contact those of long steps do not.
+#[test]
+fn orders_of_convergence_are_observed() {
+    let case = falling(1.0);
+    let flying = Accuracy::of(&case);
+    let [euler, leapfrog, implicit] = [0, 4, 8].map(|k| &flying.runs[k..k + 4]);
+    for (runs, expected) in [(euler, 1.0), (implicit, 1.0), (leapfrog, 1.0)] {
+        assert_eq!(runs[0].order, [None; 2]);
+        for order in runs[1..].iter().filter_map(|run| run.order[1]) {
+            // Higher terms of the error and the damping of the springs change the order by less than a third.
+            assert!((0.67..2.4).contains(&(order / expected)), "{runs:?}");
+        }
+    }
+    let section = flying.section();
+    let says = |text: &str| {
+        section
+            .answers
+            .iter()
+            .any(|answer| answer.text.contains(text))
+    };
+    assert!(
+        says("symplectic euler: the errors converge: order "),
+        "{:?}",
+        section.answers
+    );
+    let status = |section: &Section, row: usize| section.tables[0].rows[row].cells.last().cloned();
+    assert_eq!(status(&section, 0), Some(Cell::from("ok")));
+    // Suppose that the errors of the implicit steps grow while the time step falls.
+    let mut growing = flying;
+    for (k, run) in growing.runs[8..12].iter_mut().enumerate() {
+        run.error[1] = Some([8.2e-3, 9.2e-3, 9.8e-3, 9.9e-3][k]);
+        run.order[1] = (k > 0).then_some(-0.1);
+    }
+    let section = growing.section();
+    let says = |text: &str| {
+        section
+            .answers
+            .iter()
+            .any(|answer| answer.text.contains(text))
+    };
+    assert!(says(
+        "implicit: the errors do not converge at these time steps"
+    ));
+    assert!(says("order −0.1 at"), "{:?}", section.answers);
+    for row in 8..12 {
+        assert_eq!(
+            status(&section, row),
+            Some(Cell::from("errors do not fall"))
+        );
+    }
+    assert!(section.failures.is_empty());
+}
+
+/// Forces and power of a robot at rest on the ground do not depend on the time step; those of a robot that lands do.
+#[test]
+fn forces_and_power_are_compared_at_several_time_steps() {
+    let case = falling(0.05);
+    let found = loads_of_steps(&case);
+    assert_eq!(found.len(), 4);
+    assert!(
+        found
+            .iter()
+            .all(|step| step.force > 0.0 && step.force_p99 <= step.force)
+    );
+    let section = accuracy(&case);
+    let table = section
+        .tables
+        .iter()
+        .find(|table| table.name == "loads")
+        .unwrap();
+    assert_eq!(table.rows.len(), 4);
+    let at = |force: f64| LoadsOfStep { force, ..found[0] };
+    let says =
+        |forces: [f64; 2]| answers(&forces.map(at)).map(|answer| (answer.level, answer.text));
+    let [(level, text), (power, _)] = says([34.6, 39.7]);
+    assert_eq!((level, power), (Level::Doubtful, Level::Good));
+    assert!(
+        text.contains("largest force depends a little on the time step (by 15 %): 34.6 N at"),
+        "{text}"
+    );
+    assert_eq!(says([34.6, 35.0])[0].0, Level::Good);
+    assert_eq!(says([34.6, 50.0])[0].0, Level::Bad);
+    assert_eq!(says([34.6, f64::NAN])[0].0, Level::Bad);
 }
 
 /// A run that diverges is a failure only if its time step is stable or if it is the scene's own run. Charts do not show

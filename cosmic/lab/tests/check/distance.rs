@@ -6,14 +6,21 @@ use cosmic_lab::check::distance::{Reference, SAME};
 
 /// The distance of a robot in free fall along the ground is 0 for every time step, integrator and precision.
 #[test]
-fn a_falling_robot_does_not_depend_on_the_time_step() {
+fn a_robot_that_hardly_moves_is_told_so() {
     let case = small([2, 2], |scene| {
         (scene.lattice.drop, scene.physics.steps) = (1.0, 64);
         scene.controller.gain = [0.0; 2];
     });
     let section = distance(&case, true);
-    let levels = section.answers.iter().map(|answer| answer.level);
-    assert!(levels.eq([Level::Good; 4]), "{:?}", section.answers);
+    // A robot that does not move says nothing about the time step.
+    let [answer] = &section.answers[..] else {
+        panic!("{:?}", section.answers);
+    };
+    assert_eq!(answer.level, Level::Doubtful);
+    assert!(
+        answer.text.contains("hardly moves: 0.000 m in 0.13 s"),
+        "{answer:?}"
+    );
     // The robot does not diverge, at half the time step, and with leapfrog.
     assert_eq!((section.checks, section.failures.len()), (3, 0));
     assert_eq!(distance(&case, false).checks, 1);
@@ -54,6 +61,9 @@ fn distances_are_compared_with_the_scenes_own() {
     assert_eq!(level(4.0, &[5.0]), Level::Bad);
     let compare = |median, least| Reference { median, least };
     assert_eq!(compare(4.0, 0.01).off(f64::NAN), f64::INFINITY);
+    // A robot that moves at one of the time steps is compared.
+    let hardly = |medians: [f64; 2]| compare(0.0, 0.05).hardly_moves(medians);
+    assert!(hardly([0.049, -0.049]) && !hardly([0.0, 0.051]) && !hardly([0.0, f64::NAN]));
     // A robot that stays in place: a difference of 1 mm is small compared with 5 cm.
     assert_eq!(compare(0.0, 0.05).off(0.001), 0.02);
 }
