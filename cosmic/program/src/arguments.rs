@@ -85,7 +85,7 @@ impl Settings {
 /// The options `--quiet` and `--json`.
 #[derive(Debug, Clone, Args)]
 pub(super) struct Output {
-    /// Print only errors
+    /// Print the results and errors, but no progress and no advice
     #[arg(long, short)]
     pub(super) quiet: bool,
     /// Write JSON to standard output

@@ -102,11 +102,8 @@ pub(super) fn print_as(json: bool, value: &impl serde::Serialize, text: &str) ->
     if json { print_json(value) } else { print(text) }
 }
 
-/// Writes a result as JSON or as text, or nothing with `--quiet`.
+/// Writes a result as JSON or as text. `--quiet` does not hide results.
 pub(super) fn answer(output: &Output, value: &impl serde::Serialize, text: &str) -> Result<()> {
-    if output.quiet && !output.json {
-        return Ok(());
-    }
     print_as(output.json, value, text)
 }
 

@@ -43,7 +43,7 @@ impl Arguments {
             ));
         }
         let written = report::write(run, registry)?;
-        if !self.output.quiet && !self.output.json {
+        if !self.output.json {
             note_verdict(run, registry);
         }
         answer_written(&self.output, &written)

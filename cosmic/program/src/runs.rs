@@ -75,13 +75,12 @@ fn show(folder: &Path, summary: &Summary, registry: &Registry, output: &Output) 
         let text = fs::read_to_string(&path).map_err(Error::reading(path))?;
         return print(&text);
     }
-    if output.quiet {
-        return Ok(());
-    }
     // The run is done, so a scene that somebody has removed since is not an error.
     let verdict = verdict_of(folder, summary, registry).ok();
     print(&describe(folder, summary, verdict.as_ref()))?;
-    note(&next(folder, registry));
+    if !output.quiet {
+        note(&next(folder, registry));
+    }
     Ok(())
 }
 

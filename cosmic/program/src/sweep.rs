@@ -134,16 +134,14 @@ fn one(sweep: &Sweep, index: usize, stop: Arc<AtomicBool>, work: &Work) -> Resul
     let outcome = pool.install(|| sweep.run_one(index, &mut progress));
     drop(progress);
     let (title, says) = (title(sweep.plan, index), told(&outcome?));
-    if !work.output.quiet {
-        note(&format!("run {index}, {title}: {says}"));
-    }
+    note(&format!("run {index}, {title}: {says}"));
     Ok(())
 }
 
 fn merge(sweep: &Path, output: &Output) -> Result<()> {
     let merged = sweep::merge(sweep)?;
     let (results, missing) = (merged.results.display(), merged.missing);
-    if missing > 0 && !output.quiet {
+    if missing > 0 {
         note(&format!("{missing} runs are not done"));
     }
     let rows = merged.table.to_json()["rows"].take();
