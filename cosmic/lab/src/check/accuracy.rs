@@ -9,7 +9,7 @@ use crate::report::sheet::{Chart, Line, Section, marked};
 use crate::table::{Cell, Column, Emphasis, Table};
 use cosmic::case::Case;
 use cosmic::lattice::State;
-use cosmic::numbers::{decimals, rounded};
+use cosmic::numbers::{fixed, rounded};
 use cosmic::scene::{Integrator, Named};
 use cosmic::verdict::{Item, Level};
 
@@ -339,7 +339,7 @@ impl<'a> Accuracy<'a> {
         };
         let orders: Vec<(f64, f64)> = [0, 1].into_iter().filter_map(of_mark).collect();
         let shown =
-            |(order, time): &(f64, f64)| format!("order {} at {time:.3} s", decimals(*order, 1));
+            |(order, time): &(f64, f64)| format!("order {} at {time:.3} s", fixed(*order, 1));
         let shown = orders.iter().map(shown).collect::<Vec<_>>().join(", ");
         let slow = orders.iter().find(|(order, _)| *order < LEAST_ORDER);
         let (says, level) = match slow {

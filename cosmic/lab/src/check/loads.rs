@@ -135,7 +135,7 @@ fn answer(found: &[LoadsOfStep], name: &str, unit: &str, of: fn(&LoadsOfStep) ->
     };
     let level = Level::up_to(SAME, if off.is_nan() { f64::INFINITY } else { off });
     let depends = match level {
-        Level::Good => "does not depend on",
+        Level::Remark | Level::Good => "does not depend on",
         Level::Doubtful => "depends a little on",
         Level::Bad => "depends on",
     };
