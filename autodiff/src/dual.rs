@@ -4,9 +4,9 @@ use crate::operators::by_primal;
 
 /// A value, with its derivatives (tangents) along `N` directions.
 ///
-/// Duals nest: `Dual<Dual<f64, 1>, 1>` carries second derivatives. `==`, `<` and
-/// [`Real::less`](crate::Real::less) compare primals. [`Zero::is_zero`](num_traits::Zero::is_zero) also looks
-/// at the tangents.
+/// Duals nest: `Dual<Dual<f64, 1>, 1>` carries second derivatives. `<` and [`Real::less`](crate::Real::less) compare
+/// primals. [`Zero::is_zero`](num_traits::Zero::is_zero) is false unless all tangents are zero too, and a number with
+/// a tangent never `==` a constant ([pitfalls](crate::guide#pitfalls)).
 ///
 /// ```
 /// use autodiff::{Dual, Real};
@@ -23,4 +23,4 @@ pub struct Dual<R, const N: usize> {
     pub tangent: [R; N],
 }
 
-by_primal! { [, const N: usize] Dual<R, N> }
+by_primal! { [, const N: usize] Dual<R, N>, |x| !x.tangent.iter().all(R::is_zero) }

@@ -344,16 +344,19 @@ macro_rules! constants_by_f64 {
     };
 }
 
-/// Implements comparison and display for a number type over `R`. Both use only the primal, which is the field `value`.
+/// Implements comparison and display for a number type over `R`. Both use the primal, which is the field `value`.
+/// Equality also asks the expression, which says whether a number carries a derivative: such a number never equals a
+/// constant.
 macro_rules! by_primal {
-    ([$($generics:tt)*] $number:ty) => {
-        impl<R: PartialEq $($generics)*> PartialEq for $number {
+    ([$($generics:tt)*] $number:ty, |$x:ident| $carries:expr) => {
+        impl<R: PartialEq + num_traits::Zero $($generics)*> PartialEq for $number {
             #[inline(always)]
             fn eq(&self, other: &Self) -> bool {
-                self.value == other.value
+                let carries = |$x: &Self| $carries;
+                self.value == other.value && carries(self) == carries(other)
             }
         }
-        impl<R: PartialOrd $($generics)*> PartialOrd for $number {
+        impl<R: PartialOrd + num_traits::Zero $($generics)*> PartialOrd for $number {
             #[inline(always)]
             fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
                 self.value.partial_cmp(&other.value)

@@ -22,13 +22,13 @@ pub use crate::mask::Mask;
 /// The real numbers of generic code. The [module](self) describes the derivatives at kinks.
 ///
 /// Constants are made by [`lit`](crate::lit). They carry no derivative and are not recorded. Where a method
-/// [accepts](Accepts) a second number, a float will do: `x.max(0.0)`, `x.powf(2.5)`, `x.less(1.0)`. Comparisons only
-/// use the primal.
+/// [accepts](Accepts) a second number, a float will do: `x.max(0.0)`, `x.powf(2.5)`, `x.less(1.0)`. These comparisons
+/// only use the primal.
 ///
-/// `is_zero` of the supertrait `Zero` is not a comparison. It tells whether the number is the additive identity, so
-/// that work on it can be skipped. For lanes it is true if all of them are zero. For a number that carries a derivative
-/// it is false, even if the primal is zero. So do not branch on a value with `if x.is_zero()`, although it compiles.
-/// The [pitfalls](crate::guide#pitfalls) show what to write instead.
+/// `is_zero` of the supertrait `Zero` tells whether the number is the additive identity, so that work on it can be
+/// skipped. For lanes it is true if all of them are zero. For a number that carries a derivative it is false, even if
+/// the primal is zero. The same holds for `is_one` and for `==` with a constant. So do not branch on a value with
+/// `if x.is_zero()`, although it compiles. The [pitfalls](crate::guide#pitfalls) show what to write instead.
 ///
 /// Other crates may implement the trait for their own numbers. Within a major version, new methods have defaults. A
 /// new function is a new variant of [`Elementary`], whose [`value`](Elementary::value) works for any number.

@@ -3,7 +3,7 @@
 use crate::common::{Formula, Sym, formula};
 use autodiff::check::{Claim, Options, Report, Verdict, check_directions, check_gradient};
 use autodiff::custom::{Rule, apply};
-use autodiff::{DoubleDouble, Function, Real, gradient, lit};
+use autodiff::{DoubleDouble, Element, Function, Real, gradient, lit};
 
 fn point(n: usize) -> Vec<f64> {
     (0..n).map(|i| 0.4 + 0.3 * (i as f64).sin()).collect()
@@ -422,4 +422,36 @@ fn a_control_that_would_tell_nothing_is_none() {
     }
     let report = claimed(&|x| x[0].exp(), [&[0.0], &[1.0]], &coarse);
     assert_eq!(report.control, None, "{report}");
+}
+
+/// The product of all numbers, which ends early at an exact zero and so loses the slopes of the later factors.
+struct EarlyEnd {
+    by_order: bool,
+}
+
+impl Function for EarlyEnd {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let mut product = R::one();
+        for &x in x {
+            product *= x;
+            let held = Element(product);
+            let by_order = held <= Element::lit(0.0) && held >= Element::lit(0.0);
+            if by_order && self.by_order || product.primal() == 0.0 && !self.by_order {
+                break;
+            }
+        }
+        product
+    }
+}
+
+#[test]
+fn an_early_end_at_an_exact_zero_is_called_wrong() {
+    for by_order in [true, false] {
+        let early = EarlyEnd { by_order };
+        let report = checked(&early, &[0.0, 2.0, 3.0]);
+        assert_eq!(report.verdict, Verdict::Wrong, "{report}");
+        assert_eq!(report.worst.expect("a component").index, 0);
+        // Without a zero nothing is lost.
+        assert_eq!(checked(&early, &[0.5, 2.0, 3.0]).verdict, Verdict::Smooth);
+    }
 }

@@ -4,8 +4,10 @@
 use std::num::FpCategory;
 
 use autodiff::simd::{Lane, Vectorized};
-use autodiff::{DoubleDouble, Dual, Element, Real, gradient, hessian, kernel};
-use num_traits::{Float, FloatConst, NumCast, Signed, ToPrimitive};
+use autodiff::{
+    DoubleDouble, Dual, Element, Real, Tape, Var, gradient, gradient_forward, hessian, kernel,
+};
+use num_traits::{Float, FloatConst, NumCast, One, Signed, ToPrimitive, Zero};
 
 type Number = Element<Dual<DoubleDouble, 1>>;
 
@@ -151,20 +153,79 @@ fn odd_functions_keep_the_sign_of_a_zero() {
     );
 }
 
-/// Algorithms must decide in the same way for a plain number and for a variable with the same value.
+/// Asserts which of the numbers are zero, are one, equal 0 and equal 1. If `moves`, the numbers carry derivatives.
+fn assert_equals_no_constant<T>(numbers: [T; 4], moves: bool)
+where
+    T: Copy + Zero + One + PartialEq + PartialEq<f64> + PartialOrd<f64>,
+{
+    let [zeros, ones] = [
+        numbers.map(|x| [x.is_zero(), x == T::zero(), x == 0.0]),
+        numbers.map(|x| [x.is_one(), x == T::one(), x == 1.0]),
+    ];
+    let expected = |answers: [bool; 4]| answers.map(|answer| [answer && !moves; 3]);
+    assert_eq!(zeros, expected([true, true, false, false]));
+    assert_eq!(ones, expected([false, false, true, false]));
+    // The order is that of the values, and so is the equality of two numbers that carry derivatives.
+    assert!(numbers[0] <= 0.0 && numbers[0] >= 0.0 && numbers[2] <= 1.0 && numbers[2] >= 1.0);
+    assert!(numbers[0] == numbers[1] && numbers[0] != numbers[3] && numbers[2] == numbers[2]);
+}
+
 #[test]
-fn zero_is_what_has_the_value_zero() {
-    use num_traits::Zero;
-    fn decides<R: Real>(x: &[R]) -> R {
-        let zeros: Vec<bool> = x.iter().map(|&x| Element(x).is_zero()).collect();
-        assert_eq!(zeros, [true, true, false]);
-        x[0]
+fn a_number_that_carries_a_derivative_equals_no_constant() {
+    let x = [0.0, -0.0, 1.0, 1e-300];
+    assert_equals_no_constant(x.map(Element), false);
+    assert_equals_no_constant(x.map(Dual::<f64, 2>::constant), false);
+    assert_equals_no_constant(x.map(|x| Element(Dual::<f64, 2>::constant(x))), false);
+    assert_equals_no_constant(x.map(Var::<f64>::constant), false);
+    assert_equals_no_constant(x.map(|x| Element(Var::constant(x))), false);
+    let moving = x.map(|x| Dual::<f64, 2>::variable(x, 1));
+    assert_equals_no_constant(moving, true);
+    assert_equals_no_constant(moving.map(Element), true);
+    // Only the inner number carries a derivative.
+    assert_equals_no_constant(moving.map(Var::constant), true);
+    assert_equals_no_constant(moving.map(|x| Element(Dual::<_, 1>::constant(x))), true);
+    Tape::new().record(&x, |x| {
+        let moving = [0, 1, 2, 3].map(|k| x[k]);
+        assert_equals_no_constant(moving, true);
+        assert_equals_no_constant(moving.map(Element), true);
+        assert_equals_no_constant(moving.map(Dual::<_, 1>::constant), true);
+        assert_equals_no_constant(moving.map(|x| x * 0.0 + x.detach()), true);
+    });
+    let infinite = f64::INFINITY;
+    assert!(Element(infinite) == Element(infinite) && Element(f64::NAN) != Element(f64::NAN));
+    let far = Element(Dual::<f64, 1>::constant(infinite));
+    assert!(far == Element(Dual::constant(infinite)) && far == infinite);
+}
+
+/// The product ends early at 0, so that the slopes of the later factors would be lost.
+fn product_with_an_early_end<T>(factors: &[T]) -> T
+where
+    T: Copy + One + PartialEq<f64>,
+{
+    let mut product = T::one();
+    for &factor in factors {
+        product = product * factor;
+        if product == 0.0 {
+            break;
+        }
     }
-    let x = [0.0, -0.0, 1e-300];
-    assert_eq!(gradient(decides, &x), [1.0, 0.0, 0.0]);
-    assert_eq!(hessian(decides, &x), [[0.0; 3]; 3]);
-    let moving = x.map(|x| Dual::variable(x, 0));
-    assert_eq!(decides::<Dual<f64, 1>>(&moving).tangent, [1.0]);
+    product
+}
+
+#[test]
+fn a_loop_that_ends_at_an_exact_zero_keeps_the_slopes_of_the_later_factors() {
+    let x = [0.0, 2.0, 3.0];
+    assert_eq!(product_with_an_early_end(&x), 0.0);
+    let elements = |x: &[Var<f64>]| {
+        let x: Vec<Element<Var<f64>>> = x.iter().copied().map(Element).collect();
+        product_with_an_early_end(&x).0
+    };
+    let expected = gradient(|x| x[0] * x[1] * x[2], &x);
+    assert_eq!(gradient(product_with_an_early_end, &x), expected);
+    assert_eq!(gradient(elements, &x), expected);
+    assert_eq!(gradient_forward(product_with_an_early_end, &x), expected);
+    let second = hessian(|x| x[0] * x[1] * x[2], &x);
+    assert_eq!(hessian(product_with_an_early_end, &x), second);
 }
 
 /// Computes a cubic root by Newton's method, in code that is generic over `Float`.

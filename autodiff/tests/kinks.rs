@@ -2,8 +2,8 @@
 
 use crate::common::{Sym, assert_gradient, assert_gradients, formula, second_derivatives};
 use autodiff::simd::{Lane, Vectorized};
-use autodiff::{Dual, Function, Real, Tape, Var, gradient, hessian, kernel};
-use num_traits::Zero;
+use autodiff::{Dual, Element, Function, Real, Tape, Var, gradient, hessian, kernel};
+use num_traits::{Float, Zero};
 
 const INF: f64 = f64::INFINITY;
 const NAN: f64 = f64::NAN;
@@ -342,4 +342,30 @@ fn an_infinite_slope_times_zero_has_no_second_derivative() {
     // If the smooth function is written without a kink, its second derivative is correct.
     let written = hessian(|x| x[0] * x[0] + x[1] * x[1], &[0.0; 2]);
     assert_eq!(written, [[2.0, 0.0], [0.0, 2.0]]);
+}
+
+/// The norm and the argument of a complex number, from which num-complex computes roots and logarithms.
+struct Polar {
+    norm: bool,
+}
+
+impl Function for Polar {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let [re, im] = [0, 1].map(|k| Element(x[k]));
+        match self.norm {
+            true => Float::hypot(re, im).0,
+            false => Float::atan2(im, re).0,
+        }
+    }
+}
+
+#[test]
+fn the_norm_and_the_argument_of_an_element_have_no_slope_at_the_origin() {
+    for norm in [true, false] {
+        for x in [[0.0, 0.0], [-0.0, 0.0]] {
+            assert_gradient(&Polar { norm }, &x, &[NAN, NAN]);
+        }
+    }
+    assert_gradient(&Polar { norm: true }, &[0.0, -2.0], &[0.0, -1.0]);
+    assert_gradient(&Polar { norm: false }, &[-2.0, 0.0], &[-0.0, -0.5]);
 }

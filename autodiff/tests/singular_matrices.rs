@@ -2,8 +2,11 @@
 //! differences.
 
 use crate::common::{assert_close, differences, forward_gradient, hessian_rows};
-use autodiff::matrices::{Element, determinant, exp, log_determinant, symmetric_eigen_groups};
-use autodiff::{DoubleDouble, Function, Real, gradient, jacobian, jacobian_reverse};
+use autodiff::matrices::{
+    Element, determinant, exp, inverse, log_determinant, singular_values, solve,
+    symmetric_eigen_groups,
+};
+use autodiff::{DoubleDouble, Dual, Function, Real, Tape, gradient, jacobian, jacobian_reverse};
 use nalgebra::{DMatrix, DVector};
 
 fn square<R: Real>(x: &[R]) -> DMatrix<Element<R>> {
@@ -201,22 +204,113 @@ fn what_has_no_determinant_is_nan() {
     );
 }
 
-/// nalgebra's elimination skips a column whose pivot is zero, and with it derivatives. If this test fails, nalgebra has
-/// changed, and the module's documentation must change too.
+/// nalgebra's elimination divides by a pivot of zero that carries a derivative. Along a direction in which the pivot does
+/// not move, it skips the column, and with it derivatives. If this test fails, nalgebra has changed, and the module's
+/// documentation must change too.
 #[test]
-fn nalgebra_loses_derivatives_at_a_pivot_of_zero() {
-    let zero_column = [0.0, 1.0, 0.0, 2.0];
-    let by_lu = gradient(|x| square(x).lu().determinant().0, &zero_column);
-    assert_eq!(by_lu, [2.0, 0.0, 0.0, 0.0]);
-    let repeated = [1.0, 2.0, 2.0, 4.0];
-    let fully = gradient(|x| square(x).full_piv_lu().determinant().0, &repeated);
-    assert_eq!(fully, [0.0; 4]);
+fn nalgebra_loses_derivatives_at_a_pivot_of_zero_that_does_not_move() {
+    struct ByLu;
+    impl Function for ByLu {
+        fn eval<R: Real>(&self, x: &[R]) -> R {
+            square(x).lu().determinant().0
+        }
+    }
+    let zero_column = [0.0_f64, 1.0, 0.0, 2.0];
+    assert_eq!(
+        gradient(|x| Determinant.eval(x), &zero_column),
+        [2.0, 0.0, -1.0, 0.0]
+    );
+    assert_eq!(forward_gradient(&ByLu, &zero_column)[2], 0.0);
+    let is_right = |slopes: &[f64], right: &[f64]| {
+        // The cofactors are integers below 1000.
+        let near = |(a, b): (&f64, &f64)| a.is_nan() || (a - b).abs() < 1e-12;
+        slopes.iter().zip(right).all(near)
+    };
+    let slopes = gradient(|x| ByLu.eval(x), &zero_column);
+    assert!(
+        slopes[2].is_nan() && is_right(&slopes, &[2.0, 0.0, -1.0, 0.0]),
+        "{slopes:?}"
+    );
     // A column of zeros, where the cofactor of the entry in row 1 is -17.
     let zero_column_of_four = &matrices()[3];
     let own = gradient(|x| square(x).determinant().0, zero_column_of_four);
     let right = gradient(|x| Determinant.eval(x), zero_column_of_four);
-    assert_eq!(own[4], 0.0);
+    assert!(own[4].is_nan() && is_right(&own, &right), "{own:?}");
     assert_close(&[right[4]], &[-17.0], 1e-14);
+}
+
+/// Whether each of the crate's own solvers refuses the matrix: equations, the inverse, singular values.
+fn refusals<R: Real>(x: &[R]) -> [bool; 3] {
+    let matrix = square(x);
+    let load = DVector::from_element(matrix.nrows(), Element::lit(1.0));
+    [
+        solve(&matrix, &load).is_none(),
+        inverse(&matrix).is_none(),
+        singular_values(&matrix).is_err(),
+    ]
+}
+
+/// Rounding leaves pivots of 1e-16 in some of the matrices.
+#[test]
+fn singular_matrices_are_refused_in_every_mode_and_regular_ones_are_not() {
+    let duals = |x: &[f64], moves: bool| match moves {
+        true => x.iter().map(|&x| Dual::variable(x, 0)).collect(),
+        false => x.iter().map(|&x| Dual::constant(x)).collect(),
+    };
+    for x in matrices() {
+        let singular = by_minors(&square(&x).map(|x| x.0)) == 0.0;
+        let on_tape = Tape::new().record(&x, refusals);
+        let [still, moving]: [Vec<Dual<f64, 1>>; 2] = [false, true].map(|moves| duals(&x, moves));
+        for found in [refusals(&x), on_tape, refusals(&still), refusals(&moving)] {
+            assert_eq!(found[..2], [singular; 2], "{x:?}");
+            assert!(found[2] || !singular, "{x:?}");
+        }
+    }
+}
+
+/// A sum of singular values with different weights, of a matrix with three columns.
+struct Values;
+
+impl Function for Values {
+    fn eval<R: Real>(&self, x: &[R]) -> R {
+        let entries = x.iter().copied().map(Element);
+        let matrix = DMatrix::from_iterator(x.len() / 3, 3, entries);
+        let values = singular_values(&matrix).expect("distinct values above 0");
+        let weighted = values
+            .iter()
+            .enumerate()
+            .map(|(k, value)| value.0 * R::lit(1.0 + k as f64));
+        weighted.fold(R::zero(), |sum, x| sum + x)
+    }
+}
+
+#[test]
+fn singular_values_have_their_derivatives_where_entries_are_zero() {
+    let diagonal = vec![1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 4.0];
+    let triangular = vec![1.0, 0.0, 0.0, 1.0, 2.0, 0.0, 0.5, 1.0, 4.0];
+    let wide = vec![1.0, 0.0, 0.0, 2.0, 0.0, 0.0];
+    let tall = vec![1.0, 0.0, 0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 7.0];
+    for x in [diagonal, triangular, wide, tall] {
+        let plain = |x: &[f64]| {
+            let values = DMatrix::from_column_slice(x.len() / 3, 3, x).singular_values();
+            let weighted = values
+                .iter()
+                .enumerate()
+                .map(|(k, value)| value * (1.0 + k as f64));
+            vec![weighted.sum()]
+        };
+        assert_close(&[Values.eval(&x)], &plain(&x), 1e-14);
+        let of = |values: &dyn Fn(&[f64]) -> Vec<f64>, h| {
+            let columns = (0..x.len()).map(|k| differences(values, &x, k, h));
+            columns.collect::<Vec<Vec<f64>>>().concat()
+        };
+        // The truncation error is h^2 times third derivatives below 10, and the rounding error eps / h.
+        let slopes = of(&plain, 1e-5);
+        assert_close(&gradient(|x| Values.eval(x), &x), &slopes, 1e-8);
+        assert_close(&forward_gradient(&Values, &x), &slopes, 1e-8);
+        let second = of(&|x| gradient(|x| Values.eval(x), x), 1e-5);
+        assert_close(&hessian_rows(&Values, &x).concat(), &second, 1e-8);
+    }
 }
 
 /// The ways to solve equations and to invert.
@@ -228,18 +322,22 @@ enum Way {
     PivotedQr,
     Cholesky,
     Inverse,
+    OwnSolution,
+    OwnInverse,
     Eigen,
     Svd,
 }
 
 /// The ways that do not need distinct eigenvalues or singular values.
-const WAYS: [Way; 6] = [
+const WAYS: [Way; 8] = [
     Way::Lu,
     Way::FullLu,
     Way::Qr,
     Way::PivotedQr,
     Way::Cholesky,
     Way::Inverse,
+    Way::OwnSolution,
+    Way::OwnInverse,
 ];
 
 impl Way {
@@ -258,6 +356,8 @@ impl Way {
                 let inverse = matrix.try_inverse()?;
                 return Some(inverse.iter().map(|x| x.0).collect());
             }
+            Self::OwnSolution => solve(&matrix, &load),
+            Self::OwnInverse => return Some(inverse(&matrix)?.iter().map(|x| x.0).collect()),
             Self::Eigen => {
                 let eigen = matrix.symmetric_eigen();
                 let by_mode = eigen.eigenvectors.tr_mul(&load);

@@ -8,7 +8,7 @@ mod jacobian;
 mod hessian;
 mod higher;
 mod values;
-mod lu;
+pub(crate) mod lu;
 pub mod implicit;
 mod undecided;
 pub mod sparse;

@@ -5,7 +5,7 @@ use std::num::FpCategory;
 use num_traits::{Float, NumCast, ToPrimitive, Zero};
 
 use super::element::Element;
-use super::functions::functions;
+use super::functions::{functions, steep_at_origin};
 use super::number::decided;
 use crate::math::rounding;
 use crate::real::Real;

@@ -1,5 +1,27 @@
 //! The functions that num-traits' `Float` has in common with nalgebra's `ComplexField` and `RealField`.
 
+use crate::real::{Mask, Real};
+
+/// Returns the value of a function of a point in the plane, with slopes that are NaN at the origin. Roots and logarithms
+/// of complex numbers are computed from the length and the angle of a point. With the slopes of [`Real::hypot`] and
+/// [`Real::atan2`], which are 0 at the origin, forward mode would return 0 for the slopes of a root there.
+#[inline]
+#[track_caller]
+pub(super) fn steep_at_origin<R: Real>(value: R, [x, y]: [R; 2]) -> R {
+    let [at_x, at_y] = [x, y].map(|x| x.detach().abs());
+    // Unlike the larger one, the sum is NaN if either number is.
+    let origin = (at_x + at_y).less_equal(R::zero());
+    if R::Mask::IS_SINGLE && !origin.any() {
+        return value;
+    }
+    let unknown = R::lit(f64::NAN);
+    R::select(
+        origin,
+        value.straight_through(x * unknown + y * unknown),
+        value,
+    )
+}
+
 /// Defines the methods that the traits `Float` and `ComplexField` share. With the argument `of_reals`, defines the
 /// methods that `Float` and `RealField` share.
 macro_rules! functions {
@@ -52,7 +74,7 @@ macro_rules! functions {
         }
         #[track_caller]
         fn hypot(self, other: Self) -> Self {
-            Self(self.0.hypot(other.0))
+            Self(steep_at_origin(self.0.hypot(other.0), [self.0, other.0]))
         }
         #[track_caller]
         fn sin_cos(self) -> (Self, Self) {
@@ -74,7 +96,7 @@ macro_rules! functions {
         }
         #[track_caller]
         fn atan2(self, x: Self) -> Self {
-            Self(self.0.atan2(x.0))
+            Self(steep_at_origin(self.0.atan2(x.0), [self.0, x.0]))
         }
     };
     (methods [$($method:ident)*]) => {

@@ -38,10 +38,25 @@
 //! assert!(gradient(current, &[3.0, 0.5])[0] < -0.1);
 //! ```
 //!
+//! Slopes and second derivatives are right off the axes, on both axes, and on both sides of a cut. There, the side is
+//! that whose value the function returns, by the sign of a zero. At a branch point they are infinite or NaN, and so are
+//! those of `norm` and `arg` at 0. At a pole the value itself is. `powf`, and nalgebra's
+//! `powi`, are NaN at 0 even where the slope is finite; num-complex's `powi` is right there. num-complex 0.4.6 loses
+//! derivatives, and returns a slope of 0 that should be infinite, in two cases:
+//!
+//! - `powc` of a base of 0 returns a constant. Use `powf`.
+//! - `sqrt` and `cbrt` of a number `i x` at `x = 0`, whose real part is a constant 0 or does not move along the
+//!   direction of forward mode. They take `abs` of the imaginary part, which is flat there. The inverse functions
+//!   contain such a root at their branch points.
+//!
 //! # What to know
 //!
 //! - Comparisons on which code branches (`<`, `is_nan`, the choice of pivots) look at primals. They panic if lanes
 //!   disagree. The derivative is that of the branch that was taken.
+//! - An element that carries a derivative is not zero, not one, and not equal to a constant, whatever its value
+//!   ([pitfalls](crate::guide#pitfalls)). Code of other crates that takes a shortcut at an exact value takes the general
+//!   path instead. So num-complex's roots, which treat the axes separately, keep the slopes across the axes. The general
+//!   path may divide by zero: then the result is infinite or NaN.
 //! - An element does not convert to a primitive number, because that would lose the derivative silently:
 //!   `ToPrimitive` returns `None` and `integer_decode` panics. To get only the value, take the primal of the field
 //!   `.0`. Constants convert to elements by `T::from`.

@@ -10,7 +10,7 @@ use crate::math::rounding::remainder;
 use crate::operators::{
     closure_operators, constants_by_f64, literal_operators, operator, operators,
 };
-use crate::real::{Mask, Real};
+use crate::real::Real;
 use crate::rule;
 
 /// Returns the result of a comparison on which the calling code branches.
@@ -35,8 +35,8 @@ operators! {
     -a => Self(-a.0),
     0 => Self(R::zero()),
     1 => Self(R::one()),
-    // A number is zero only if it is zero in all lanes, because algorithms branch on the answer.
-    a == 0 => (a.0.less_equal(R::zero()) & R::zero().less_equal(a.0)).all(),
+    // False for a number that carries a derivative: code that leaves out a zero would lose the derivative.
+    a == 0 => a.0.is_zero(),
 }
 
 literal_operators! { [R: Real] Element<R> }
@@ -47,11 +47,28 @@ operator! {
     [#[inline]] [R: Real] Element<R>, Rem rem RemAssign rem_assign, a b Self(remainder(a.0, b.0))
 }
 
+impl<R: Real> Element<R> {
+    /// Whether the primals are equal.
+    #[inline]
+    #[track_caller]
+    pub(super) fn has_value_of(&self, other: &Self) -> bool {
+        decided::<R>(self.0.less_equal(other.0)) && decided::<R>(other.0.less_equal(self.0))
+    }
+
+    /// Whether the number carries a derivative.
+    #[inline]
+    pub(super) fn moves(&self) -> bool {
+        !R::zero().straight_through(self.0).is_zero()
+    }
+}
+
+/// A number that carries a derivative never equals a constant: code that takes a shortcut at a constant would lose the
+/// derivative.
 impl<R: Real> PartialEq for Element<R> {
     #[inline]
     #[track_caller]
     fn eq(&self, other: &Self) -> bool {
-        decided::<R>(self.0.less_equal(other.0)) && decided::<R>(other.0.less_equal(self.0))
+        self.has_value_of(other) && self.moves() == other.moves()
     }
 }
 

@@ -113,11 +113,11 @@ operators! {
     -a => unary(Unary::Neg, a),
     0 => Symbol::lit(0.0),
     1 => Symbol::lit(1.0),
-    // This asks for a value, so the recording becomes unfit for a replay. In a simplified recording, a constant zero
-    // counts as zero and every other number does not.
+    // This asks for a value, so the recording becomes unfit for a replay. A constant zero counts as zero, and every other
+    // number does not: nalgebra does not initialise memory that it multiplies by `zero()`.
     a == 0 => current(|recording| {
         recording.unfit = true;
-        recording.is_simplified && recording.constant(a.0) == Some(0.0)
+        recording.constant(a.0) == Some(0.0)
     }),
 }
 

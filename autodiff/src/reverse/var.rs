@@ -8,8 +8,9 @@ use crate::real::{Mask, Real};
 
 /// A value whose history is recorded by a [`Tape`](crate::Tape); 16 bytes for f64.
 ///
-/// Constants, and results of constants only, have no history and are never recorded. `==`, `<` and [`Real::less`]
-/// compare values, without derivatives. [`Zero::is_zero`](num_traits::Zero::is_zero) is only true for a constant zero.
+/// Constants, and results of constants only, have no history and are never recorded. `<` and [`Real::less`] compare
+/// values, without derivatives. [`Zero::is_zero`](num_traits::Zero::is_zero) is only true for a constant zero, and a
+/// number with a history never `==` a constant ([pitfalls](crate::guide#pitfalls)).
 ///
 /// # Panics
 /// Every operation that records panics if the variable's tape is not recording or has begun another recording, and if
@@ -221,4 +222,4 @@ fn mixed() -> ! {
     )
 }
 
-by_primal! { [] Var<R> }
+by_primal! { [] Var<R>, |x| x.generation != CONSTANT }

@@ -1,5 +1,5 @@
-//! Computes eigenvalues and eigenvectors of symmetric matrices with all their derivatives, some of which nalgebra's own
-//! iterations would lose.
+//! Computes eigenvalues and eigenvectors of symmetric matrices, and singular values, with all their derivatives, some of
+//! which nalgebra's own iterations would lose.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -94,17 +94,71 @@ pub struct EigenPair<R> {
 /// If the matrix is not square, or if the SIMD lanes of an entry differ.
 #[track_caller]
 pub fn symmetric_eigen<R: Real>(matrix: &DMatrix<Element<R>>) -> Result<Vec<EigenPair<R>>, NoRoot> {
-    let size = matrix.nrows();
     let (lower, sorted) = decomposed(matrix);
-    let pair = |(value, vector): (f64, DVector<f64>)| {
-        let numbers = vector.iter().chain([&value]);
-        let x: Vec<R> = numbers.map(|&number| R::lit(number)).collect();
-        let x = root(Pair { size }, &x, &lower)?;
-        let vector = DVector::from_iterator(size, x[..size].iter().copied().map(Element));
-        let value = Element(x[size]);
-        Ok(EigenPair { value, vector })
-    };
-    sorted.into_iter().map(pair).collect()
+    sorted.iter().map(|found| pair(&lower, found)).collect()
+}
+
+/// Returns an eigenpair with its derivatives by the lower triangle, given its primal.
+#[track_caller]
+fn pair<R: Real>(
+    lower: &[R],
+    (value, vector): &(f64, DVector<f64>),
+) -> Result<EigenPair<R>, NoRoot> {
+    let size = vector.len();
+    let numbers = vector.iter().chain([value]);
+    let x: Vec<R> = numbers.map(|&number| R::lit(number)).collect();
+    let x = root(Pair { size }, &x, lower)?;
+    let vector = DVector::from_iterator(size, x[..size].iter().copied().map(Element));
+    let value = Element(x[size]);
+    Ok(EigenPair { value, vector })
+}
+
+/// Returns the singular values of a matrix, descending. Derivatives of every order are right, even where entries of the
+/// matrix are zero: the values are eigenvalues of the symmetric matrix `[[0, A], [A^T, 0]]`, by the equations of
+/// [`symmetric_eigen`].
+///
+/// ```
+/// use nalgebra::DMatrix;
+/// use autodiff::matrices::singular_values;
+/// use autodiff::{Element, Real, hessian};
+///
+/// /// The larger singular value of [[2, x], [0, 1]].
+/// fn largest<R: Real>(x: &[R]) -> R {
+///     let [two, zero, one] = [2.0, 0.0, 1.0].map(Element::lit);
+///     let matrix = DMatrix::from_row_slice(2, 2, &[two, Element(x[0]), zero, one]);
+///     singular_values(&matrix).expect("two values")[0].0
+/// }
+/// // It is 2 + x^2 / 3 + ….
+/// assert!((hessian(largest, &[0.0f64])[0][0] - 2.0 / 3.0).abs() < 1e-14);
+/// ```
+///
+/// # Errors
+/// If a singular value is zero or repeated, to within rounding, because then it has no derivative.
+///
+/// # Panics
+/// If the SIMD lanes of an entry differ.
+#[track_caller]
+pub fn singular_values<R: Real>(
+    matrix: &DMatrix<Element<R>>,
+) -> Result<DVector<Element<R>>, NoRoot> {
+    let (m, n) = matrix.shape();
+    let mut both = DMatrix::from_element(m + n, m + n, Element(R::zero()));
+    both.view_mut((m, 0), (n, m)).tr_copy_from(matrix);
+    let (lower, sorted) = decomposed(&both);
+    let largest: Vec<_> = sorted.iter().rev().take(m.min(n)).collect();
+    // The next value is 0, from which the last one must be distinct too.
+    let next = largest.iter().skip(1).map(|found| found.0).chain([0.0]);
+    let rounding = f64::EPSILON * (m + n) as f64 * largest.first().map_or(0.0, |found| found.0);
+    let mut gaps = largest.iter().zip(next).map(|(found, next)| found.0 - next);
+    if gaps.any(|gap| gap <= rounding) {
+        return Err(NoRoot::Singular { unknown: m + n });
+    }
+    let values = largest
+        .into_iter()
+        .map(|found| Ok(pair(&lower, found)?.value));
+    Ok(DVector::from_vec(
+        values.collect::<Result<Vec<_>, NoRoot>>()?,
+    ))
 }
 
 /// The equations of an invariant subspace: `A X = X B` and `basis^T X = 1`. The unknowns are the columns of `X` and then

@@ -6,10 +6,10 @@ use num_traits::{FloatConst, One, Zero};
 use simba::scalar::SubsetOf;
 
 use super::super::element::Element;
-use super::super::functions::functions;
+use super::super::functions::{functions, steep_at_origin};
 use super::super::number::decided;
 use crate::math::rounding;
-use crate::real::Real;
+use crate::real::{Mask, Real};
 
 impl<R: Real> Field for Element<R> {}
 
@@ -92,7 +92,7 @@ impl<R: Real> AbsDiffEq for Element<R> {
     }
     #[track_caller]
     fn abs_diff_eq(&self, other: &Self, epsilon: Self) -> bool {
-        decided::<R>((self.0 - other.0).abs().less_equal(epsilon.0)) || self == other
+        decided::<R>((self.0 - other.0).abs().less_equal(epsilon.0)) || self.has_value_of(other)
     }
 }
 
@@ -166,8 +166,17 @@ impl<R: Real> ComplexField for Element<R> {
         self / factor
     }
     /// Returns the magnitude and the sign. The sign is a constant, and is 1 for zero.
+    ///
+    /// # Panics
+    /// If the number is NaN. nalgebra's factorisations call this method, and their iterations would never end.
     #[track_caller]
     fn to_exp(self) -> (Self, Self) {
+        let number = self.0.less_equal(self.0);
+        assert!(
+            number.any(),
+            "nalgebra's factorisation met NaN: an entry is NaN, or a row or a column of zeros carries derivatives; \
+             call `inverse`, `solve`, `symmetric_eigen` or `singular_values` of `autodiff::matrices`"
+        );
         if self < Self::zero() {
             (-self, -Self::one())
         } else {
