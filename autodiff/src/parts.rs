@@ -54,8 +54,11 @@ impl<R: Real> SumByParts<R> {
             let (below, above) = self.levels.split_at_mut(level);
             add_to(&mut above[0].1, &below[level - 1].1);
         }
-        let last = self.levels.pop();
-        last.map_or_else(|| vec![R::zero(); self.len], |(_, sum)| sum)
+        // A closure would not have the registers of the function around it.
+        match self.levels.pop() {
+            Some((_, sum)) => sum,
+            None => vec![R::zero(); self.len],
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! The functions of num-traits' `Float` for elements. Their values are compared with the system's functions, and their
 //! slopes with difference quotients in 31 digits.
 
+use std::cmp::Ordering;
 use std::num::FpCategory;
 
 use autodiff::simd::{Lane, Vectorized};
@@ -166,8 +167,10 @@ where
     assert_eq!(zeros, expected([true, true, false, false]));
     assert_eq!(ones, expected([false, false, true, false]));
     // The order is that of the values, and so is the equality of two numbers that carry derivatives.
-    assert!(numbers[0] <= 0.0 && numbers[0] >= 0.0 && numbers[2] <= 1.0 && numbers[2] >= 1.0);
-    assert!(numbers[0] == numbers[1] && numbers[0] != numbers[3] && numbers[2] == numbers[2]);
+    let equal = Some(Ordering::Equal);
+    assert_eq!(numbers[0].partial_cmp(&0.0), equal);
+    assert_eq!(numbers[2].partial_cmp(&1.0), equal);
+    assert!(numbers[0] == numbers[1] && numbers[0] != numbers[3]);
 }
 
 #[test]

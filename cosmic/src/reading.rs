@@ -95,7 +95,13 @@ fn decoded<'b>(file: &str, lines: usize, bytes: &'b [u8]) -> Result<&'b str> {
         let line = lines + place.line;
         Err(malformed(file, Position { line, ..place }, says))
     };
-    if let Some(zero) = bytes.iter().position(|byte| *byte == 0) {
+    let wide = "the file is UTF-16 or UTF-32 text; save it as UTF-8";
+    if let [0xff, 0xfe, ..] | [0xfe, 0xff, ..] = *bytes {
+        return refused("", wide);
+    }
+    // `contains` is much faster than `position`, and most files have no zero byte.
+    if bytes.contains(&0) {
+        let zero = bytes.iter().take_while(|byte| **byte != 0).count();
         let (before, rest) = bytes.split_at(zero);
         // Even in UTF-32, a text never has four zero bytes in a row.
         let is_cut =
@@ -105,8 +111,8 @@ fn decoded<'b>(file: &str, lines: usize, bytes: &'b [u8]) -> Result<&'b str> {
             return refused(&String::from_utf8_lossy(before), says);
         }
     }
-    if let [0xff, 0xfe, ..] | [0xfe, 0xff, ..] | [0, _, ..] | [_, 0, ..] = *bytes {
-        return refused("", "the file is UTF-16 or UTF-32 text; save it as UTF-8");
+    if let [0, _, ..] | [_, 0, ..] = *bytes {
+        return refused("", wide);
     }
     str::from_utf8(bytes).or_else(|_| {
         // Points at the first byte that is not UTF-8.

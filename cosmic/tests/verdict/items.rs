@@ -213,7 +213,7 @@ fn the_larger_of_mechanical_power_and_that_of_air_is_judged() {
     let level = |seconds: f64, other: f64| {
         let power = 0.5 * BATTERY / seconds;
         let both = [with(power, other * power), with(other * power, power)];
-        both.map(|verdict| level(&verdict, "needs "))
+        both.map(|verdict| level(&verdict, "of 180 W/kg"))
     };
     for other in [0.05, 1.0] {
         assert_eq!(

@@ -67,7 +67,7 @@ fn loads_must_not_change_by_more_than_a_fifth_at_half_the_step() {
     let says = halved(&own, &half, 1.0).to_text();
     let doubt =
         "Doubtful: the push on a bar is 46 N at half the time step and 36 N at the scene's.";
-    assert!(says.ends_with(doubt), "{says}");
+    assert!(says.contains(doubt), "{says}");
     // What is 0 at both steps does not change.
     let still = halved(&Loads::default(), &Loads::default(), 1.0);
     assert_eq!(level(&still, "change by up to 0 %"), Level::Good);
@@ -142,7 +142,7 @@ fn the_worse_time_step_is_judged() {
         sheet: scene.data_sheet(),
         ..robot(&own)
     };
-    for name in ["of 47 N", "of 0.75 m/s"] {
+    for name in ["of about 47 N", "of 0.75 m/s"] {
         assert_eq!(level(&robot.verdict(), name), Level::Bad, "{name}");
     }
 }

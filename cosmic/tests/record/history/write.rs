@@ -37,7 +37,7 @@ fn designs_are_kept_after_the_first_and_every_tenth_iteration() {
     assert_eq!(seen, [(1, 1.0), (10, 0.1), (20, 0.05)]);
     drop(history);
     // A run is resumed after nine iterations, so every file is cut there. The other file must have lines.
-    fs::write(folder.path().join(LINES), "\n".repeat(10)).unwrap();
+    fs::write(folder.path().join(LINES), "{}\n".repeat(10)).unwrap();
     drop(History::open(folder.path(), 0, 9).unwrap());
     assert_eq!(fs::read_to_string(&file).unwrap().lines().count(), 1);
 }
