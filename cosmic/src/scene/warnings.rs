@@ -248,7 +248,7 @@ fn nonsense(scene: &Scene) -> Vec<Finding> {
         Finding::new(scene, keys, says, remedy.to_owned())
     };
     let mut found = Vec::new();
-    if size < SIZES.low || size >= SIZES.high {
+    if !(SIZES.low..SIZES.high).contains(&size) {
         let says = format!("the robot measures {} m", rounded(size, 3));
         let remedy = match size > SIZES.high {
             true => "lengths are in metres; divide lengths in millimetres by 1000",

@@ -131,15 +131,7 @@ impl Reference {
     fn answer(&self, name: &str, trials: &[&Trial], of: impl Fn(&Trial) -> String) -> Item {
         let off = self.apart(trials);
         let level = Level::up_to(SAME, off);
-        let depends = match level {
-            Level::Remark | Level::Good => "does not depend on",
-            Level::Doubtful => "depends a little on",
-            Level::Bad => "depends on",
-        };
-        let share = match level != Level::Good && off.is_finite() {
-            true => format!(" (by {} %)", brief(100.0 * off)),
-            false => String::new(),
-        };
+        let (depends, share) = depends(level, off);
         let metres = |trial: &Trial| match trial.spread.p50 {
             x if x.is_finite() => format!("{} m", fixed(x, 2)),
             _ => "diverged".to_owned(),
@@ -149,6 +141,20 @@ impl Reference {
         let says = format!("The distance {depends} {name}{share}: {}", found.join(", "));
         Item::figure(says, level)
     }
+}
+
+/// The words for how much a number depends on a setting, and in brackets by which share.
+pub(super) fn depends(level: Level, off: f64) -> (&'static str, String) {
+    let depends = match level {
+        Level::Remark | Level::Good => "does not depend on",
+        Level::Doubtful => "depends a little on",
+        Level::Bad => "depends on",
+    };
+    let share = match level != Level::Good && off.is_finite() {
+        true => format!(" (by {} %)", brief(100.0 * off)),
+        false => String::new(),
+    };
+    (depends, share)
 }
 
 /// Answers the questions, each in a sentence.

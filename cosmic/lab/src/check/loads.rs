@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::accuracy::{Accuracy, FRACTIONS, Method};
-use super::distance::SAME;
+use super::distance::{SAME, depends};
 use super::probe::{most, moved_starts};
 use crate::report::sheet::{Section, marked};
 use crate::table::{Cell, Emphasis, Table};
@@ -134,15 +134,7 @@ fn answer(found: &[LoadsOfStep], name: &str, unit: &str, of: fn(&LoadsOfStep) ->
         false => off,
     };
     let level = Level::up_to(SAME, if off.is_nan() { f64::INFINITY } else { off });
-    let depends = match level {
-        Level::Remark | Level::Good => "does not depend on",
-        Level::Doubtful => "depends a little on",
-        Level::Bad => "depends on",
-    };
-    let share = match level != Level::Good && off.is_finite() {
-        true => format!(" (by {} %)", brief(100.0 * off)),
-        false => String::new(),
-    };
+    let (depends, share) = depends(level, off);
     let at = |step: &LoadsOfStep| match of(step) {
         x if x.is_finite() => format!("{} {unit} at {} ms", short(x), brief(1e3 * step.dt)),
         _ => format!("diverged at {} ms", brief(1e3 * step.dt)),

@@ -87,7 +87,7 @@ fn orders_of_convergence_are_observed() {
     assert!(says(
         "implicit: the errors do not converge at these time steps"
     ));
-    assert!(says("order −0.1 at"), "{:?}", section.answers);
+    assert!(says("order -0.1 at"), "{:?}", section.answers);
     for row in 8..12 {
         assert_eq!(
             status(&section, row),
