@@ -19,9 +19,14 @@ pub fn explained(path: &Path) -> impl FnOnce(Error) -> Error {
         } = &mut error
             && let Some(remedy) = remedy(path)
         {
+            // A crash leaves zero bytes, bytes of another file, or the end of the text out.
+            let is_damaged = ["damaged", "UTF-8", "is empty"]
+                .iter()
+                .any(|says| message.contains(says));
             let what = match message.starts_with("the format is") {
                 true => "another program wrote the file",
-                false => "the file is damaged",
+                false if is_damaged => "the file is damaged",
+                false => "if the file is damaged",
             };
             *report += &format!("\n  = {what}: {remedy}");
         }
