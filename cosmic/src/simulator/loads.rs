@@ -197,8 +197,8 @@ impl Simulator {
     }
 
     /// Simulates `steps` steps and returns the loads of the bars. Strains and rates are those of all states; forces are
-    /// those of the [steps](Effort). The work of a step is that of the mean of the forces at its start and at its end: see
-    /// [`Forces`]. There is an entry for each edge of the layout, which is `None` for a void edge. Only about 1 % of the
+    /// those of the [steps](Effort). The work of a step is that of the mean of the forces at its start and at its end.
+    /// There is an entry for each edge of the layout, which is `None` for a void edge. Only about 1 % of the
     /// values are kept in memory.
     pub fn loads(
         &self,
