@@ -84,7 +84,7 @@ def test_a_robot_is_designed_on_a_lattice_from_arrays(tmp_path: Path) -> None:
         (lambda: cosmic.Lattice(NODES, EDGES * 1.0), "edges: expected an array of whole numbers"),
         (lambda: cosmic.Lattice(NODES, EDGES[0]), r"edges: expected the shape \(edges, 2\), found \[2\]"),
         (lambda: cosmic.Lattice(NODES, EDGES - 1), r"edges\[0\] is \[-1, 0\]"),
-        (lambda: cosmic.Lattice(NODES, [*EDGES, [0, 9]]), r"`edges\[6\]`: expected two different nodes below 4, found \[0, 9\]$"),
+        (lambda: cosmic.Lattice(NODES, [*EDGES, [0, 9]]), r"`edges\[6\]`: expected two different nodes below 4, found \[0, 9\]; nodes are counted from 0$"),
         (lambda: cosmic.Lattice(NODES, [*EDGES, [1, 0]]), r"`edges\[6\]`: \[1, 0\] is given twice"),
         (lambda: cosmic.Lattice(NODES, EDGES[:1]), r"`nodes\[2\]`: no edge has node 2"),
         (lambda: cosmic.Lattice(NODES, []), r"edges: expected the shape \(edges, 2\), found \[0\]"),
