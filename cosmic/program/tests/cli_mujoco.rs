@@ -357,11 +357,11 @@ fn walks_in_mujoco_cover_a_similar_distance() {
     walk_alike(python, &WALKER.replace("columns = 4\nrows = 4\n", cubes));
 }
 
-/// Asserts that robots of a scene with friction 1, of three seeds, walk about as far in MuJoCo as here.
+/// Asserts that robots of a scene with friction 1, of five seeds, walk about as far in MuJoCo as here.
 fn walk_alike(python: &Path, scene: &str) {
     let bench = Bench::with(scene);
     let mut shares = Vec::new();
-    for seed in 0..3 {
+    for seed in 0..5 {
         let run = &format!("run-{seed}");
         bench.run(run, &format!("--seed {seed} --quiet"));
         bench.cosmic(&format!("export {run} --mujoco")).ok();
@@ -382,14 +382,15 @@ fn walk_alike(python: &Path, scene: &str) {
             .ok();
         assert!(Walk::of(python, &bench, folder, "").distance() < 0.5 * ours);
     }
-    // Contact differs between the two programs, and gaits are chaotic, so another build may find other robots. Over whole
-    // rollouts at equal friction, the medians are 0.97 to 1.00. The robots of these short runs have 0.97 to 0.99 in the
-    // plane, and 0.64, 0.82 and 0.95 in space.
+    // Contact differs between the two programs, and gaits are chaotic, so single robots may walk much less far, and another
+    // build may find other robots. Over whole rollouts at equal friction, the medians are 0.97 to 1.00. The robots of these
+    // short runs have 0.97 to 0.99 in the plane, and 0.64, 0.82, 0.95, 0.96 and 0.99 in space.
     shares.sort_by(f64::total_cmp);
-    let [least, median, most] = shares[..] else {
-        unreachable!()
-    };
-    assert!(least > 0.5 && median > 0.75 && most < 1.1, "{shares:?}");
+    let median = shares[shares.len() / 2];
+    assert!(
+        shares[0] > 0.5 && median > 0.9 && shares[4] < 1.1,
+        "{shares:?}"
+    );
 }
 
 /// A Python program that checks whether the model and the controller have the same names, and prints the numbers of

@@ -11,12 +11,14 @@ use crate::scene::TrussFile;
 use std::path::Path;
 
 /// Adds to the error about a malformed file of a run that the file is damaged, and how the run goes on or begins again.
-/// Other errors do not change, and neither does an error about a file outside of a run.
+/// Other errors do not change, and neither does an error about a file outside of a run, or about a law, a loss or a policy
+/// that only another program has.
 pub fn explained(path: &Path) -> impl FnOnce(Error) -> Error {
     move |mut error| {
         if let Error::Malformed {
             message, report, ..
         } = &mut error
+            && !message.contains("names an unknown")
             && let Some(remedy) = remedy(path)
         {
             // A crash leaves zero bytes, bytes of another file, or the end of the text out.
