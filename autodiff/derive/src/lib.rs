@@ -215,6 +215,15 @@ mod tests {
         let both = format!("{line}\nautodiff = {{ package=\"cosmic-autodiff\" }}");
         assert_eq!(of(&both).as_deref(), Some("autodiff"));
         assert_eq!(of("[dependencies]\ncosmic-autodiff = \"0.1\""), None);
+        // The package of programs is another one, before or after this one.
+        let programs = "steps = { package = \"cosmic-autodiff-programs\", path = \"..\" }";
+        assert_eq!(of(&format!("[dependencies]\n{programs}")), None);
+        for pair in [
+            format!("{line}\n{programs}"),
+            line.replace("rand = \"1\"", programs),
+        ] {
+            assert_eq!(of(&pair).as_deref(), Some("ad_core"), "{pair}");
+        }
     }
 
     #[test]

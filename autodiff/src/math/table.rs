@@ -70,7 +70,7 @@ macro_rules! values_and_partials {
             /// Returns the value and the partial, like [`rule`].
             #[inline(always)]
             #[track_caller]
-            pub(crate) fn rule<R: Real>(self, x: R) -> (R, R) {
+            pub fn rule<R: Real>(self, x: R) -> (R, R) {
                 let value = x.elementary(self);
                 if R::Mask::IS_SINGLE {
                     (value, self.shared_partial(x, value))
