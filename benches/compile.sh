@@ -11,7 +11,8 @@ set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 earlier=${1:-c253c9ca}
 crate=$(mktemp -d)
-trap 'rm -rf "$crate"' EXIT
+before=$(mktemp -d)
+trap 'rm -rf "$crate" "$before"' EXIT
 mkdir "$crate/src"
 
 # manifest DEPENDENCIES: writes the crate's manifest.
@@ -64,13 +65,13 @@ fn main() {
     let x = [std::env::args().count() as f64, 2.0];
     println!("{:?} {:?}", gradient(well, &x), hessian(well, &x));
 }'
-git -C "$root" archive "$earlier" | tar x -C "$(mkdir "$crate/earlier" && echo "$crate/earlier")"
+git -C "$root" archive "$earlier" | tar x -C "$before"
 
 echo '| ten lines from nothing | compiled in, s | packages |'
 echo '| --- | --: | --: |'
 whole 'this crate' "$root/Cargo.lock" 'autodiff = { package = "cosmic-autodiff", path = "'"$root"'/autodiff" }' <<<"$ours"
-whole "commit $earlier" "$crate/earlier/Cargo.lock" \
-  'autodiff = { package = "cosmic-autodiff", path = "earlier/autodiff" }' <<<"$ours"
+whole "commit $earlier" "$before/Cargo.lock" \
+  'autodiff = { package = "cosmic-autodiff", path = "'"$before"'/autodiff" }' <<<"$ours"
 whole 'num-dual 0.15' "$root/Cargo.lock" 'num-dual = "0.15"
 nalgebra = { version = "0.35", default-features = false, features = ["alloc", "libm"] }' <<'END'
 use nalgebra::SVector;

@@ -7,8 +7,8 @@ use crate::real::Real;
 /// How many vectors are added to one sum.
 const MOST: usize = 128;
 
-/// A sum of vectors. Up to [`MOST`] vectors are added from first to last. More are added by parts: the sum of [`MOST`]
-/// vectors is one vector of the next level. So the rounding error hardly grows with the number of vectors, which matters
+/// A sum of vectors. Up to 128 vectors are added from first to last. More are added by parts: the sum of 128 vectors
+/// is one vector of the next level. So the rounding error hardly grows with the number of vectors, which matters
 /// in `f32`.
 pub struct SumByParts<R> {
     len: usize,

@@ -67,7 +67,7 @@ macro_rules! values_and_partials {
                 }
             }
 
-            /// Returns the value and the partial, like [`rule`].
+            /// Returns the value and the partial, like the rules of other functions.
             #[inline(always)]
             #[track_caller]
             pub fn rule<R: Real>(self, x: R) -> (R, R) {
