@@ -77,7 +77,7 @@ nalgebra = { version = "0.35", default-features = false, features = ["alloc", "l
 use nalgebra::SVector;
 use num_dual::{DualNum, gradient, hessian};
 
-fn well<D: DualNum<f64> + Copy>(x: SVector<D, 2>) -> D {
+fn well<D: DualNum<Primitive = f64> + Copy>(x: SVector<D, 2>) -> D {
     x[0] * x[0] + x[1].sin() * 3.0
 }
 

@@ -181,7 +181,7 @@ pub fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
 
 /// The rule of `atan2(y, x)`. The partials are with respect to `y` and to `x`, and are zero at the origin and at
 /// infinity. Both arguments are first divided by the larger magnitude, which counts as a constant, so that the squares
-/// neither overflow nor underflow. The derivatives of the partials use the finite [`inverse`] of that magnitude.
+/// neither overflow nor underflow. The derivatives of the partials use the finite inverse of that magnitude.
 #[inline(always)]
 #[track_caller]
 pub fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
@@ -201,7 +201,7 @@ pub fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
 }
 
 /// The rule of `sqrt(x^2 + y^2)`. The partials are the cosine and the sine of the direction of `(x, y)`. Their
-/// derivatives are those of [`direction`].
+/// derivatives are those of the unit vector in this direction.
 #[inline(always)]
 #[track_caller]
 pub fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {

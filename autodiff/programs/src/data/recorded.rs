@@ -36,7 +36,7 @@ pub struct Recorded {
 }
 
 /// The error that a function cannot be recorded without values, because it needs them. Such a function calls
-/// [`primal`](autodiff::Real::primal), `is_zero`, [`Mask::any`](crate::Mask::any), [`all`](crate::Mask::all), or a
+/// [`primal`](autodiff::Real::primal), `is_zero`, [`Mask::any`](autodiff::Mask::any), [`all`](autodiff::Mask::all), or a
 /// [fused](autodiff::Real::fused) function, which has its own derivative.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]

@@ -20,8 +20,8 @@ pub trait Summand: Send + Sync + 'static {
 /// [`Real::fused`], [`Mask::any`], [`Mask::all`], [`Real::primal`] or `is_zero` cannot be recorded without values. It
 /// runs on an ordinary tape, datum by datum, which is much slower.
 ///
-/// [`Mask::any`]: crate::Mask::any
-/// [`Mask::all`]: crate::Mask::all
+/// [`Mask::any`]: autodiff::Mask::any
+/// [`Mask::all`]: autodiff::Mask::all
 ///
 /// Layers of a network run faster. The recording is searched for them: a layer calls [`R::dot(row, x)`](Real::dot) for
 /// several rows of parameters and the same numbers `x`, and is computed as a matrix product over a block of data. All

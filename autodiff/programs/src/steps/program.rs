@@ -17,7 +17,7 @@ use crate::arrays::{Array, Matrix, Parameter, TOO_LONG, checked_sum};
 /// A program does not depend on the type of the numbers with which a [`Rollout`](crate::Rollout) runs it. A kernel is
 /// compiled for `f64` and `f32`, in the crate that records it. All other number types replay a recording of the kernel,
 /// which gives the same numbers but is several times slower. With these types, rollouts panic if a kernel cannot be
-/// recorded, because it asks whether a number [is zero](num_traits::Zero::is_zero) or whether [any](crate::Mask::any) lane
+/// recorded, because it asks whether a number [is zero](num_traits::Zero::is_zero) or whether [any](autodiff::Mask::any) lane
 /// of a mask is true, or because it calls a [custom rule](autodiff::custom) or another [fused](autodiff::Real::fused) function.
 ///
 /// So a part of a model can be chosen at run time:

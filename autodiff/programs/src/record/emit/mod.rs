@@ -94,8 +94,8 @@ const POSITIVE: &str = " > 0";
 /// assert!(source.contains("R::lit(self.dt)"));
 /// ```
 ///
-/// Work that a kernel skips if [`Mask::any`](crate::Mask::any) is false is always printed. By the contract of
-/// [`Mask`](crate::Mask), the results are the same. If a kernel breaks this contract, it is not detected here; use
+/// Work that a kernel skips if [`Mask::any`](autodiff::Mask::any) is false is always printed. By the contract of
+/// [`Mask`](autodiff::Mask), the results are the same. If a kernel breaks this contract, it is not detected here; use
 /// [`check_gradient`](autodiff::check::check_gradient).
 ///
 /// # Fields
@@ -112,7 +112,7 @@ const POSITIVE: &str = " > 0";
 /// - If a field decides which operations the kernel does.
 /// - If the kernel computes a literal from a field (`R::lit(2.0 * self.dt)`), because the printed code could not follow
 ///   a change of the field. Make this number a separate field.
-/// - If the kernel loops until `any` is false, because for symbols it never is. Rounding an [`Element`](crate::Element)
+/// - If the kernel loops until `any` is false, because for symbols it never is. Rounding an [`Element`](autodiff::Element)
 ///   does this.
 #[track_caller]
 pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
