@@ -6,6 +6,7 @@ mod scalar;
 mod abreast;
 pub(crate) mod exact;
 mod digamma;
+mod msun;
 mod double_double;
 mod power;
 pub(crate) mod rounding;

@@ -3,7 +3,7 @@
 //! come from differentiating the partial.
 
 use super::digamma::digamma_of_float;
-use super::special;
+use super::{msun, special};
 use crate::elementary::{Elementary, functions};
 use crate::real::{Mask, Real};
 use crate::rule;
@@ -16,10 +16,10 @@ impl Elementary {
         match self {
             Self::Log2 => Some(f64::log2),
             Self::Log10 => Some(f64::log10),
-            Self::Erf => Some(libm::erf),
-            Self::Erfc => Some(libm::erfc),
+            Self::Erf => Some(msun::erf),
+            Self::Erfc => Some(msun::erfc),
             Self::LnErfc => Some(special::ln_erfc),
-            Self::LnGamma => Some(libm::lgamma),
+            Self::LnGamma => Some(msun::ln_gamma),
             Self::Digamma => Some(digamma_of_float),
             Self::Trigamma => Some(special::trigamma),
             Self::CotPi => Some(special::cot_pi),
