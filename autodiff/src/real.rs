@@ -348,6 +348,7 @@ pub trait Real:
 
 /// Returns that of two functions for `f64` and for `f32` which has the type `T`. If generic code calls it where
 /// [`IS_FLOAT`](Real::IS_FLOAT) is true, its crate compiles the two functions, and not each crate that uses the code.
+#[doc(hidden)]
 #[inline(always)]
 pub fn of_floats<T: Copy + 'static>(double: impl Any, single: impl Any) -> T {
     let both: [&dyn Any; 2] = [&double, &single];

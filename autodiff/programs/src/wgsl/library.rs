@@ -1,7 +1,7 @@
 //! The elementary functions of printed programs.
 //!
 //! The language's own `sin`, `cos` and `exp` have few guaranteed digits, so the basic functions are written here, with the
-//! formulas that this crate uses for `f32` on a processor. All others are printed from their formulas.
+//! formulas that `autodiff` uses for `f32` on a processor. All others are printed from their formulas.
 
 use std::collections::{BTreeMap, BTreeSet};
 

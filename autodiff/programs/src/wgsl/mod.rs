@@ -6,7 +6,7 @@
 //! through many steps, with the numbers of the step in the workgroup's memory.
 //!
 //! Nothing is written twice for this. Kernels are recorded, and their adjoints are recorded on the reverse tape, as for
-//! [`emit`](crate::emit). Numbers are single precision. The elementary functions are those of this crate; those of the
+//! [`emit`](crate::emit). Numbers are single precision. The elementary functions are those of `autodiff`; those of the
 //! language have too few digits.
 //!
 //! ```

@@ -47,8 +47,7 @@ pub(crate) struct Replayed<R> {
 }
 
 impl<'a, R: Real> Points<'a, R> {
-    /// Runs the replay. With the feature `data`, this crate compiles it for floats. Without it, each crate compiles the
-    /// replays that it needs.
+    /// Runs the replay. This crate compiles it for floats, once for all crates that replay.
     pub(crate) fn replay(self) -> Replayed<R> {
         if const { !R::IS_FLOAT } {
             let _replaying = replaying();
