@@ -1,5 +1,5 @@
 //! Special functions of floats, as in FreeBSD's library `msun` and in the crate `libm`, which has its functions in Rust. Tests
-//! compare the bits. That crate would take half as long to compile as this one.
+//! compare the bits. That crate takes as long to compile as this one.
 
 mod basic;
 mod erf;
