@@ -54,11 +54,11 @@ class Loss:
 
     ``function(x, v)`` gets positions and velocities of shape ``(states, nodes, D)``. It returns the
     loss and its gradients with respect to both, which have the same shapes. The payload is the node
-    ``cosmic.Simulator(scene).payload``, which need not be node 0; the ground is at height 0, and the first
-    column of a lattice starts at 0. :func:`cosmic.jax.loss`
-    and :func:`cosmic.torch.loss` need only a function that returns the loss. In a scene with given
-    goals it is ``function(x, v, goal)``: ``goal`` has the goal at the time of each state, shape
-    ``(states, 2)``, along the ground and normal to it, from the world's origin.
+    ``cosmic.Simulator(scene).payload``, which need not be node 0. The ground passes through the
+    origin, at height 0 unless there is an incline, and the first column of a lattice starts at 0.
+    :func:`cosmic.jax.loss` and :func:`cosmic.torch.loss` need only a function that returns the loss.
+    In a scene with given goals it is ``function(x, v, goal)``: ``goal`` has the goal at the time of
+    each state, shape ``(states, 2)``, along the ground and normal to it, from the world's origin.
 
     A loss sees more if its function has keyword arguments (after a ``*``) with these names:
 

@@ -77,7 +77,8 @@ fn show(folder: &Path, summary: &Summary, registry: &Registry, output: &Output) 
     }
     // The run is done, so a scene that somebody has removed since is not an error.
     let verdict = verdict_of(folder, summary, registry).ok();
-    print(&describe(folder, summary, verdict.as_ref()))?;
+    let text = describe(folder, summary, verdict.as_ref(), !output.quiet);
+    print(&text)?;
     if !output.quiet {
         note(&next(folder, registry));
     }
@@ -190,8 +191,8 @@ fn energy(energy: &Energy) -> String {
 }
 
 /// Formats the summary of a run. The first line names its folder; the last two lines have the verdict, and displacement,
-/// volumes and time.
-fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>) -> String {
+/// volumes and time. A robot that does not get far gets advice if `advises` is true.
+fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>, advises: bool) -> String {
     let mut text = format!("run: {}\n", folder.display());
     for start in &summary.starts {
         let end = reached(start.displacement_robust_p50, start.reliability.as_ref());
@@ -221,7 +222,7 @@ fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>) -> Stri
     }
     if let Some(verdict) = verdict {
         text += &format!("verdict: {}\n", verdict.line(in_colour));
-        if !verdict.hints.is_empty() {
+        if advises && !verdict.hints.is_empty() {
             text += &format!("what to try: {}\n", verdict.hints.join("; "));
         }
     }

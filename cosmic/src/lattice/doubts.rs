@@ -1,5 +1,5 @@
-//! What is probably a mistake in a truss in space, although it can be simulated: no stiffness in some direction, and
-//! heights that are not the last number of a node.
+//! What is probably a mistake in a truss, although it can be simulated: parts that no bar holds, and in space no stiffness in
+//! some direction and heights that are not the last number of a node.
 
 use std::f64::consts::TAU;
 
@@ -76,10 +76,10 @@ impl Weakest {
 }
 
 impl Truss {
-    /// What is probably a mistake in this truss. Empty for a truss in the plane.
+    /// What is probably a mistake in this truss.
     pub(crate) fn doubts(&self) -> Vec<Doubt> {
         if self.dimension == Dimension::Plane {
-            return Vec::new();
+            return self.is_hinged().into_iter().collect();
         }
         match self.is_flat() {
             Some(flat) => vec![flat],
@@ -123,8 +123,8 @@ impl Truss {
         })
     }
 
-    /// The doubt about a truss with a node that no bar holds in some direction, or with parts that move against each other
-    /// without stretching a bar. Springs that pull at rest may hold such a truss, so it has no stated rest lengths.
+    /// The doubt about a truss in space with a node that no bar holds in some direction, or with [hinges](Self::is_hinged).
+    /// Springs that pull at rest may hold such a truss, so it has no stated rest lengths.
     fn is_loose(&self) -> Option<Doubt> {
         if !self.rest.is_empty() {
             return None;
@@ -152,8 +152,13 @@ impl Truss {
                 remedy: "add an edge to a node off their plane".to_owned(),
             });
         }
+        self.is_hinged()
+    }
+
+    /// The doubt about a truss with parts that move against each other without stretching a bar.
+    fn is_hinged(&self) -> Option<Doubt> {
         let bars: Vec<_> = self.possible_bars().collect();
-        if bars.len() > MOST_RANKED {
+        if bars.len() > MOST_RANKED || !self.rest.is_empty() {
             return None;
         }
         let live: Vec<usize> = (0..self.nodes.len()).collect();

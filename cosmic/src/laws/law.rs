@@ -24,15 +24,28 @@ pub struct StepInput {
     pub value: f64,
 }
 
+impl StepInput {
+    /// The number with the key `name` in a scene, where it has the value `value`.
+    pub fn new(name: impl Into<String>, value: f64) -> Self {
+        Self {
+            name: name.into(),
+            value,
+        }
+    }
+}
+
 /// The settings of a law that are inputs of a step. Their names are full keys, such as `mud.rate`.
 pub(super) fn step_inputs<L: Law>(law: &L) -> Vec<StepInput> {
-    let input = |(key, value): (String, f64)| StepInput {
-        name: if key.contains('.') {
-            key
-        } else {
-            format!("{}.{key}", L::NAME)
-        },
-        value,
+    let input = |(key, value): (String, f64)| {
+        let is_whole = key.contains('.');
+        StepInput::new(
+            if is_whole {
+                key
+            } else {
+                format!("{}.{key}", L::NAME)
+            },
+            value,
+        )
     };
     law.inputs().into_iter().map(input).collect()
 }

@@ -8,6 +8,8 @@ use super::summary::SUMMARY;
 use super::trajectory_file::TRAJECTORY;
 use crate::error::{Error, in_shell};
 use crate::scene::TrussFile;
+use serde::de::IgnoredAny;
+use std::fs;
 use std::path::Path;
 
 /// Adds to the error about a malformed file of a run that the file is damaged, and how the run goes on or begins again.
@@ -36,18 +38,25 @@ pub fn explained(path: &Path) -> impl FnOnce(Error) -> Error {
     }
 }
 
+/// How a run with a damaged file goes on. What is advised loses nothing: a file is removed only if the files that have its
+/// content are whole.
 fn remedy(path: &Path) -> Option<String> {
     let (folder, name) = (path.parent()?, path.file_name()?.to_str()?);
     let file = |name: &str| in_shell(&folder.join(name));
     let is_there = |name: &&str| folder.join(name).exists();
     let (has_begun, is_finished) = (is_there(&SNAPSHOT), is_there(&SUMMARY));
+    let has_snapshot = is_whole_json(&folder.join(SNAPSHOT));
     Some(match name {
-        SNAPSHOT if is_finished => format!(
-            "a finished run does not need it; remove it with: rm {}",
+        SNAPSHOT if is_finished && is_there(&SCENE) => format!(
+            "a finished run with a scene.toml does not need it; remove it with: rm {}",
             file(name)
         ),
         SNAPSHOT => format!("restore it from a copy, or {}", begin_again(folder)),
         _ if !has_begun => return None,
+        SCENE | TrussFile::COPY | SUMMARY | DESIGN | TRAJECTORY if !has_snapshot => {
+            "restore it from a copy; the run's snapshot, which could replace it, is damaged too"
+                .to_owned()
+        }
         SCENE | TrussFile::COPY => {
             let copies = [SCENE, TrussFile::COPY].into_iter().filter(is_there);
             let copies: Vec<String> = copies.map(file).collect();
@@ -69,4 +78,10 @@ fn remedy(path: &Path) -> Option<String> {
         ),
         _ => return None,
     })
+}
+
+/// True if a file can be read as JSON of any kind.
+fn is_whole_json(path: &Path) -> bool {
+    let bytes = fs::read(path).unwrap_or_default();
+    serde_json::from_slice::<IgnoredAny>(&bytes).is_ok()
 }

@@ -69,10 +69,7 @@ impl Simulator {
         let velocity = |force: Vector<f64>| size(force) * mechanics.push / body.mass[node];
         let term = |Pull { part, force }: Pull| (Cause::Force(part), velocity(force));
         let mut terms: Vec<(Cause, f64)> = pulls.map(term).collect();
-        terms.push((
-            Cause::Gravity,
-            size(mechanics.gravity(mechanics.inputs[0].value)),
-        ));
+        terms.push((Cause::Gravity, size(mechanics.fallen(mechanics.gravity))));
         let kept = before.v[node] * mechanics.decay();
         terms.push((Cause::Motion, size(kept)));
         // NaN counts as larger than every number. If several terms are NaN, the result is the last of them, which is

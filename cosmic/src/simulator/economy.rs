@@ -71,7 +71,7 @@ impl Simulator {
         let mass: f64 = in_use.map(|(mass, _)| mass).sum();
         let moves = displacement.abs() >= self.lattice.least_walk();
         let per_metre = moves.then(|| power * steps as f64 * self.dt / displacement.abs());
-        let weight = mass * self.robot.mechanics.inputs[0].value.abs();
+        let weight = mass * self.robot.mechanics.gravity.abs();
         let air = materials.parts.air(of_actuators(|bar| bar.travel));
         Energy {
             mass,

@@ -30,7 +30,8 @@ crate::keys! {
         /// The magnitude of the force along the bar.
         force: Magnitude, "object", unit "N",
             columns ["force_peak", "force_p99"] decimals 2 of |bar: &BarLoad| [bar.force.peak, bar.force.p99];
-        /// The magnitude of the rate at which the length changes.
+        /// The magnitude of the rate at which the length changes: the change in a step divided by its duration. When an end
+        /// hits the ground, the rate at a moment may be higher.
         speed: Magnitude, "object", unit "m/s",
             columns ["speed_peak", "speed_p99"] decimals 2 of |bar: &BarLoad| [bar.speed.peak, bar.speed.p99];
         /// The magnitude of the power that the bar gives to its nodes or takes from them: the work of a step divided by
@@ -63,7 +64,7 @@ crate::keys! {
             columns ["strain_peak", "strain_p99"] of |loads: &Loads| [loads.strain.peak, loads.strain.p99];
         /// Force along an actuator: `peak` and `p99` like those of `strain`.
         force: Magnitude, "object", unit "N", columns ["force_peak"] decimals 2 of |loads: &Loads| loads.force.peak;
-        /// Rate at which an actuator's length changes: `peak` and `p99` like those of `strain`.
+        /// Rate at which an actuator's length changes in a step: `peak` and `p99` like those of `strain`.
         speed: Magnitude, "object", unit "m/s", columns ["speed_peak"] decimals 2 of |loads: &Loads| loads.speed.peak;
         /// Power that an actuator gives or takes: `peak` and `p99` like those of `strain`. The peak depends on the time
         /// step.
@@ -196,8 +197,9 @@ impl Simulator {
         forces.map(|force| force.tension(pose, edge)).sum()
     }
 
-    /// Simulates `steps` steps and returns the loads of the bars. Strains and rates are those of all states; forces are
-    /// those of the [steps](Effort). The work of a step is that of the mean of the forces at its start and at its end.
+    /// Simulates `steps` steps and returns the loads of the bars. Strains are those of all states; forces are those of the
+    /// [steps](Effort). The speed is the mean over a step, because a node that hits the ground changes its velocity at once:
+    /// for less than a step, the rate of a bar may then be a multiple of it. The work of a step is that of the mean of the forces at its start and at its end.
     /// There is an entry for each edge of the layout, which is `None` for a void edge. Only about 1 % of the
     /// values are kept in memory.
     pub fn loads(
@@ -208,7 +210,7 @@ impl Simulator {
         start: &State<f64>,
         steps: usize,
     ) -> Vec<Option<BarLoad>> {
-        let gathered = |m: &Material| m.is_solid().then(|| Gathered::over([steps + 1, steps]));
+        let gathered = |m: &Material| m.is_solid().then(|| Gathered::over(steps + 1, steps));
         let mut bars: Vec<Option<Gathered>> = layout.iter().map(gathered).collect();
         let of_all = |bars: &mut [Option<Gathered>], see: &dyn Fn(&mut Gathered, usize)| {
             for (edge, bar) in bars.iter_mut().enumerate() {
@@ -218,7 +220,7 @@ impl Simulator {
             }
         };
         of_all(&mut bars, &|bar, edge| {
-            bar.see_state(self.motion(start, edge))
+            bar.see_state(self.strain(start, edge));
         });
         let is_implicit = self.robot.mechanics.is_implicit();
         let see_end = |bars: &mut [Option<Gathered>], step: usize, state: &State<f64>| {
@@ -240,7 +242,9 @@ impl Simulator {
                 of_all(&mut bars, &|bar, edge| bar.see_end(self.pull(&pose, edge)));
             }
             of_all(&mut bars, &|bar, edge| {
-                bar.see_state(self.motion(&state, edge));
+                if let Some(change) = bar.see_state(self.strain(&state, edge)) {
+                    bar.see_speed(change);
+                }
                 bar.see_force(effort.tension[edge]);
                 if is_implicit {
                     bar.see_end(effort.tension[edge]);
@@ -257,6 +261,12 @@ impl Simulator {
         let bars = bars.into_iter().zip(&self.lattice.rest_length);
         bars.map(|(bar, length)| bar.map(|bar| bar.load([length / seconds, length / self.dt])))
             .collect()
+    }
+
+    /// The strain of an edge in a state.
+    fn strain(&self, state: &State<f64>, edge: usize) -> f64 {
+        let [strain, _] = self.motion(state, edge);
+        strain
     }
 
     /// The strain of an edge in a state, and the rate of its length (m/s).
@@ -326,10 +336,11 @@ impl BarLoad {
     /// The loads of the bar of an edge in several states. Its power is the force times the rate of the length, and its
     /// travel is not known.
     pub fn of(edge: usize, moments: &[EdgeMoments]) -> Self {
-        let mut bar = Gathered::over([moments.len(); 2]);
+        let mut bar = Gathered::over(moments.len(), moments.len());
         for moment in moments {
             let (tension, rate) = (moment.tension[edge], moment.rate[edge]);
-            bar.see_state([moment.strain[edge], rate]);
+            bar.see_state(moment.strain[edge]);
+            bar.see_speed(rate);
             // A bar that pulls gives power while it grows shorter.
             bar.see_force(tension);
             bar.see_work(-tension * rate);
@@ -364,8 +375,8 @@ struct Gathered {
     travel: f64,
     /// The force and the strain at the end of the last step.
     end: Option<(f64, f64)>,
-    /// The sum of the works of all steps in which the bar gave work. The unit of works is chosen by the caller of
-    /// [`see_work`](Self::see_work).
+    /// The sum of the works of all steps in which the bar gave work. The units of works and speeds are chosen by the caller
+    /// of [`see_work`](Self::see_work) and [`see_speed`](Self::see_speed).
     given: f64,
     /// The sum of the works of all steps.
     net: f64,
@@ -377,7 +388,7 @@ struct Gathered {
 
 impl Gathered {
     /// Prepares to collect the motion in a number of states and the loads in a number of steps.
-    fn over([states, steps]: [usize; 2]) -> Self {
+    fn over(states: usize, steps: usize) -> Self {
         Self {
             steps,
             strains: Range::default(),
@@ -388,18 +399,22 @@ impl Gathered {
             net: 0.0,
             tension: 0.0,
             compression: 0.0,
-            series: [states, steps, states, steps].map(Largest::of),
+            series: [states, steps, steps, steps].map(Largest::of),
         }
     }
 
-    fn see_state(&mut self, [strain, rate]: [f64; 2]) {
-        let change = self.last.map_or(0.0, |last| strain - last);
-        self.travel += change.abs();
-        self.last = Some(strain);
+    /// Sees the strain in a state, and returns its change since the state before.
+    fn see_state(&mut self, strain: f64) -> Option<f64> {
         self.strains = self.strains.with(strain);
-        let [strains, _, speeds, _] = &mut self.series;
-        strains.see(strain);
-        speeds.see(rate);
+        self.series[0].see(strain);
+        let last = self.last.replace(strain)?;
+        self.travel += (strain - last).abs();
+        Some(strain - last)
+    }
+
+    /// Sees the rate of the length.
+    fn see_speed(&mut self, rate: f64) {
+        self.series[2].see(rate);
     }
 
     /// Sees the force of the bar in a step.
@@ -425,9 +440,13 @@ impl Gathered {
         self.series[3].see(given);
     }
 
-    /// The loads. `pace` is the rest length divided by the duration of all steps, m/s, and `watts` the power of a step
-    /// whose work is 1.
-    fn load(self, [pace, watts]: [f64; 2]) -> BarLoad {
+    /// The loads. `pace` is the rest length divided by the duration of all steps, m/s. `unit` is the speed (m/s) and the
+    /// power (W) of a step whose speed and work are 1.
+    fn load(self, [pace, unit]: [f64; 2]) -> BarLoad {
+        let in_units = |Magnitude { peak, p99 }| Magnitude {
+            peak: peak * unit,
+            p99: p99 * unit,
+        };
         let steps = self.steps.max(1) as f64;
         let [strain, force, speed, work] = self.series.map(Largest::magnitude);
         BarLoad {
@@ -436,13 +455,10 @@ impl Gathered {
             compression: self.compression,
             strain,
             force,
-            speed,
-            power: Magnitude {
-                peak: work.peak * watts,
-                p99: work.p99 * watts,
-            },
-            given: self.given * watts / steps,
-            net: self.net * watts / steps,
+            speed: in_units(speed),
+            power: in_units(work),
+            given: self.given * unit / steps,
+            net: self.net * unit / steps,
             travel: self.travel * pace,
         }
     }

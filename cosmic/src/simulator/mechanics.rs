@@ -1,5 +1,6 @@
 //! The mechanical part of a step: in each substep, forces push the nodes, and the nodes move and may meet the ground.
 
+use std::slice;
 use std::sync::Arc;
 
 use autodiff::Real;
@@ -8,7 +9,6 @@ use autodiff_programs::{Array, Graph, Program};
 use super::effort::{self, BarImpulse, MeanVelocity, Meter};
 use super::implicit::Implicit;
 use super::parameters::{MechanicsParameters, ParameterSink, Parameters};
-use super::surroundings::Surroundings;
 use crate::geometry::{Axes, Dimension, Ground, Vector, inputs};
 use crate::in_dimension;
 use crate::lattice::Lattice;
@@ -36,6 +36,8 @@ pub(super) struct Mechanics {
     drift: Drift,
     /// The length of a substep, s.
     h: f64,
+    /// The gravity of the scene, m/s^2.
+    pub(super) gravity: f64,
     /// The damping of the scene, 1/s.
     damping: f64,
     /// The softening of lengths, m^2.
@@ -46,9 +48,6 @@ pub(super) struct Mechanics {
     pub(super) forces: Vec<Arc<dyn Force>>,
     ground: Ground,
     pub(super) dimension: Dimension,
-    /// Gravity (m/s^2), damping (1/s) unless leapfrog takes it as a constant, then the settings of the contact law, then the
-    /// settings of each force.
-    pub(super) inputs: Arc<[StepInput]>,
 }
 
 /// What changes the forces from step to step, besides the state of the nodes.
@@ -76,13 +75,14 @@ impl Mechanics {
                 (Some(half), half, h * decay(physics.damping, h).sqrt())
             }
         };
-        let mechanics = Self {
+        Self {
             substeps: physics.substeps,
             passes: (physics.integrator == Integrator::Implicit).then_some(physics.passes),
             first,
             push,
             drift,
             h,
+            gravity: physics.gravity,
             damping: physics.damping,
             softening: lattice.softening(),
             contact: physics.contact_law().into(),
@@ -90,9 +90,7 @@ impl Mechanics {
             forces: physics.forces_on(lattice),
             ground: Ground::from(physics),
             dimension: lattice.dimension,
-            inputs: Arc::new([]),
-        };
-        mechanics.with_inputs(physics.gravity)
+        }
     }
 
     /// The factor by which damping multiplies a velocity in a substep.
@@ -101,27 +99,9 @@ impl Mechanics {
     }
 
     /// The velocity that gravity adds to a node in a push, m/s. `gravity` is the acceleration (m/s^2).
-    pub(super) fn gravity<R: Real>(&self, gravity: R) -> Vector<R> {
+    pub(super) fn fallen<R: Real>(&self, gravity: R) -> Vector<R> {
         let pushed = Vector::upright(R::zero(), -gravity * R::lit(self.push));
         self.ground.vector_to_ground(pushed)
-    }
-
-    fn with_inputs(self, gravity: f64) -> Self {
-        let own = [
-            ("physics.gravity", gravity),
-            ("physics.damping", self.damping),
-        ];
-        let own = own.into_iter().take(1 + self.damping_inputs());
-        let own = own.map(|(name, value)| StepInput {
-            name: name.to_owned(),
-            value,
-        });
-        let of_forces = self.forces.iter().flat_map(|force| force.inputs());
-        let of_laws = self.contact.inputs().into_iter().chain(of_forces);
-        Self {
-            inputs: own.chain(of_laws).collect(),
-            ..self
-        }
     }
 
     /// The same mechanics with another coefficient of friction.
@@ -130,12 +110,6 @@ impl Mechanics {
             contact: self.contact.with_friction(friction).into(),
             ..self.clone()
         }
-        .with_inputs(self.inputs[0].value)
-    }
-
-    /// The number of inputs for damping: 1, or 0 for leapfrog, which applies a part of the damping to impulses.
-    fn damping_inputs(&self) -> usize {
-        usize::from(self.first.is_none())
     }
 
     /// True if bars pull with the forces that they have at the end of a step.
@@ -148,27 +122,31 @@ impl Mechanics {
         self.forces.iter().any(|force| force.needs_time())
     }
 
-    /// Declares the parameters of the pushes, the contact law and the forces, in the order of [`inputs`](Mechanics::inputs).
+    /// Declares the parameters of the pushes, the contact law and the forces.
     pub(super) fn parameters<P: ParameterSink>(&self, p: &mut P) -> MechanicsParameters<P::Array> {
-        let dimension = self.dimension;
-        let velocity = |s: &Surroundings<P::Number>| dimension.list(self.gravity(s.numbers[0]));
+        let (dimension, h) = (self.dimension, self.h);
+        let gravity = StepInput::new("physics.gravity", self.gravity);
+        let damping = StepInput::new("physics.damping", self.damping);
         let axes = 0..dimension.count();
-        let gravity = axes.map(|k| p.of_surroundings(1, |s| vec![velocity(s)[k]]));
-        let mut push: Vec<P::Array> = gravity.collect();
-        push.push(match self.damping_inputs() {
-            0 => p.shared(&[self.decay()]),
-            _ => p.of_surroundings(1, |s| vec![decay(s.numbers[1], self.h)]),
+        let fallen = axes.map(|k| {
+            let velocity = |given: &[P::Number]| vec![dimension.list(self.fallen(given[0]))[k]];
+            p.of_surroundings(slice::from_ref(&gravity), velocity)
         });
-        let mut place = self.damping_inputs();
-        let mut next = |p: &mut P| {
-            place += 1;
-            p.of_surroundings(1, |s| vec![s.numbers[place]])
-        };
-        let contact = self.contact.inputs().into_iter().map(|_| next(p));
-        let contact = contact.collect();
+        let mut push: Vec<P::Array> = fallen.collect();
+        push.push(match self.first {
+            // Leapfrog applies a part of the damping to impulses, so it takes it as a constant.
+            Some(_) => p.shared(&[self.decay()]),
+            None => p.of_surroundings(&[damping], |given| vec![decay(given[0], h)]),
+        });
+        let contact = self.contact.inputs().into_iter();
+        let contact = contact.map(|input| p.number(input)).collect();
         let force = |force: &Arc<dyn Force>| ForceParameters {
             constants: force.constants().iter().map(|a| p.shared(a)).collect(),
-            inputs: force.inputs().iter().map(|_| next(p)).collect(),
+            inputs: force
+                .inputs()
+                .into_iter()
+                .map(|input| p.number(input))
+                .collect(),
         };
         MechanicsParameters {
             forces: self.forces.iter().map(force).collect(),

@@ -6,7 +6,7 @@ use autodiff_programs::{Array, Program};
 use super::surroundings::Surroundings;
 use crate::geometry::Axes;
 use crate::lattice::Body;
-use crate::laws::ForceParameters;
+use crate::laws::{ForceParameters, StepInput};
 
 /// The parameters of a robot's steps, except the parameters of its policy. `A` is the type of an array.
 pub(super) struct Parameters<A> {
@@ -48,8 +48,8 @@ pub(super) struct MechanicsParameters<A> {
 }
 
 /// Receives the list of a robot's parameters. A robot calls a method of this trait once for each parameter, always in
-/// the same order. There are two implementations: a [`Program`] declares an array for each parameter, and [`Filled`]
-/// collects its numbers.
+/// the same order. A [`Program`] declares an array for each parameter, [`Filled`] collects its numbers, and [`Named`] collects
+/// the names of the surroundings.
 pub(super) trait ParameterSink {
     type Number: Real;
     type Array;
@@ -61,11 +61,12 @@ pub(super) trait ParameterSink {
         numbers: impl Fn(&Body<Self::Number>) -> Vec<Self::Number>,
     ) -> Self::Array;
 
-    /// Adds a parameter that depends on the surroundings, such as gravity. It has `len` numbers.
+    /// Adds numbers of the surroundings to which robots can give other values, such as gravity. They have the names and, in
+    /// the scene, the values of `inputs`. A step reads what `numbers` makes of their values.
     fn of_surroundings(
         &mut self,
-        len: usize,
-        numbers: impl Fn(&Surroundings<Self::Number>) -> Vec<Self::Number>,
+        inputs: &[StepInput],
+        numbers: impl Fn(&[Self::Number]) -> Vec<Self::Number>,
     ) -> Self::Array;
 
     /// Adds numbers that the caller gives for each start and each step: `len` for a step.
@@ -73,6 +74,11 @@ pub(super) trait ParameterSink {
 
     /// Adds a parameter that is the same for all robots.
     fn shared(&mut self, numbers: &[f64]) -> Self::Array;
+
+    /// Adds one number of the [surroundings](Self::of_surroundings). A step reads it as it is.
+    fn number(&mut self, input: StepInput) -> Self::Array {
+        self.of_surroundings(&[input], <[Self::Number]>::to_vec)
+    }
 }
 
 /// Declares an array of the program for each parameter. It needs no numbers, so their type does not matter.
@@ -83,8 +89,13 @@ impl ParameterSink for Program {
     fn of_body(&mut self, len: usize, _: impl Fn(&Body<f64>) -> Vec<f64>) -> Array {
         self.parameter(len)
     }
-    fn of_surroundings(&mut self, len: usize, _: impl Fn(&Surroundings<f64>) -> Vec<f64>) -> Array {
-        self.parameter(len)
+    fn of_surroundings(
+        &mut self,
+        inputs: &[StepInput],
+        numbers: impl Fn(&[f64]) -> Vec<f64>,
+    ) -> Array {
+        let values: Vec<f64> = inputs.iter().map(|input| input.value).collect();
+        self.parameter(numbers(&values).len())
     }
     fn of_step(&mut self, len: usize) -> Array {
         self.control(len)
@@ -111,8 +122,11 @@ impl<R: Real> ParameterSink for Filled<'_, R> {
     fn of_body(&mut self, _: usize, numbers: impl Fn(&Body<R>) -> Vec<R>) {
         self.numbers.push(self.bodies.iter().map(numbers).collect());
     }
-    fn of_surroundings(&mut self, _: usize, numbers: impl Fn(&Surroundings<R>) -> Vec<R>) {
-        let numbers = self.surroundings.iter().map(numbers);
+    fn of_surroundings(&mut self, inputs: &[StepInput], numbers: impl Fn(&[R]) -> Vec<R>) {
+        let values = |own: &Surroundings<R>| -> Vec<R> {
+            inputs.iter().map(|input| own.value(&input.name)).collect()
+        };
+        let numbers = self.surroundings.iter().map(|own| numbers(&values(own)));
         self.numbers.push(numbers.collect());
     }
     fn of_step(&mut self, _: usize) {
@@ -122,4 +136,24 @@ impl<R: Real> ParameterSink for Filled<'_, R> {
         let numbers = numbers.iter().map(|&x| R::lit(x)).collect();
         self.numbers.push(vec![numbers]);
     }
+}
+
+/// The names of the surroundings and their values in the scene, each once, in the order of declaration.
+#[derive(Default)]
+pub(super) struct Named(pub(super) Vec<StepInput>);
+
+impl ParameterSink for Named {
+    type Number = f64;
+    type Array = ();
+
+    fn of_body(&mut self, _: usize, _: impl Fn(&Body<f64>) -> Vec<f64>) {}
+    fn of_surroundings(&mut self, inputs: &[StepInput], _: impl Fn(&[f64]) -> Vec<f64>) {
+        for input in inputs {
+            if self.0.iter().all(|other| other.name != input.name) {
+                self.0.push(input.clone());
+            }
+        }
+    }
+    fn of_step(&mut self, _: usize) {}
+    fn shared(&mut self, _: &[f64]) {}
 }

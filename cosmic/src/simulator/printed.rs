@@ -12,6 +12,7 @@ use super::robot::Robot;
 use super::surroundings::Surroundings;
 use super::trajectory::Trajectory;
 use crate::lattice::{Body, State};
+use crate::laws::StepInput;
 use crate::policy::Controller;
 
 /// A population of robots on one lattice, for rollouts on a GPU. Its members may differ in body, controller,
@@ -198,7 +199,7 @@ impl ParameterSink for Kinds {
     fn of_body(&mut self, _: usize, _: impl Fn(&Body<f64>) -> Vec<f64>) {
         self.0.push(Kind::Body);
     }
-    fn of_surroundings(&mut self, _: usize, _: impl Fn(&Surroundings<f64>) -> Vec<f64>) {
+    fn of_surroundings(&mut self, _: &[StepInput], _: impl Fn(&[f64]) -> Vec<f64>) {
         self.0.push(Kind::Surroundings);
     }
     fn of_step(&mut self, _: usize) {

@@ -7,8 +7,7 @@ use autodiff_programs::{Array, Graph, Model, Program};
 
 use super::effort::{Effort, Meter};
 use super::mechanics::{Actuation, Mechanics};
-use super::parameters::{ParameterSink, Parameters};
-use super::surroundings::Surroundings;
+use super::parameters::{Named, ParameterSink, Parameters};
 use crate::geometry::{Axes, Dimension, Ground};
 use crate::lattice::{Body, Lattice, Mirror};
 use crate::laws::{Motion, StepInput};
@@ -223,22 +222,26 @@ impl Robot {
         robot.with_inputs()
     }
 
-    /// This robot with its surroundings: the numbers of its mechanics, then those of its goals.
+    /// This robot with the names of the surroundings that its steps read.
     fn with_inputs(self) -> Self {
-        let dimension = self.mechanics.dimension;
-        let goals = self.goals.iter().flat_map(Goals::iter).enumerate();
-        let of_goals = goals.flat_map(|(k, goal)| {
-            let numbers = (dimension.names().iter()).zip(dimension.components(goal));
-            numbers.map(move |(name, value)| StepInput {
-                name: format!("goal.{k}.{name}"),
-                value,
-            })
-        });
-        let of_mechanics = self.mechanics.inputs.iter().cloned();
+        let mut named = Named::default();
+        self.parameters(&mut named);
         Self {
-            inputs: of_mechanics.chain(of_goals).collect(),
+            inputs: named.0.into(),
             ..self
         }
+    }
+
+    /// The components of each goal, as numbers of the surroundings.
+    pub(super) fn goal_inputs(&self) -> Vec<Vec<StepInput>> {
+        let dimension = self.mechanics.dimension;
+        let goals = self.goals.iter().flat_map(Goals::iter).enumerate();
+        let inputs = goals.map(|(k, goal)| {
+            let components = (dimension.names().iter()).zip(dimension.components(goal));
+            let input = |(name, value)| StepInput::new(format!("goal.{k}.{name}"), value);
+            components.map(input).collect()
+        });
+        inputs.collect()
     }
 
     /// The pairs of numbers that a step gets at the time `time` (s), after `steps` steps: the [ticks](ticks()) of the
@@ -273,12 +276,8 @@ impl Robot {
         let (graph, slots, nodes) = (&self.graph, self.graph.slots(), self.graph.nodes());
         let inverse = |mass: &P::Number| mass.recip();
         let mechanics = self.mechanics.parameters(p);
-        let first = self.mechanics.inputs.len();
-        let dimension = self.mechanics.dimension;
-        let goals = (0..self.goals.as_ref().map_or(0, Goals::count)).map(|k| {
-            let goal = |s: &Surroundings<P::Number>| s.goal(dimension, first, k);
-            p.of_surroundings(dimension.count(), |s| dimension.list(goal(s)))
-        });
+        let goals = self.goal_inputs().into_iter();
+        let goals = goals.map(|goal| p.of_surroundings(&goal, <[P::Number]>::to_vec));
         Parameters {
             goals: goals.collect(),
             mechanics,

@@ -120,12 +120,15 @@ impl Simulator {
     /// The goals in these surroundings.
     fn goals_in<R: Real>(&self, surroundings: &Surroundings<R>) -> Option<Goals<R>> {
         let goals = self.robot.goals.as_ref()?;
-        let mechanics = &self.robot.mechanics;
-        let goal = |k| surroundings.goal(mechanics.dimension, mechanics.inputs.len(), k);
-        let later = goals.later.iter().enumerate();
+        let mut places = self.robot.goal_inputs().into_iter().map(|inputs| {
+            let values = inputs.iter().map(|input| surroundings.value(&input.name));
+            self.lattice.dimension.vector(&values.collect::<Vec<R>>())
+        });
+        let first = places.next()?;
+        let changes = goals.later.iter().map(|&(steps, _)| steps);
         Some(Goals {
-            first: goal(0),
-            later: later.map(|(k, &(steps, _))| (steps, goal(k + 1))).collect(),
+            first,
+            later: changes.zip(places).collect(),
         })
     }
 

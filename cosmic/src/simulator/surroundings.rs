@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use autodiff::Real;
 
-use crate::geometry::{Dimension, Vector};
 use crate::laws::StepInput;
 
 /// The surroundings of robots: gravity, friction and the settings of a scene's laws. Each number has the name of its
@@ -47,7 +46,7 @@ pub struct Surroundings<R> {
     /// The name of each number, and its value in the scene.
     inputs: Arc<[StepInput]>,
     /// The current values, in the order of `inputs`.
-    pub(super) numbers: Vec<R>,
+    numbers: Vec<R>,
 }
 
 impl<R: Real> Surroundings<R> {
@@ -72,15 +71,28 @@ impl<R: Real> Surroundings<R> {
     /// If no law of the scene has a number of this name.
     #[must_use]
     pub fn with(mut self, name: &str, value: R) -> Self {
-        let Some(place) = self.iter().position(|(other, _)| other == name) else {
+        let place = self.place(name);
+        self.numbers[place] = value;
+        self
+    }
+
+    /// The value of the number `name`.
+    ///
+    /// # Panics
+    /// Like [`with`](Self::with).
+    pub fn value(&self, name: &str) -> R {
+        self.numbers[self.place(name)]
+    }
+
+    fn place(&self, name: &str) -> usize {
+        let place = self.inputs.iter().position(|input| input.name == name);
+        place.unwrap_or_else(|| {
             let names: Vec<&str> = self.iter().map(|(name, _)| name).collect();
             panic!(
                 "the surroundings have no numeric setting `{name}`; expected one of {}",
                 names.join(", ")
-            );
-        };
-        self.numbers[place] = value;
-        self
+            )
+        })
     }
 
     /// A copy of the surroundings with `f` applied to every number.
@@ -89,12 +101,6 @@ impl<R: Real> Surroundings<R> {
             inputs: Arc::clone(&self.inputs),
             numbers: self.numbers.iter().map(|&x| f(x)).collect(),
         }
-    }
-
-    /// Goal number `k` of the goals whose numbers are those from `first` on.
-    pub(super) fn goal(&self, dimension: Dimension, first: usize, k: usize) -> Vector<R> {
-        let axes = dimension.count();
-        dimension.vector(&self.numbers[first + axes * k..][..axes])
     }
 
     /// True if the surroundings have numbers with the names of `inputs`.

@@ -111,6 +111,10 @@ fn a_flat_truss_in_space_is_noticed() {
     let mut plane = joined(grid([4, 1, 3]), FACE);
     plane.dimension = Dimension::Plane;
     assert_eq!(warnings(plane), [""; 0]);
+    // Without diagonals its 17 bars leave 24 - 3 - 17 = 4 motions.
+    let mut hinged = joined(grid([4, 1, 3]), 0.12);
+    hinged.dimension = Dimension::Plane;
+    warns(hinged, &["stretch no bar", "4 such motions"]);
 }
 
 /// A node whose edges lie in a plane, and parts that turn about a hinge, have no stiffness either.

@@ -246,6 +246,12 @@ impl Run {
         if self.is_single { "f32" } else { "f64" }
     }
 
+    /// True if the errors fall too slowly from the run with twice the time step.
+    fn is_slow(&self) -> bool {
+        let mut orders = self.order.iter().flatten();
+        orders.any(|order| *order < LEAST_ORDER)
+    }
+
     /// The error at a mark, if it tells something about the length of the time step.
     fn known_error(&self, mark: usize) -> Option<f64> {
         let error = self.error[mark].filter(|error| error.is_finite());
@@ -304,20 +310,24 @@ impl<'a> Accuracy<'a> {
 
     /// The outcome of a run in a few words. The first run of a method is judged by the step to the second.
     fn status(&self, run: &Run) -> &'static str {
-        let mut methods = self.methods();
-        let of_method = methods.find(|runs| runs.iter().any(|own| std::ptr::eq(own, run)));
-        let next = of_method.and_then(|runs| runs.get(1));
-        let order = match next.filter(|_| run.fraction == FRACTIONS[0]) {
-            Some(next) => next.order,
-            None => run.order,
-        };
+        let double = (run.method, run.fraction, false);
         match (run.finite, run.stable) {
             _ if run.is_failed() => "diverged",
             (_, false) => "unstable time step",
-            _ if !order.iter().flatten().any(|order| *order < LEAST_ORDER) => "ok",
-            _ if run.is_single => "errors do not fall: rounding",
+            _ if !self.is_slow((run.method, run.fraction, run.is_single)) => "ok",
+            _ if run.is_single && !self.is_slow(double) => "errors do not fall: rounding",
             _ => "errors do not fall",
         }
+    }
+
+    /// True if the errors of this method, time step and number type (true for f32) fall too slowly from the time step before
+    /// it, or from the first to the second.
+    fn is_slow(&self, (method, fraction, is_single): (Method, f64, bool)) -> bool {
+        let is_same = |run: &Run| (run.method, run.is_single) == (method, is_single);
+        let of_method = self.methods().find(|runs| is_same(&runs[0]));
+        let until = |run: &&Run| run.fraction >= fraction.min(FRACTIONS[1]);
+        let run = of_method.and_then(|runs| runs.iter().rfind(until));
+        run.is_some_and(Run::is_slow)
     }
 
     /// Says of each method in double precision how fast its errors fall with the time step.
@@ -345,6 +355,10 @@ impl<'a> Accuracy<'a> {
         let (says, level) = match slow {
             _ if orders.is_empty() => (
                 "the errors are too small or too large to tell how fast they fall".to_owned(),
+                Level::Doubtful,
+            ),
+            None if runs.iter().any(Run::is_slow) => (
+                format!("the errors fall, but not from every time step to the next: {shown}"),
                 Level::Doubtful,
             ),
             None => (format!("the errors converge: {shown}"), Level::Good),

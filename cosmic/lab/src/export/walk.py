@@ -58,8 +58,8 @@ def told(text):
 
 
 def point(net, place):
-    """The goal that is at this place, as high as the goal of controller.json."""
-    return np.append(net["start"][:-1] + np.pad(place, (0, len(net["start"]) - 1 - len(place))), net["goal"][-1])
+    """The goal that is at this place, as high as the payload at the start."""
+    return net["start"] + np.pad(place, (0, len(net["start"]) - len(place)))
 
 
 def ways(net, goals, path):

@@ -169,10 +169,13 @@ fn read_history(folder: &Path, summary: &Summary) -> Result<Vec<Record>> {
     )))
 }
 
-/// The number of lines of a file that are not cut off.
+/// The number of lines of a file that are not cut off. Zero bytes at the end, which a crash of the machine leaves, count as a
+/// line, so that they are reported when it is read.
 fn whole_lines(path: &Path) -> Result<usize> {
     let bytes = read_whole(path)?;
-    Ok(bytes.iter().filter(|&&byte| byte == b'\n').count())
+    let mut lines = bytes.split(|&byte| byte == b'\n');
+    let is_damaged = lines.next_back().is_some_and(|last| last.contains(&0));
+    Ok(lines.count() + usize::from(is_damaged))
 }
 
 pub(super) fn read_trajectory(folder: &Path, robot: &RobotFiles) -> Result<TrajectoryFile> {

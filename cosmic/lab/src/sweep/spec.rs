@@ -224,7 +224,11 @@ fn on_grid(
             };
             scene = scene.set(&combination.settings[of_file.len()..])?;
             let autos: Vec<bool> = combination.settings.iter().map(|s| is_auto(s)).collect();
-            if let Some(same) = known.insert((swept_values(&scene, &swept), autos), combination) {
+            // All values count, because a key may be spelt in several ways too.
+            let values: Vec<String> = (scene.settings().into_iter())
+                .map(|setting| setting.value)
+                .collect();
+            if let Some(same) = known.insert((values, autos), combination) {
                 return Err(Error::Usage(same_trial(same, combination)));
             }
             if let Some(iterations) = iterations {

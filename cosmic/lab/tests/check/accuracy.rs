@@ -95,6 +95,29 @@ fn orders_of_convergence_are_observed() {
         );
     }
     assert!(section.failures.is_empty());
+    // Suppose that those of leapfrog fall from the first to the last, but grow once, and that f32 does the same as f64.
+    for (k, error) in [2.9e-3, 1.7e-4, 5.5e-4, 3.8e-4].into_iter().enumerate() {
+        growing.runs[4 + k].error[1] = Some(error);
+    }
+    growing.runs[6].order[1] = Some(-1.7);
+    growing.runs[2].order[1] = Some(0.2);
+    growing.runs[14].order[1] = Some(0.2);
+    growing.runs[15].order[1] = Some(0.2);
+    let section = growing.section();
+    let says = |text: &str| (section.answers.iter()).any(|answer| answer.text.contains(text));
+    let unsteady = "the errors fall, but not from every time step to the next";
+    assert!(
+        says(&format!("leapfrog: {unsteady}")),
+        "{:?}",
+        section.answers
+    );
+    let shown = |row: usize| status(&section, row).unwrap();
+    let slow = "errors do not fall";
+    assert_eq!([5, 6, 7].map(shown), ["ok", slow, "ok"].map(Cell::from));
+    assert_eq!(
+        [14, 15].map(shown),
+        [slow, "errors do not fall: rounding"].map(Cell::from)
+    );
 }
 
 /// Forces and power of a robot at rest on the ground do not depend on the time step; those of a robot that lands do.

@@ -146,6 +146,33 @@ fn slopes_that_consist_of_rounding_are_not_called_wrong() {
     assert!(check.rounding < 1e-6 && check.control.is_some(), "{check}");
 }
 
+/// At the limit of its force, an actuator has a kink at rest. The gradient with respect to the velocities is then checked for a
+/// robot that moves.
+#[test]
+fn actuators_at_rest_are_moved_off_their_kinks() {
+    for integrator in [Integrator::SymplecticEuler, Integrator::Implicit] {
+        let check = passed(
+            &small([2, 2], |scene| {
+                let actuator = [
+                    "physics.forces = ['actuator']",
+                    "actuator = {force = 0.02, speed = 0.2}",
+                ];
+                *scene = scene.set(&actuator).unwrap();
+                scene.physics.integrator = integrator;
+            }),
+            32,
+        );
+        let moving = check.groups.iter().filter(|group| group.moving);
+        let moving: Vec<&str> = moving.map(|group| &group.name[..]).collect();
+        assert_eq!(moving, ["v0"], "{check}");
+        assert!(
+            check
+                .to_string()
+                .contains("v0: at rest the force of the law `actuator` has a kink")
+        );
+    }
+}
+
 /// If a robot stands on the ground, the loss has a kink with respect to the positions. With leapfrog or without
 /// gravity, it also has one with respect to the velocities. Without ground there is no kink.
 #[test]

@@ -7,7 +7,7 @@ use autodiff::check::{Claim, Options, Report, Verdict, check_directions};
 use autodiff::{DoubleDouble, Dual, Real};
 
 pub use robot::Perturbation;
-use robot::{LIFT, lifted, stands_and_touches};
+use robot::{LIFT, lifted, moving, stands_and_touches, starts_at_a_kink};
 
 use super::probe::Probe;
 use crate::report::sheet::Section;
@@ -38,8 +38,10 @@ pub struct Group {
     pub report: Report,
     /// True if the robot was lifted off the ground for this check. [`check_gradients_of`] explains why.
     pub lifted: bool,
-    /// The verdict on the group's gradient. If the robot was lifted off the ground for the check, the best possible
-    /// verdict is "kink".
+    /// True if the nodes of the robot were given velocities for this check. [`check_gradients_of`] explains why.
+    pub moving: bool,
+    /// The verdict on the group's gradient. If the robot was lifted off the ground or given velocities for the check, the
+    /// best possible verdict is "kink".
     pub verdict: Verdict,
 }
 
@@ -176,6 +178,9 @@ pub fn check_gradients(
 /// force has acted, and without gravity. The gradient with respect to the velocities is then checked for the lifted
 /// robot too.
 ///
+/// The force of the law `actuator` has a kink where the length of a bar does not change. If the scene has this law, the
+/// gradient with respect to the velocities of a robot at rest is checked for a lifted robot whose nodes move slowly.
+///
 /// The motion may magnify rounding errors so much that they show in the slopes. Differences, which are taken in
 /// double-doubles, then disagree and prove nothing. The verdict is a kink, unless forward mode disagrees by more than
 /// rounding explains.
@@ -229,6 +234,8 @@ fn checked_at(
 ) -> GradientCheck {
     let here = CaseLoss::new(case, loss);
     let [stands, touches] = stands_and_touches(case);
+    let moving = starts_at_a_kink(case).then(|| moving(case));
+    let moving = moving.as_ref().map(|case| CaseLoss::new(case, loss));
     let lifted = touches.then(|| lifted(case));
     let above = lifted.as_ref().map(|case| CaseLoss::new(case, loss));
     let rounding = here.rounding();
@@ -245,6 +252,14 @@ fn checked_at(
         _ => false,
     };
     let group = |part: &Part| {
+        if let (Block::V0, Some(moving)) = (part.block, &moving) {
+            let group = moving.group(part, options, rounding);
+            return Group {
+                moving: true,
+                verdict: group.verdict.max(Verdict::Kink),
+                ..group
+            };
+        }
         let above = above.as_ref().filter(|_| is_kink(part));
         let mut group = above.unwrap_or(&here).group(part, options, rounding);
         if above.is_some() {
@@ -377,6 +392,7 @@ impl<'a> CaseLoss<'a> {
             norm,
             report,
             lifted: false,
+            moving: false,
             verdict,
         }
     }

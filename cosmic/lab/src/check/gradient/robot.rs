@@ -7,7 +7,7 @@ use std::fmt;
 
 use cosmic::case::Case;
 use cosmic::geometry::Ground;
-use cosmic::laws::ContactLaw;
+use cosmic::laws::{Actuator, ContactLaw};
 use cosmic::policy::Controller;
 use cosmic::random::{Purpose, stream, symmetric};
 
@@ -116,6 +116,27 @@ pub(super) fn lifted(case: &Case) -> Case {
     let normal = Ground::from(&case.scene.physics).normal();
     for x in &mut case.start.x {
         *x += normal * by;
+    }
+    case
+}
+
+/// True if the robot is at rest and a law has a kink there with respect to the velocities: at the limit of its force, an
+/// actuator holds a force that falls as soon as it moves in its own direction.
+pub(super) fn starts_at_a_kink(case: &Case) -> bool {
+    let actuator: Option<Actuator> = case.scene.physics.forces.along_bars();
+    actuator.is_some() && case.start.v.iter().all(|v| v.norm() == 0.0)
+}
+
+/// The robot of a case, lifted off the ground, with a small random velocity for every node.
+pub(super) fn moving(case: &Case) -> Case {
+    let mut case = lifted(case);
+    let mut random = stream(0, Purpose::Verification);
+    let speed = LIFT * case.lattice.scale / case.scene.physics.dt;
+    for v in &mut case.start.v {
+        *v = case
+            .start
+            .dimension
+            .map(*v, |v| v + symmetric(&mut random, speed));
     }
     case
 }

@@ -74,6 +74,12 @@ impl GradientCheck {
                 self.lift
             ));
         }
+        if let Some(moving) = self.groups.iter().find(|group| group.moving) {
+            notes.push(format!(
+                "{}: at rest the force of the law `actuator` has a kink; the slopes are those of a robot whose nodes move",
+                moving.name
+            ));
+        }
         let empty = self.empty();
         if !empty.is_empty() {
             notes.push(format!(
