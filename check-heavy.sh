@@ -18,7 +18,8 @@ cargo check -p cosmic-autodiff --no-default-features
 cargo check -p cosmic-autodiff --features derive
 cargo check -p cosmic-autodiff --features nalgebra
 cargo check -p cosmic-autodiff --features rayon
-cargo check -p cosmic-autodiff --features wgsl
+cargo check -p cosmic-autodiff-programs --no-default-features
+cargo check -p cosmic-autodiff-programs --features wgsl
 cargo check -p cosmic-codesign --no-default-features
 cargo check -p cosmic-optimiser
 if rustup target add wasm32-unknown-unknown >/dev/null 2>&1; then
@@ -31,7 +32,8 @@ oldest=$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 say "the oldest Rust, $oldest"
 if rustup toolchain install "$oldest" --profile minimal >/dev/null 2>&1; then
   cargo +"$oldest" check --target-dir target/oldest --all-features \
-    -p cosmic-autodiff -p cosmic-codesign -p cosmic-optimiser -p cosmic-lab -p cosmic-program
+    -p cosmic-autodiff -p cosmic-autodiff-programs -p cosmic-codesign -p cosmic-optimiser -p cosmic-lab \
+    -p cosmic-program
 else
   echo "no toolchain $oldest: skipped"
 fi
@@ -41,7 +43,8 @@ if command -v qemu-aarch64 >/dev/null && command -v aarch64-linux-gnu-gcc >/dev/
   rustup target add aarch64-unknown-linux-gnu >/dev/null 2>&1; then
   CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=aarch64-linux-gnu-gcc \
   CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER='qemu-aarch64 -L /usr/aarch64-linux-gnu' \
-    cargo test -p cosmic-autodiff --no-fail-fast --target aarch64-unknown-linux-gnu
+    cargo test -p cosmic-autodiff -p cosmic-autodiff-programs --no-fail-fast \
+    --target aarch64-unknown-linux-gnu
 else
   echo 'no qemu-user, gcc-aarch64-linux-gnu or target aarch64-unknown-linux-gnu: skipped'
 fi
@@ -50,7 +53,7 @@ if command -v node >/dev/null && rustup target add wasm32-wasip1 >/dev/null 2>&1
   wasm='-C target-feature=+simd128 -C link-arg=-zstack-size=8388608'
   CARGO_TARGET_WASM32_WASIP1_RUNNER="node --no-warnings $PWD/autodiff/tests/wasi.mjs" \
   RUSTFLAGS=$wasm RUSTDOCFLAGS=$wasm \
-    cargo test -p cosmic-autodiff --no-fail-fast --target wasm32-wasip1
+    cargo test -p cosmic-autodiff -p cosmic-autodiff-programs --no-fail-fast --target wasm32-wasip1
 else
   echo 'no node or target wasm32-wasip1: skipped'
 fi
@@ -60,7 +63,7 @@ if cargo +nightly miri --version >/dev/null 2>&1; then
   # `pointers` has a small case of each group that is skipped for its time. Miri has no AVX, so it checks the portable
   # lanes.
   MIRIFLAGS='-Zmiri-disable-isolation -Zmiri-deterministic-floats' \
-    cargo +nightly miri test -p cosmic-autodiff --target-dir target/miri --test all -- \
+    cargo +nightly miri test -p cosmic-autodiff -p cosmic-autodiff-programs --target-dir target/miri --test all -- \
     --skip nan_is_passed_on --skip misuse:: --skip nesting:: --skip memory:: --skip rules:: --skip kinks:: \
     --skip fused:: --skip trace --skip foreign:: --skip program:: --skip drawn::drawn --skip graph:: \
     --skip rollout:: --skip emitted:: --skip numbers:: --skip callers:: --skip check:: \
@@ -78,7 +81,8 @@ trap 'rm -rf "$packages"' EXIT
 # The loop below builds them.
 cargo publish --quiet --workspace --dry-run --no-verify --allow-dirty --target-dir "$packages/publish"
 cargo package --quiet --no-verify --allow-dirty --target-dir "$packages/target" \
-  -p cosmic-autodiff -p cosmic-autodiff-derive -p cosmic-codesign -p cosmic-optimiser -p cosmic-lab -p cosmic-program
+  -p cosmic-autodiff -p cosmic-autodiff-derive -p cosmic-autodiff-programs -p cosmic-codesign -p cosmic-optimiser \
+  -p cosmic-lab -p cosmic-program
 patches=()
 for archive in "$packages"/target/package/*.crate; do
   tar xzf "$archive" -C "$packages"

@@ -17,7 +17,7 @@ fn main() {
         println!("cargo::rustc-cfg=lanes");
         println!("cargo::rustc-cfg=lanes=\"{lanes}\"");
         // Each kernel is compiled once more for each of these kinds of registers. Test builds, which have level 1, save
-        // this time. AVX-512 makes an optimisation of `earth` 10 to 30 % faster.
+        // this time. AVX-512 makes gradients of programs 10 to 30 % faster.
         if level != "1" {
             println!("cargo::rustc-cfg=lanes_f32");
         }

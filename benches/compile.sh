@@ -1,24 +1,111 @@
 #!/usr/bin/env bash
-# What autodiff costs in a user's crate: the seconds to compile the crate, and the size of its program, for a few small
-# programs. Release builds with the default profile, stripped; seconds are processor time of the crate alone, after its
-# dependencies have been compiled. Prints a table in Markdown.
+# What autodiff costs a user. Prints two tables in Markdown, in processor seconds of release builds with the default profile.
+#
+# 1. A program of ten lines from nothing, with its dependencies: by this crate, by the crate of an earlier commit, and by other
+#    crates. Needs a network once, for their packages.
+# 2. The seconds to compile the program alone, after its dependencies have been compiled, and the size of the stripped
+#    program, for a few small programs.
+#
+#   benches/compile.sh [COMMIT]    # the earlier commit; without it, the one before the crate was divided
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
+earlier=${1:-c253c9ca}
 crate=$(mktemp -d)
-trap 'rm -rf "$crate"' EXIT
+before=$(mktemp -d)
+trap 'rm -rf "$crate" "$before"' EXIT
 mkdir "$crate/src"
-cp "$root/Cargo.lock" "$crate"
-cat > "$crate/Cargo.toml" <<END
+
+# manifest DEPENDENCIES: writes the crate's manifest.
+manifest() {
+  cat > "$crate/Cargo.toml" <<END
 [package]
 name = "user"
 edition = "2024"
 [dependencies]
-autodiff = { package = "cosmic-autodiff", path = "$root/autodiff" }
+$1
 [profile.release]
 strip = true
 [workspace]
 END
+}
 
+# seconds: builds the crate, and prints the processor seconds.
+seconds() {
+  { TIMEFORMAT='%U %S'; time cargo build --quiet --release --manifest-path "$crate/Cargo.toml"; } 2>&1 |
+    awk '{ printf "%.2f", $1 + $2 }'
+}
+
+# whole NAME LOCK DEPENDENCIES: compiles a program, whose source is standard input, from nothing, and prints its row.
+whole() {
+  cat > "$crate/src/main.rs"
+  manifest "$3"
+  cp "$2" "$crate/Cargo.lock"
+  cargo fetch --quiet --manifest-path "$crate/Cargo.toml"
+  local least=
+  for _ in 1 2; do
+    rm -rf "$crate/target"
+    local now
+    now=$(seconds)
+    [ -n "$least" ] && [ "$(echo "$now >= $least" | bc)" = 1 ] || least=$now
+  done
+  "$crate/target/release/user" > /dev/null
+  local packages
+  packages=$(cargo tree --quiet --manifest-path "$crate/Cargo.toml" --prefix none -e normal,build | sort -u | wc -l)
+  echo "| $1 | $least | $((packages - 1)) |"
+}
+
+ours='
+use autodiff::{Real, gradient, hessian};
+
+fn well<R: Real>(x: &[R]) -> R {
+    x[0] * x[0] + R::lit(3.0) * x[1].sin()
+}
+
+fn main() {
+    let x = [std::env::args().count() as f64, 2.0];
+    println!("{:?} {:?}", gradient(well, &x), hessian(well, &x));
+}'
+git -C "$root" archive "$earlier" | tar x -C "$before"
+
+echo '| ten lines from nothing | compiled in, s | packages |'
+echo '| --- | --: | --: |'
+whole 'this crate' "$root/Cargo.lock" 'autodiff = { package = "cosmic-autodiff", path = "'"$root"'/autodiff" }' <<<"$ours"
+whole "commit $earlier" "$before/Cargo.lock" \
+  'autodiff = { package = "cosmic-autodiff", path = "'"$before"'/autodiff" }' <<<"$ours"
+whole 'num-dual 0.15' "$root/Cargo.lock" 'num-dual = "0.15"
+nalgebra = { version = "0.35", default-features = false, features = ["alloc", "libm"] }' <<'END'
+use nalgebra::SVector;
+use num_dual::{DualNum, gradient, hessian};
+
+fn well<D: DualNum<Primitive = f64> + Copy>(x: SVector<D, 2>) -> D {
+    x[0] * x[0] + x[1].sin() * 3.0
+}
+
+fn main() {
+    let x = SVector::from([std::env::args().count() as f64, 2.0]);
+    println!("{:?} {:?}", gradient(well, &x), hessian(well, &x));
+}
+END
+whole 'echidna 0.15, a tape' "$root/Cargo.lock" 'echidna = { version = "0.15", features = ["bytecode"] }
+num-traits = "0.2"' <<'END'
+use echidna::BReverse64;
+use num_traits::Float;
+
+fn well(x: &[BReverse64]) -> BReverse64 {
+    x[0] * x[0] + x[1].sin() * BReverse64::constant(3.0)
+}
+
+fn main() {
+    let x = [std::env::args().count() as f64, 2.0];
+    let (mut tape, _) = echidna::record(well, &x);
+    println!("{:?} {:?}", tape.gradient(&x), tape.hessian_vec::<2>(&x).2);
+}
+END
+
+echo
+cp "$root/Cargo.lock" "$crate"
+manifest 'autodiff = { package = "cosmic-autodiff", path = "'"$root"'/autodiff" }
+autodiff_programs = { package = "cosmic-autodiff-programs", path = "'"$root"'/autodiff/programs" }'
 empty=
 # Compiles a program, whose source is standard input, and prints its row of the table.
 program() {
@@ -27,10 +114,9 @@ program() {
   local least=
   for _ in 1 2 3; do
     touch "$crate/src/main.rs"
-    local seconds
-    seconds=$( { TIMEFORMAT='%U %S'; time cargo build --quiet --release --manifest-path "$crate/Cargo.toml"; } 2>&1 |
-      awk '{ printf "%.2f", $1 + $2 }')
-    [ -n "$least" ] && [ "$(echo "$seconds >= $least" | bc)" = 1 ] || least=$seconds
+    local now
+    now=$(seconds)
+    [ -n "$least" ] && [ "$(echo "$now >= $least" | bc)" = 1 ] || least=$now
   done
   "$crate/target/release/user" > /dev/null
   local size
@@ -64,8 +150,8 @@ fn main() {
 }
 END
 program 'a `Sum` over data and its gradient' <<'END'
-use autodiff::data::{Sum, Summand};
 use autodiff::{Real, gradient};
+use autodiff_programs::data::{Sum, Summand};
 struct Misfit;
 impl Summand for Misfit {
     fn eval<R: Real>(&self, line: &[R], point: &[R]) -> R {
@@ -80,7 +166,8 @@ fn main() {
 }
 END
 program 'a `Rollout` with one kernel and its gradient' <<'END'
-use autodiff::{Kernel, Model, Program, Real, Rollout, gradient, kernel};
+use autodiff::{Real, gradient};
+use autodiff_programs::{Kernel, Model, Program, Rollout, kernel};
 #[derive(Clone)]
 struct Spring;
 #[kernel]

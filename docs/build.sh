@@ -13,7 +13,7 @@ fi
 book=$(mktemp -d)
 trap 'rm -rf "$book"' EXIT
 
-packages=(autodiff autodiff-derive codesign optimiser lab program)
+packages=(autodiff autodiff-derive autodiff-programs codesign optimiser lab program)
 target=${CARGO_TARGET_DIR:-target}/site
 cargo doc --quiet --locked --no-deps --all-features --target-dir "$target" "${packages[@]/#/-pcosmic-}"
 web/build.sh
@@ -42,7 +42,7 @@ listing cosmic/program/examples 'Examples in Rust'
 listing python/examples 'Examples in Python'
 {
   printf '# Crates\n\n'
-  for name in autodiff autodiff_derive cosmic cosmic_optimiser cosmic_lab cosmic_program; do
+  for name in autodiff autodiff_derive autodiff_programs cosmic cosmic_optimiser cosmic_lab cosmic_program; do
     printf -- '- [`%s`](../api/%s/index.html)\n' "$name" "$name"
   done
 } >"$book/src/crates.md"

@@ -33,6 +33,8 @@ pub(crate) const BERNOULLI: [[f64; 2]; 17] = [
 ///   exactly. Longer formulas are functions in `math/table.rs`.
 /// - *Special* functions have entries like composed functions. Their values on floats and in lanes are those of a
 ///   function of f64, named in `math/table.rs`.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! functions {
     ($then:ident) => {
         $then! {

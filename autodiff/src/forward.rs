@@ -236,3 +236,14 @@ operators! {
 literal_operators! { [R: Real, const N: usize] Dual<R, N>, |a, factor| a.scale(factor) }
 constants_by_f64! { [R: Real, const N: usize] Dual<R, N> }
 closure_operators! { [R: Real, const N: usize] Dual<R, N> }
+
+/// Converts numbers to duals. Number `k` gets the tangent 1 in direction `k`.
+#[inline(always)]
+pub fn seeded<R: Real, const I: usize>(x: [R; I]) -> [Dual<R, I>; I] {
+    let mut seeded = [Dual::constant(R::zero()); I];
+    // A closure might be compiled without the instruction set of the lanes.
+    for i in 0..I {
+        seeded[i] = Dual::variable(x[i], i);
+    }
+    seeded
+}

@@ -20,32 +20,32 @@
 //!
 //! | module | what it has |
 //! | --- | --- |
-//! | [`guide`] | how to write functions, what compiler errors mean, **which [driver](guide#drivers) to use when** ([`gradient`], [`jacobian`], [`hessian`], [`jvp`] and others, with their costs), many time steps, the terms, and the pitfalls with their wrong numbers |
+//! | [`guide`] | how to write functions, what compiler errors mean, **which [driver](guide#drivers) to use when** ([`gradient`], [`jacobian`], [`hessian`], [`jvp`] and others, with their costs), the terms, and the pitfalls with their wrong numbers |
 //! | [`real`] | the number trait, and the value of the derivative at every kink |
 //! | [`sparse`], [`implicit`], [`custom`] | large Jacobians, solutions of equations, derivatives of your own |
-//! | [`Program`], [`Rollout`], [`data`] | thousands of time steps, sums over data, many points: recorded once, run in SIMD lanes |
 //! | [`parameters`] | nested structures of parameters instead of one slice |
 //! | [`interop`] | code over num-traits' `Float`, nalgebra's matrices, complex numbers |
 //! | [`check`], [`trace`], [`DoubleDouble`] | is a gradient right, where does a NaN come from, how large are rounding errors |
 //!
-//! The folder `examples` has short programs, which the README lists.
+//! The crate `cosmic-autodiff-programs` has thousands of time steps, sums over data and functions at many points: recorded
+//! once, run in SIMD lanes. The folder `examples` has short programs, which the README lists.
+//!
+//! To read the source, begin with `real.rs`, the trait, and `rule.rs`, the derivative of each function. Then `forward.rs`
+//! has forward mode in one file, `reverse/var.rs` and `reverse/tape.rs` begin reverse mode, and `drivers/gradient.rs` joins
+//! them. The list of modules in `lib.rs` goes from the bottom to the top.
 //!
 //! # Features
 //!
-//! - `data`, on by default: sums and maps over [`data`] are compiled for floats in this crate. Without it,
-//!   this crate compiles in half the time, and each crate that has such a sum compiles 7 s longer;
-//! - `rollouts`, on by default: the same for the steps of a [`Rollout`];
-//! - `derive`, on by default: the attribute `#[kernel]` for every [`Kernel`], and `#[derive(Parameters)]` for
-//!   structures of [`parameters`];
+//! - `derive`, on by default: `#[derive(Parameters)]` for structures of [`parameters`], and the attribute `#[kernel]` for
+//!   code in [lanes](simd);
 //! - `nalgebra`: [`Element`] in nalgebra's matrices, module `matrices`;
-//! - `rayon`: Jacobians and Hessians on several cores, module `parallel`;
-//! - `wgsl`: programs printed for GPUs, module `wgsl`.
+//! - `rayon`: Jacobians and Hessians on several cores, module `parallel`.
 //!
 //! # Versions
 //!
 //! Within a compatible version, new methods of [`Real`] and of the traits for functions come with defaults. Errors,
-//! results and the settings [`check::Options`] and [`Rollout`] may get new fields or variants. Build settings from
-//! their defaults: `Options { seed: 1, ..Options::default() }`.
+//! results and the settings [`check::Options`] may get new fields or variants. Build settings from their defaults:
+//! `Options { seed: 1, ..Options::default() }`.
 
 // The modules are in the order of the architecture: each module uses only those above it.
 mod literal;
@@ -67,13 +67,7 @@ mod pool;
 mod restored;
 mod reverse;
 pub mod custom;
-mod arrays;
-mod record;
-mod steps;
-#[cfg(feature = "wgsl")]
-pub mod wgsl;
 mod drivers;
-pub mod data;
 pub mod parameters;
 pub mod interop;
 mod diagnose;
@@ -81,16 +75,39 @@ mod diagnose;
 #[doc = include_str!("../guide.md")]
 pub mod guide {}
 
-/// For kernels that have their own [`Kernel::vjp`], such as one that [`emit`] printed.
-pub mod kernels {
-    #[doc(inline)]
-    pub use crate::arrays::{Fixed, MOST_UNIFORMS, constants, pulled_back, seeded, vjp_by_duals};
+/// What `cosmic-autodiff-programs` uses of this crate. It may change in any version.
+#[doc(hidden)]
+pub mod internal {
+    pub use crate::diagnose::trace::{Line, begin_line, begin_step, replaying, running};
+    pub use crate::forward::seeded;
+    pub use crate::literal::{Accepts, Literal};
+    pub use crate::math::by_squaring;
+    pub use crate::parts::SumByParts;
+    pub use crate::product::{Cotangents, Factors, Product, Strided, Transpose, fits_registers};
+    pub use crate::real::of_floats;
+    pub use crate::restored::Restored;
+    #[cfg(feature = "levels")]
+    pub use crate::simd::at_most;
+    pub use crate::simd::{Unchecked, WIDEST, lanes, lanes_with, prefetch};
+    pub use crate::{functions, literal_operators, operators};
+
+    /// Whether lanes are the registers of WebAssembly.
+    pub const IS_SIMD128: bool = cfg!(lanes = "simd128");
+
+    /// The derivative of each function.
+    pub mod rule {
+        pub use crate::rule::{
+            abs, atan2, cos, div, exp, hypot, layer_tanh, ln, mul, powf, powi, recip, rsqrt, sin,
+            sqrt, tan, tanh,
+        };
+    }
+
+    /// Buffers that a thread keeps.
+    pub mod pool {
+        pub use crate::pool::{MOST_BYTES, Pooled, keep, take};
+    }
 }
 
-#[doc(inline)]
-pub use arrays::{Array, Graph, Kernel, Matrix, Pullback};
-#[cfg(feature = "derive")]
-pub use autodiff_derive::kernel;
 pub use constant::lit;
 #[doc(inline)]
 pub use diagnose::{DoubleDouble, check, trace};
@@ -117,10 +134,7 @@ pub use interop::matrices;
 pub use parameters::Parameters;
 #[doc(inline)]
 pub use real::{Fused, Mask, Real};
-pub use record::emit;
 pub use reverse::{Tape, Var};
-#[doc(inline)]
-pub use steps::{CotangentBound, Given, Memory, Model, Program, Rollout};
 
 /// The code of the README, so that the documentation tests compile and run it.
 #[cfg(doctest)]

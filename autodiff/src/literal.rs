@@ -3,7 +3,7 @@
 /// A constant that [`lit`](crate::lit) makes. It can stand on either side of an operator in code over any
 /// [`Real`](crate::Real).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Literal(pub(crate) f64);
+pub struct Literal(#[doc(hidden)] pub f64);
 
 mod sealed {
     /// The types of arguments: numbers and literals.

@@ -18,6 +18,8 @@
 ///
 /// The attributes before `impl` are added to every operator. Assigning operators, sums and products are derived from
 /// the other operators. Every operator is `#[track_caller]`, so that panics and traces name the line of the caller.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! operators {
     (
         $(#[$attribute:meta])*
@@ -31,16 +33,16 @@ macro_rules! operators {
         1 => $one:expr,
         $j:ident == 0 => $is_zero:expr $(,)?
     ) => {
-        $crate::operators::operator! {
+        $crate::operator! {
             [$(#[$attribute])*] [$($generics)*] $number, Add add AddAssign add_assign, $a $b $sum
         }
-        $crate::operators::operator! {
+        $crate::operator! {
             [$(#[$attribute])*] [$($generics)*] $number, Sub sub SubAssign sub_assign, $c $d $difference
         }
-        $crate::operators::operator! {
+        $crate::operator! {
             [$(#[$attribute])*] [$($generics)*] $number, Mul mul MulAssign mul_assign, $e $f $product
         }
-        $crate::operators::operator! {
+        $crate::operator! {
             [$(#[$attribute])*] [$($generics)*] $number, Div div DivAssign div_assign, $g $h $quotient
         }
         impl<$($generics)*> std::ops::Neg for $number {
@@ -69,46 +71,48 @@ macro_rules! operators {
                 $one
             }
         }
-        $crate::operators::folds! { [$($generics)*] $number }
+        $crate::folds! { [$($generics)*] $number }
     };
 }
 
 /// Implements the operators whose right operand is a literal: `number op literal`. Multiplication may have a separate
 /// expression, because a literal has no tangents to multiply. The number type also accepts floats as arguments of its
 /// methods; with `@operators`, which is for f64, it gets only the operators.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! literal_operators {
     ($generics:tt $number:ty) => {
-        $crate::operators::literal_operators! { $generics $number, |a, b| a * <$number>::lit(b) }
+        $crate::literal_operators! { $generics $number, |a, b| a * <$number>::lit(b) }
     };
     ([$($generics:tt)*] $number:ty, |$a:ident, $b:ident| $product:expr) => {
         #[diagnostic::do_not_recommend]
-        impl<$($generics)*> $crate::literal::Accepts<f64> for $number {
+        impl<$($generics)*> $crate::internal::Accepts<f64> for $number {
             #[inline(always)]
             fn accept(argument: f64) -> Self {
                 Self::lit(argument)
             }
         }
-        $crate::operators::literal_operators! {
+        $crate::literal_operators! {
             @operators [$($generics)*] $number, |$a, $b| $product
         }
     };
     (@operators $generics:tt $number:ty, |$a:ident, $b:ident| $product:expr) => {
-        $crate::operators::right_operand! {
-            $generics $number, Add add $crate::literal::Literal, |a, b| a + <$number>::lit(b.0)
+        $crate::right_operand! {
+            $generics $number, Add add $crate::internal::Literal, |a, b| a + <$number>::lit(b.0)
         }
-        $crate::operators::right_operand! {
-            $generics $number, Sub sub $crate::literal::Literal, |a, b| a - <$number>::lit(b.0)
+        $crate::right_operand! {
+            $generics $number, Sub sub $crate::internal::Literal, |a, b| a - <$number>::lit(b.0)
         }
-        $crate::operators::right_operand! {
-            $generics $number, Mul mul $crate::literal::Literal, |$a, b| {
+        $crate::right_operand! {
+            $generics $number, Mul mul $crate::internal::Literal, |$a, b| {
                 let $b = b.0;
                 $product
             }
         }
-        $crate::operators::right_operand! {
-            $generics $number, Div div $crate::literal::Literal, |a, b| a / <$number>::lit(b.0)
+        $crate::right_operand! {
+            $generics $number, Div div $crate::internal::Literal, |a, b| a / <$number>::lit(b.0)
         }
-        $crate::operators::literal_operators! {
+        $crate::literal_operators! {
             @assign $generics $number,
             Add add AddAssign add_assign, Sub sub SubAssign sub_assign,
             Mul mul MulAssign mul_assign, Div div DivAssign div_assign
@@ -118,13 +122,15 @@ macro_rules! literal_operators {
         @assign $generics:tt $number:ty,
         $($trait:ident $method:ident $assign_trait:ident $assign:ident),*
     ) => {
-        $($crate::operators::assigning! {
-            $generics $number, $trait $method $assign_trait $assign $crate::literal::Literal
+        $($crate::assigning! {
+            $generics $number, $trait $method $assign_trait $assign $crate::internal::Literal
         })*
     };
 }
 
 /// Implements the traits `Sum` and `Product` for iterators over numbers and over references to numbers.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! folds {
     ([$($generics:tt)*] $number:ty) => {
         impl<$($generics)*> std::iter::Sum for $number {
@@ -222,11 +228,11 @@ macro_rules! closure_operator {
         $trait:ident $method:ident $assign_trait:ident $assign:ident
         |$a:ident, $b:ident| $float_first:expr
     ) => {
-        $crate::operators::right_operand! {
+        $crate::right_operand! {
             [$($generics)*] $number, $trait $method f64,
-            |a, b| std::ops::$trait::$method(a, $crate::literal::Literal(b))
+            |a, b| std::ops::$trait::$method(a, $crate::internal::Literal(b))
         }
-        $crate::operators::right_operand! {
+        $crate::right_operand! {
             ['a, $($generics)*] $number, $trait $method &'a $number,
             |a, b| std::ops::$trait::$method(a, *b)
         }
@@ -258,16 +264,18 @@ macro_rules! closure_operator {
                 std::ops::$trait::$method(*self, other)
             }
         }
-        $crate::operators::assigning! {
+        $crate::assigning! {
             [$($generics)*] $number, $trait $method $assign_trait $assign f64
         }
-        $crate::operators::assigning! {
+        $crate::assigning! {
             ['a, $($generics)*] $number, $trait $method $assign_trait $assign &'a $number
         }
     };
 }
 
 /// Implements a binary operator for one type of the right operand: `number op operand`.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! right_operand {
     (
         [$($generics:tt)*] $number:ty, $trait:ident $method:ident $operand:ty,
@@ -286,6 +294,8 @@ macro_rules! right_operand {
 }
 
 /// Implements an assigning operator: `number op= operand`.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! assigning {
     (
         [$($generics:tt)*] $number:ty,
@@ -302,6 +312,8 @@ macro_rules! assigning {
 }
 
 /// Implements a binary operator and its assigning operator.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! operator {
     (
         [$($attribute:tt)*] [$($generics:tt)*] $number:ty,
@@ -371,6 +383,6 @@ macro_rules! by_primal {
 }
 
 pub(crate) use {
-    assigning, by_primal, closure_operator, closure_operators, constants_by_f64, folds,
-    literal_operators, operator, operators, right_operand,
+    by_primal, closure_operator, closure_operators, constants_by_f64, literal_operators, operator,
+    operators,
 };

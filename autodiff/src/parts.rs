@@ -7,10 +7,10 @@ use crate::real::Real;
 /// How many vectors are added to one sum.
 const MOST: usize = 128;
 
-/// A sum of vectors. Up to [`MOST`] vectors are added from first to last. More are added by parts: the sum of [`MOST`]
-/// vectors is one vector of the next level. So the rounding error hardly grows with the number of vectors, which matters
+/// A sum of vectors. Up to 128 vectors are added from first to last. More are added by parts: the sum of 128 vectors
+/// is one vector of the next level. So the rounding error hardly grows with the number of vectors, which matters
 /// in `f32`.
-pub(crate) struct SumByParts<R> {
+pub struct SumByParts<R> {
     len: usize,
     /// For each level, how many vectors are in its sum, and the sum.
     levels: SmallVec<[(usize, Vec<R>); 1]>,
@@ -18,14 +18,14 @@ pub(crate) struct SumByParts<R> {
 
 impl<R: Real> SumByParts<R> {
     /// Returns an empty sum of vectors of this length.
-    pub(crate) fn new(len: usize) -> Self {
+    pub fn new(len: usize) -> Self {
         let levels = SmallVec::new();
         Self { len, levels }
     }
 
     /// Adds a vector.
     #[inline(always)]
-    pub(crate) fn add(&mut self, vector: &[R]) {
+    pub fn add(&mut self, vector: &[R]) {
         let mut free = 0;
         while free < self.levels.len() && self.levels[free].0 == MOST {
             free += 1;
@@ -49,7 +49,7 @@ impl<R: Real> SumByParts<R> {
 
     /// Returns the sum of all vectors.
     #[inline(always)]
-    pub(crate) fn total(mut self) -> Vec<R> {
+    pub fn total(mut self) -> Vec<R> {
         for level in 1..self.levels.len() {
             let (below, above) = self.levels.split_at_mut(level);
             add_to(&mut above[0].1, &below[level - 1].1);

@@ -8,10 +8,10 @@ use std::cell::RefCell;
 /// use only a few types.
 const MOST: usize = 6;
 /// The largest number of bytes that a thread keeps in all buffers together.
-pub(crate) const MOST_BYTES: usize = 1 << 30;
+pub const MOST_BYTES: usize = 1 << 30;
 
 /// A buffer that a thread may keep. It must not own data of the caller, because their destructors would run too late.
-pub(crate) trait Pooled: Any {
+pub trait Pooled: Any {
     /// The number of bytes that the buffer has allocated.
     fn bytes(&self) -> usize;
 }
@@ -50,13 +50,13 @@ impl Pool {
 }
 
 /// Takes the thread's buffer of this type out of the pool, if there is one.
-pub(crate) fn take<T: Pooled>() -> Option<Box<T>> {
+pub fn take<T: Pooled>() -> Option<Box<T>> {
     // `try_with` is used here and below, because the pool may already be destroyed while its thread ends.
     let taken = POOL.try_with(|pool| pool.borrow_mut().take());
     taken.ok().flatten()
 }
 
 /// Puts a buffer into the pool, unless it is too large. It replaces the earlier buffer of its type.
-pub(crate) fn keep<T: Pooled>(buffer: Box<T>) {
+pub fn keep<T: Pooled>(buffer: Box<T>) {
     let _ = POOL.try_with(|pool| pool.borrow_mut().keep(buffer));
 }

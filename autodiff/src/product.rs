@@ -6,18 +6,19 @@ use crate::simd::{Lane, Unchecked, Vectorized, WIDEST};
 
 /// A matrix in a slice. Its rows and columns need not be adjacent.
 #[derive(Clone, Copy)]
-pub(crate) struct Strided<'a, R> {
-    pub(crate) numbers: &'a [R],
+pub struct Strided<'a, R> {
+    /// The slice, from the first number of the matrix on.
+    pub numbers: &'a [R],
     /// The distance in the slice from a number to the number below it.
-    pub(crate) row: usize,
+    pub row: usize,
     /// The distance in the slice from a number to the next number in its row.
-    pub(crate) column: usize,
+    pub column: usize,
 }
 
 impl<'a, R: Real> Strided<'a, R> {
     /// Creates a matrix whose rows are contiguous. `row` is the distance from one row to the next.
     #[inline(always)]
-    pub(crate) fn by_rows(numbers: &'a [R], row: usize) -> Self {
+    pub fn by_rows(numbers: &'a [R], row: usize) -> Self {
         Self {
             numbers,
             row,
@@ -25,8 +26,9 @@ impl<'a, R: Real> Strided<'a, R> {
         }
     }
 
+    /// Returns the transpose of the matrix, in the same slice.
     #[inline(always)]
-    pub(crate) fn transposed(self) -> Self {
+    pub fn transposed(self) -> Self {
         Self {
             row: self.column,
             column: self.row,
@@ -36,31 +38,38 @@ impl<'a, R: Real> Strided<'a, R> {
 
     /// Returns whether all numbers in the first `size[0]` rows and `size[1]` columns are finite, including the
     /// derivatives that they carry. The numbers of a row must be adjacent.
-    pub(crate) fn all_finite(self, size: [usize; 2]) -> bool {
+    pub fn all_finite(self, size: [usize; 2]) -> bool {
         debug_assert_eq!(self.column, 1);
         R::vectorize(AllFinite(self, size))
     }
 }
 
 /// A product of matrices that is added to a result: `to += a b`. The numbers in the rows of `b` and `to` are adjacent.
-pub(crate) struct Product<'a, R> {
-    pub(crate) a: Strided<'a, R>,
-    pub(crate) b: &'a [R],
+pub struct Product<'a, R> {
+    /// The first factor.
+    pub a: Strided<'a, R>,
+    /// The second factor.
+    pub b: &'a [R],
     /// The distance in the slice from one row of `b` to the next.
-    pub(crate) b_row: usize,
-    pub(crate) to: &'a mut [R],
+    pub b_row: usize,
+    /// The result.
+    pub to: &'a mut [R],
     /// The distance in the slice from one row of the result to the next.
-    pub(crate) to_row: usize,
-    pub(crate) rows: usize,
+    pub to_row: usize,
+    /// The number of rows of `a` and of the result.
+    pub rows: usize,
     /// The number of columns of `a`, which is the number of rows of `b`.
-    pub(crate) depth: usize,
-    pub(crate) columns: usize,
+    pub depth: usize,
+    /// The number of columns of `b` and of the result.
+    pub columns: usize,
 }
 
 /// The factor of a product that holds the cotangents: `a` or `b`. The other factor holds the partials.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Cotangents {
+pub enum Cotangents {
+    /// The first factor.
     A,
+    /// The second factor.
     B,
 }
 
@@ -69,13 +78,13 @@ const TILE: usize = 6;
 
 impl<R: Real> Product<'_, R> {
     /// Adds the product to the result. Each number of the product is summed in a register, from first to last term.
-    pub(crate) fn add(self) {
+    pub fn add(self) {
         R::vectorize(self);
     }
 
     /// Adds a product of cotangents and partials to the result. The terms are computed by [`Real::chain`], in which a
     /// zero cotangent stops an infinite partial. If all partials are `finite`, a plain product is enough.
-    pub(crate) fn add_chained(self, cotangents: Cotangents, finite: bool) {
+    pub fn add_chained(self, cotangents: Cotangents, finite: bool) {
         if finite {
             return self.add();
         }
@@ -172,14 +181,15 @@ impl<R: Real> Product<'_, R> {
 }
 
 /// Two matrices to be multiplied. The method [`sums`](Self::sums) is used by every product of matrices.
-pub(crate) struct Factors<'a, R> {
-    pub(crate) a: Strided<'a, R>,
+pub struct Factors<'a, R> {
+    /// The first matrix.
+    pub a: Strided<'a, R>,
     /// The second matrix. The numbers of each row are adjacent.
-    pub(crate) b: &'a [R],
+    pub b: &'a [R],
     /// The distance in the slice from one row of `b` to the next.
-    pub(crate) b_row: usize,
+    pub b_row: usize,
     /// The number of columns of `a`, which is the number of rows of `b`.
-    pub(crate) depth: usize,
+    pub depth: usize,
 }
 
 impl<R: Real> Factors<'_, R> {
@@ -190,7 +200,7 @@ impl<R: Real> Factors<'_, R> {
     /// # Safety
     /// The slices have these rows and columns.
     #[inline(always)]
-    pub(crate) unsafe fn sums<L: Lane<R>, const P: usize, const T: usize, const H: usize>(
+    pub unsafe fn sums<L: Lane<R>, const P: usize, const T: usize, const H: usize>(
         &self,
         last: usize,
     ) -> [[[L; H]; T]; P] {
@@ -245,7 +255,7 @@ impl<R: Real> Factors<'_, R> {
 }
 
 /// Returns whether a lane type fits into one register. Unrolled loops over larger ones only take longer to compile.
-pub(crate) const fn fits_registers<R, L: Lane<R>>() -> bool {
+pub const fn fits_registers<R, L: Lane<R>>() -> bool {
     L::N > 1 || size_of::<R>() <= size_of::<f64>()
 }
 
@@ -305,15 +315,19 @@ impl<R: Real> Vectorized<R> for AllFinite<'_, R> {
 }
 
 /// Writes the transpose of a matrix whose rows are contiguous.
-pub(crate) struct Transpose<'a, R> {
-    pub(crate) from: &'a [R],
+pub struct Transpose<'a, R> {
+    /// The matrix.
+    pub from: &'a [R],
     /// The distance in the slice from one row to the next.
-    pub(crate) from_row: usize,
-    pub(crate) rows: usize,
-    pub(crate) columns: usize,
-    pub(crate) to: &'a mut [R],
+    pub from_row: usize,
+    /// The number of rows of the matrix.
+    pub rows: usize,
+    /// The number of columns of the matrix.
+    pub columns: usize,
+    /// The transpose.
+    pub to: &'a mut [R],
     /// The distance in the slice from one row of the transpose to the next.
-    pub(crate) to_row: usize,
+    pub to_row: usize,
 }
 
 impl<R: Real> Vectorized<R> for Transpose<'_, R> {

@@ -81,7 +81,7 @@ pub trait Real:
     /// goes to [`implicit::root`](crate::implicit::root), to look up a table, or to write a message.
     ///
     /// # Panics
-    /// If lanes differ, and in a kernel whose derivatives are [emitted](crate::emit).
+    /// If lanes differ, and in a kernel whose derivatives are emitted by `autodiff_programs`.
     fn primal(self) -> f64;
 
     // Comparison.
@@ -156,7 +156,7 @@ pub trait Real:
     /// Returns the hyperbolic tangent.
     fn tanh(self) -> Self;
     /// Returns the hyperbolic tangent with the derivative that it has in
-    /// [`Program::dense_tanh`](crate::Program::dense_tanh). The value `y` is that of [`tanh`](Real::tanh). The slope is
+    /// the method `dense_tanh` of programs. The value `y` is that of [`tanh`](Real::tanh). The slope is
     /// computed as `1 - y^2`, because a reverse sweep over a layer knows only `y`. For arguments beyond 10 this slope
     /// loses digits, and beyond 19 it is 0.
     #[inline(always)]
@@ -347,9 +347,10 @@ pub trait Real:
 }
 
 /// Returns that of two functions for `f64` and for `f32` which has the type `T`. If generic code calls it where
-/// [`IS_FLOAT`](Real::IS_FLOAT) is true, this crate compiles the two functions, and not each crate that uses the code.
+/// [`IS_FLOAT`](Real::IS_FLOAT) is true, its crate compiles the two functions, and not each crate that uses the code.
+#[doc(hidden)]
 #[inline(always)]
-pub(crate) fn of_floats<T: Copy + 'static>(double: impl Any, single: impl Any) -> T {
+pub fn of_floats<T: Copy + 'static>(double: impl Any, single: impl Any) -> T {
     let both: [&dyn Any; 2] = [&double, &single];
     let found = both
         .into_iter()
@@ -370,6 +371,11 @@ pub(crate) fn of_floats<T: Copy + 'static>(double: impl Any, single: impl Any) -
 pub trait Fused: Send + 'static {
     /// The type of the numbers that `record` saves for `reverse`.
     type Saved<R: Real>: Send;
+
+    /// The folder of the sources of the function's crate. A [trace](crate::trace) gives operations there the line of the
+    /// call. Nothing for a function of a user.
+    #[doc(hidden)]
+    const SOURCES: &'static str = "";
 
     /// Returns the outputs.
     #[track_caller]
@@ -454,8 +460,8 @@ pub trait Lane<S>: Real {
 /// duals and on a tape:
 ///
 /// ```
-/// use autodiff::simd::{Lane, Vectorized};
-/// use autodiff::{Dual, Real, kernel};
+/// use autodiff::simd::{Lane, Vectorized, kernel};
+/// use autodiff::{Dual, Real};
 ///
 /// /// The slopes of `x^3` at many points.
 /// struct Slopes<'a>(&'a [f64]);
@@ -488,6 +494,6 @@ pub trait Vectorized<S: Real> {
     #[doc(hidden)]
     const HAS_512: bool = true;
     /// Does the work in lanes of type `L`. Mark all functions that it calls with the attribute
-    /// [`kernel`](macro@crate::kernel), which the implementation needs too.
+    /// [`kernel`](macro@crate::simd::kernel), which the implementation needs too.
     fn run<L: Lane<S>>(self) -> Self::Output;
 }

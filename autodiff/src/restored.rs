@@ -5,7 +5,7 @@ use std::thread::LocalKey;
 
 /// A guard for a thread-local variable. When it is dropped, also while a panic unwinds, it restores the variable's
 /// earlier value.
-pub(crate) struct Restored<T: Default + 'static> {
+pub struct Restored<T: Default + 'static> {
     key: &'static LocalKey<RefCell<T>>,
     before: T,
 }
@@ -13,7 +13,7 @@ pub(crate) struct Restored<T: Default + 'static> {
 impl<T: Default> Restored<T> {
     /// Sets the thread-local variable until the returned guard is dropped.
     #[must_use]
-    pub(crate) fn set(key: &'static LocalKey<RefCell<T>>, value: T) -> Self {
+    pub fn set(key: &'static LocalKey<RefCell<T>>, value: T) -> Self {
         let before = key.replace(value);
         Self { key, before }
     }

@@ -14,7 +14,7 @@ use crate::real::{Mask, Real};
 /// The rule of `a * b`.
 #[inline(always)]
 #[track_caller]
-pub(crate) fn mul<R: Real>(a: R, b: R) -> (R, [R; 2]) {
+pub fn mul<R: Real>(a: R, b: R) -> (R, [R; 2]) {
     (a * b, [b, a])
 }
 
@@ -23,7 +23,7 @@ pub(crate) fn mul<R: Real>(a: R, b: R) -> (R, [R; 2]) {
 /// the quotient does not.
 #[inline(always)]
 #[track_caller]
-pub(crate) fn div<R: Real>(a: R, b: R) -> (R, [R; 2]) {
+pub fn div<R: Real>(a: R, b: R) -> (R, [R; 2]) {
     let quotient = a / b;
     (quotient, [b.recip(), -(quotient / b)])
 }
@@ -31,7 +31,7 @@ pub(crate) fn div<R: Real>(a: R, b: R) -> (R, [R; 2]) {
 /// The rule of `1 / x`.
 #[inline(always)]
 #[track_caller]
-pub(crate) fn recip<R: Real>(x: R) -> (R, R) {
+pub fn recip<R: Real>(x: R) -> (R, R) {
     let value = x.recip();
     (value, -(value * value))
 }
@@ -39,7 +39,7 @@ pub(crate) fn recip<R: Real>(x: R) -> (R, R) {
 /// The rule of the square root. The partial is infinite at 0 and at -0.
 #[inline(always)]
 #[track_caller]
-pub(crate) fn sqrt<R: Real>(x: R) -> (R, R) {
+pub fn sqrt<R: Real>(x: R) -> (R, R) {
     let value = x.sqrt();
     (value, R::lit(0.5) / unsigned_zero(value))
 }
@@ -47,7 +47,7 @@ pub(crate) fn sqrt<R: Real>(x: R) -> (R, R) {
 /// The rule of `1 / sqrt(x)`.
 #[inline(always)]
 #[track_caller]
-pub(crate) fn rsqrt<R: Real>(x: R) -> (R, R) {
+pub fn rsqrt<R: Real>(x: R) -> (R, R) {
     let value = x.rsqrt();
     // At -0 the value is minus infinity. The partial must still be minus infinity, the limit from inside the domain.
     (value, R::lit(-0.5) * value * value * value.abs())
@@ -56,7 +56,7 @@ pub(crate) fn rsqrt<R: Real>(x: R) -> (R, R) {
 /// The rule of the exponential.
 #[inline(always)]
 #[track_caller]
-pub(crate) fn exp<R: Real>(x: R) -> (R, R) {
+pub fn exp<R: Real>(x: R) -> (R, R) {
     let value = x.exp();
     (value, value)
 }
@@ -64,7 +64,7 @@ pub(crate) fn exp<R: Real>(x: R) -> (R, R) {
 /// The rule of the natural logarithm. The partial is infinite at zero and NaN below.
 #[inline(always)]
 #[track_caller]
-pub(crate) fn ln<R: Real>(x: R) -> (R, R) {
+pub fn ln<R: Real>(x: R) -> (R, R) {
     let value = x.ln();
     let partial = unsigned_zero(x).recip();
     (value, R::select(x.less(R::zero()), value, partial))
@@ -73,14 +73,14 @@ pub(crate) fn ln<R: Real>(x: R) -> (R, R) {
 /// The rule of the sine.
 #[inline(always)]
 #[track_caller]
-pub(crate) fn sin<R: Real>(x: R) -> (R, R) {
+pub fn sin<R: Real>(x: R) -> (R, R) {
     x.sin_cos()
 }
 
 /// The rule of the cosine.
 #[inline(always)]
 #[track_caller]
-pub(crate) fn cos<R: Real>(x: R) -> (R, R) {
+pub fn cos<R: Real>(x: R) -> (R, R) {
     let (sin, cos) = x.sin_cos();
     (cos, -sin)
 }
@@ -88,7 +88,7 @@ pub(crate) fn cos<R: Real>(x: R) -> (R, R) {
 /// The rule of the tangent.
 #[inline(always)]
 #[track_caller]
-pub(crate) fn tan<R: Real>(x: R) -> (R, R) {
+pub fn tan<R: Real>(x: R) -> (R, R) {
     let value = x.tan();
     (value, value * value + R::one())
 }
@@ -97,7 +97,7 @@ pub(crate) fn tan<R: Real>(x: R) -> (R, R) {
 /// the value is close to 1.
 #[inline(always)]
 #[track_caller]
-pub(crate) fn tanh<R: Real>(x: R) -> (R, R) {
+pub fn tanh<R: Real>(x: R) -> (R, R) {
     let (value, one) = (x.tanh(), R::one());
     let twice = x + x;
     let power = R::select(x.less(R::zero()), twice, -twice).exp();
@@ -111,7 +111,7 @@ pub(crate) fn tanh<R: Real>(x: R) -> (R, R) {
 /// only the result.
 #[inline(always)]
 #[track_caller]
-pub(crate) fn layer_tanh<R: Real>(x: R) -> (R, R) {
+pub fn layer_tanh<R: Real>(x: R) -> (R, R) {
     let value = x.layer_tanh();
     (value, (-value).fma(value, R::one()))
 }
@@ -129,14 +129,14 @@ pub(crate) fn one_minus_square<R: Real>(x: R) -> R {
 /// The rule of the absolute value.
 #[inline(always)]
 #[track_caller]
-pub(crate) fn abs<R: Real>(x: R) -> (R, R) {
+pub fn abs<R: Real>(x: R) -> (R, R) {
     (x.abs(), x.signum())
 }
 
 /// The rule of an integer power.
 #[inline(always)]
 #[track_caller]
-pub(crate) fn powi<R: Real>(x: R, exponent: i32) -> (R, R) {
+pub fn powi<R: Real>(x: R, exponent: i32) -> (R, R) {
     if exponent == 0 {
         return (x.powi(0), R::zero());
     }
@@ -160,7 +160,7 @@ pub(crate) fn powi<R: Real>(x: R, exponent: i32) -> (R, R) {
 /// they do not cancel and the power may overflow, so there the quotient is differentiated.
 #[inline(always)]
 #[track_caller]
-pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
+pub fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
     let (value, zero) = (x.powf(exponent), R::zero());
     let power = R::chain(x.powf(exponent - R::one()), exponent);
     let factor = exponent / x;
@@ -181,10 +181,10 @@ pub(crate) fn powf<R: Real>(x: R, exponent: R) -> (R, [R; 2]) {
 
 /// The rule of `atan2(y, x)`. The partials are with respect to `y` and to `x`, and are zero at the origin and at
 /// infinity. Both arguments are first divided by the larger magnitude, which counts as a constant, so that the squares
-/// neither overflow nor underflow. The derivatives of the partials use the finite [`inverse`] of that magnitude.
+/// neither overflow nor underflow. The derivatives of the partials use the finite inverse of that magnitude.
 #[inline(always)]
 #[track_caller]
-pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
+pub fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
     let (value, zero) = (y.atan2(x), R::zero());
     let scale = y.abs().max(x.abs()).detach();
     let divides = zero.less(scale) & scale.finite();
@@ -201,10 +201,10 @@ pub(crate) fn atan2<R: Real>(y: R, x: R) -> (R, [R; 2]) {
 }
 
 /// The rule of `sqrt(x^2 + y^2)`. The partials are the cosine and the sine of the direction of `(x, y)`. Their
-/// derivatives are those of [`direction`].
+/// derivatives are those of the unit vector in this direction.
 #[inline(always)]
 #[track_caller]
-pub(crate) fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
+pub fn hypot<R: Real>(x: R, y: R) -> (R, [R; 2]) {
     let (value, zero, [cosine, sine]) = (x.hypot(y), R::zero(), direction(x, y));
     let (x, y, length) = (x.detach(), y.detach(), value.detach());
     // A subnormal length has few digits, so it is computed again on a larger scale.

@@ -4,10 +4,8 @@
 use std::cmp::Ordering;
 use std::num::FpCategory;
 
-use autodiff::simd::{Lane, Vectorized};
-use autodiff::{
-    DoubleDouble, Dual, Element, Real, Tape, Var, gradient, gradient_forward, hessian, kernel,
-};
+use autodiff::simd::{Lane, Vectorized, kernel};
+use autodiff::{DoubleDouble, Dual, Element, Real, Tape, Var, gradient, gradient_forward, hessian};
 use num_traits::{Float, FloatConst, NumCast, One, Signed, ToPrimitive, Zero};
 
 type Number = Element<Dual<DoubleDouble, 1>>;

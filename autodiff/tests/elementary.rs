@@ -2,13 +2,11 @@
 //! double-double. The functions are taken from [`Elementary::ALL`], and what is expected at a pole or at an end of the domain follows from the values beside it. So
 //! a new function needs a line here only if it has a slope at a pole.
 
-use autodiff::data::Recorded;
-use autodiff::{
-    DoubleDouble, Dual, Elementary, Function, Kernel, Real, Rollout, gradient, kernel, vjp,
-};
+use autodiff::simd::kernel;
+use autodiff::{DoubleDouble, Dual, Elementary, Function, Real, gradient};
 
 use crate::common::{forward_gradient, gradients, second_derivatives};
-use crate::steps::Mapped;
+use crate::in_lanes::slopes;
 
 const INF: f64 = f64::INFINITY;
 const NAN: f64 = f64::NAN;
@@ -79,19 +77,9 @@ fn apply<R: Real>(function: Of, x: R) -> R {
 }
 
 impl Function for Of {
+    #[inline(always)]
     fn eval<R: Real>(&self, x: &[R]) -> R {
         apply(*self, x[0])
-    }
-}
-
-/// A function of each element of an array.
-#[derive(Clone, Copy)]
-struct OfEach(Of);
-
-#[kernel]
-impl Kernel<1, 1> for OfEach {
-    fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
-        [apply(self.0, x)]
     }
 }
 
@@ -219,25 +207,6 @@ fn special(function: Of, x: f64) -> Special {
     Special::Slope(INF * inside[0][0].signum())
 }
 
-/// The slopes of a function at all points, in arrays: by a recording that is replayed in lanes, and by a rollout whose
-/// kernel runs in lanes.
-fn in_arrays<R: Real + Into<f64>>(function: Of, points: &[R]) -> [Vec<[f64; 2]>; 2] {
-    let recorded = Recorded::new(&function, 1).expect("no values are asked for");
-    let columns: Vec<[R; 1]> = points.iter().map(|&x| [x]).collect();
-    let both = recorded.values_and_gradients(&columns);
-    let both = both
-        .into_iter()
-        .map(|(value, slope)| [value.into(), slope[0].into()]);
-    let rollout = Rollout::new(Mapped(OfEach(function), points.len()), 1);
-    let ones = vec![R::one(); points.len()];
-    let (values, slopes) = vjp(|x| rollout.run(x, &[]), points, &ones);
-    let mapped = values
-        .into_iter()
-        .zip(slopes)
-        .map(|(value, slope)| [value.into(), slope.into()]);
-    [both.collect(), mapped.collect()]
-}
-
 /// Collects the results that are not as expected.
 struct Judge {
     function: Of,
@@ -358,16 +327,14 @@ fn judged(function: Of) -> Judge {
         seen: [0; 3],
     };
     let single = POINTS.map(|x| x as f32);
-    let [recorded, mapped] = in_arrays(function, &POINTS);
-    let [recorded_single, mapped_single] = in_arrays(function, &single);
+    let (many, many_single) = (slopes(function, &POINTS), slopes(function, &single));
     for (i, x) in POINTS.into_iter().enumerate() {
         let value = function.eval(&[x]);
         let mut found: Vec<_> = gradients(&function, &[x])
             .into_iter()
             .map(|(mode, slope)| (mode.to_owned(), [value, slope[0]]))
             .collect();
-        found.push(("in lanes".into(), recorded[i]));
-        found.push(("in a rollout".into(), mapped[i]));
+        found.extend(many.iter().map(|(way, found)| (way.to_string(), found[i])));
         let wide_x = [DoubleDouble::from(x)];
         let wide = [
             wide(&function, wide_x[0]),
@@ -393,12 +360,16 @@ fn judged(function: Of) -> Judge {
             gradient(|x| function.eval(x), &x)[0],
         ];
         let [forward, reverse] = slopes.map(|slope| [function.eval(&x), slope].map(f64::from));
-        let found = [
-            ("forward in f32".into(), forward),
-            ("reverse in f32".into(), reverse),
-            ("in lanes of f32".into(), recorded_single[i]),
-            ("in a rollout in f32".into(), mapped_single[i]),
-        ];
+        let mut found = vec![("forward".into(), forward), ("reverse".into(), reverse)];
+        found.extend(
+            many_single
+                .iter()
+                .map(|(way, found)| (way.to_string(), found[i])),
+        );
+        let found: Vec<_> = found
+            .into_iter()
+            .map(|(way, found)| (format!("{way} in f32"), found))
+            .collect();
         judge.first(&found, x[0].into(), f32::EPSILON.into());
     }
     judge

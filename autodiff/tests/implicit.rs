@@ -3,10 +3,10 @@
 
 use crate::common::{assert_close, differences, gradients};
 use autodiff::implicit::{NoRoot, Residual, root, root_within};
-use autodiff::simd::{Lane, Vectorized};
+use autodiff::simd::{Lane, Vectorized, kernel};
 use autodiff::{
     DoubleDouble, Dual, Function, Real, Tape, Var, gradient, hessian_vector, jacobian,
-    jacobian_reverse, kernel, lit,
+    jacobian_reverse, lit,
 };
 
 /// Systems of equations for several unknowns, with two parameters.

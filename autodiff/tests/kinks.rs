@@ -1,8 +1,8 @@
 //! Each row of the tables of conventions in `kinks.md` has a test, which runs in forward, reverse and nested modes.
 
 use crate::common::{Sym, assert_gradient, assert_gradients, formula, second_derivatives};
-use autodiff::simd::{Lane, Vectorized};
-use autodiff::{Dual, Element, Function, Real, Tape, Var, gradient, hessian, kernel};
+use autodiff::simd::{Lane, Vectorized, kernel};
+use autodiff::{Dual, Element, Function, Real, Tape, Var, gradient, hessian};
 use num_traits::{Float, Zero};
 
 const INF: f64 = f64::INFINITY;

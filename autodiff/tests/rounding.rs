@@ -72,3 +72,37 @@ fn rounding_is_exact_at_every_size() {
     let largest = DoubleDouble::from(f64::MAX);
     assert_eq!(Element(largest).trunc().0, largest);
 }
+
+/// The functions of floats are translations, which are shorter than the crate `libm` and compile sooner.
+#[test]
+fn floats_have_the_bits_of_libm() {
+    type OfFloats = fn(f64) -> f64;
+    let pairs: [(&str, OfFloats, OfFloats); 3] = [
+        ("erf", Real::erf, libm::erf),
+        ("erfc", Real::erfc, libm::erfc),
+        ("ln_gamma", Real::ln_gamma, libm::lgamma),
+    ];
+    let ends = [
+        0.0,
+        -0.0,
+        5e-324,
+        -1e-310,
+        1e-22,
+        f64::MIN_POSITIVE,
+        1e300,
+        f64::INFINITY,
+        -f64::INFINITY,
+    ];
+    let whole = (-40..40_i16).flat_map(|k| [0.0, 0.5, 1e-9].map(|more| f64::from(k) + more));
+    // Sizes of all powers of two with irregular mantissas, then the range where formulas change, closely.
+    let powers = (-1074..1024).map(|k| 2f64.powi(k) * (1.0 + (0.618 * f64::from(k)).fract().abs()));
+    let near = (-60_000..60_000).map(|k| f64::from(k) * 5.1e-4);
+    let all = ends.into_iter().chain(whole).chain(near);
+    for x in all.chain(powers.flat_map(|x| [x, -x])) {
+        for (name, ours, theirs) in pairs {
+            let (ours, theirs) = (ours(x), theirs(x));
+            let same = ours.to_bits() == theirs.to_bits() || ours.is_nan() && theirs.is_nan();
+            assert!(same, "{name}({x:e}) is {ours:e}, not {theirs:e}");
+        }
+    }
+}

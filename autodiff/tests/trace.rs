@@ -1,12 +1,11 @@
 //! The reported origin of an infinity or NaN must agree with the results of the modes.
 
 use crate::common::{Sym, formula};
-use crate::steps::Mapped;
 use autodiff::custom::{Rule, apply};
 use autodiff::implicit::{Residual, root};
-use autodiff::simd::{Lane, Vectorized};
+use autodiff::simd::{Lane, Vectorized, kernel};
 use autodiff::trace::{NonFinite, Traced, first_non_finite};
-use autodiff::{Dual, Function, Kernel, Real, Rollout, gradient, kernel, value_and_gradient};
+use autodiff::{Dual, Function, Real, gradient, value_and_gradient};
 
 fn origin(function: &impl Function, x: &[f64]) -> Option<NonFinite> {
     first_non_finite(|x| vec![function.eval(x)], x)
@@ -182,51 +181,6 @@ fn a_custom_rule_is_judged_by_its_own_partials() {
     let found = first_non_finite(|x| vec![apply(Smooth, x)], &[0.0]).expect("1 / 0");
     assert_eq!(found.operation, "fused function");
     assert_eq!(found.place.file(), file!());
-}
-
-/// The change of a number that falls, until the square root of a negative number is taken.
-#[derive(Clone, Copy)]
-struct Fall;
-#[kernel]
-impl Kernel<1, 1> for Fall {
-    fn eval<R: Real>(&self, [x]: [R; 1], _: &[R]) -> [R; 1] {
-        [x.sqrt() - R::lit(0.5)]
-    }
-}
-
-/// The line of the root in [`Fall`].
-const ROOT: u32 = line!() - 5;
-
-#[test]
-fn a_rollout_reports_the_step() {
-    let rollout = Rollout::new(Mapped(Fall, 1), 9);
-    let mut x: f64 = 1.0;
-    let mut step = 0;
-    while x >= 0.0 {
-        x = x.sqrt() - 0.5;
-        step += 1;
-    }
-    let found = first_non_finite(|x| rollout.run(x, &[]), &[1.0]).expect("a root of less than 0");
-    assert_eq!((found.operation, found.step), ("sqrt", Some(step)));
-    assert!(
-        found.to_string().contains(&format!("in step {step}: of -")),
-        "{found}"
-    );
-    assert_eq!((found.place.file(), found.place.line()), (file!(), ROOT));
-}
-
-#[test]
-fn operations_after_a_rollout_have_no_step() {
-    let rollout = Rollout::new(Mapped(Fall, 1), 2);
-    let found = first_non_finite(
-        |x| {
-            let end = rollout.run(x, &[])[0];
-            vec![(end - end).sqrt()]
-        },
-        &[1.0],
-    );
-    let found = found.expect("a root of 0");
-    assert_eq!((found.operation, found.step), ("sqrt", None));
 }
 
 /// The equation `x^3 + x = p`.

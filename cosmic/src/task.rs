@@ -2,7 +2,8 @@
 
 use std::borrow::Borrow;
 
-use autodiff::{CotangentBound, Memory, Real};
+use autodiff::Real;
+use autodiff_programs::{CotangentBound, Memory};
 use serde::{Deserialize, Serialize};
 
 use crate::design::{Design, Material, Mixture};

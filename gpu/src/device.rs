@@ -6,7 +6,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
-use autodiff::wgsl::{GROUPS_IN_A_ROW, Printed};
+use autodiff_programs::wgsl::{GROUPS_IN_A_ROW, Printed};
 use pollster::block_on;
 use wgpu::{
     Adapter, Backends, BindGroup, Buffer, BufferDescriptor, BufferUsages, CommandEncoder,

@@ -1,4 +1,4 @@
-//! Runs programs that [`autodiff::wgsl`] prints, for a whole population at once, on a GPU.
+//! Runs programs that [`autodiff_programs::wgsl`] prints, for a whole population at once, on a GPU.
 
 mod device;
 mod population;

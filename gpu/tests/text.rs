@@ -1,8 +1,9 @@
 //! Printed programs, parsed and checked as a device would.
 
 use crate::program::Every;
-use autodiff::wgsl::{Options, Printed, print};
-use autodiff::{Elementary, Kernel, Model, Program, Real};
+use autodiff::{Elementary, Real};
+use autodiff_programs::wgsl::{Options, Printed, print};
+use autodiff_programs::{Kernel, Model, Program};
 use cosmic::kernel;
 
 /// Parses and checks a text as a device would.

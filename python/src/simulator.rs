@@ -5,7 +5,7 @@ use crate::device::Device;
 use crate::errors::{InputError, caught, raised};
 use crate::rollouts::Pair;
 use crate::scene::Scene;
-use autodiff::CotangentBound;
+use autodiff_programs::CotangentBound;
 use cosmic::codesign::CoDesign;
 use cosmic::design::{LayoutRules, Material, VolumeBounds, snap};
 use cosmic::inputs::ALL;

@@ -1,7 +1,8 @@
 //! Generates the adjoint of the kernel at build time. So no generated code is in the repository, and none can be out of
 //! date.
 
-use autodiff::{Kernel, Real, emit, kernel};
+use autodiff::Real;
+use autodiff_programs::{Kernel, emit, kernel};
 
 #[path = "src/drag.rs"]
 mod drag;

@@ -12,8 +12,9 @@ use std::path::{Path, PathBuf};
 use cosmic_tests::{files_below, workspace};
 
 /// The source folders of all crates whose architecture is tested.
-const SOURCES: [&str; 7] = [
+const SOURCES: [&str; 8] = [
     "autodiff/src",
+    "autodiff/programs/src",
     "cosmic/optimiser/src",
     "cosmic/src",
     "cosmic/lab/src",
@@ -23,8 +24,9 @@ const SOURCES: [&str; 7] = [
 ];
 
 /// The folders of tests. The files of each folder form one binary.
-const TESTS: [&str; 6] = [
+const TESTS: [&str; 7] = [
     "autodiff/tests",
+    "autodiff/programs/tests",
     "cosmic/optimiser/tests",
     "cosmic/tests",
     "cosmic/lab/tests",
@@ -141,7 +143,12 @@ fn every_module_imports_only_modules_above_it() {
         assert_eq!(upward(source, &floors(source)), Vec::<String>::new());
     }
     // The check itself: with the modules in reversed order, it must find imports.
-    for source in ["autodiff/src", "cosmic/src", "cosmic/lab/src"] {
+    for source in [
+        "autodiff/src",
+        "autodiff/programs/src",
+        "cosmic/src",
+        "cosmic/lab/src",
+    ] {
         let mut floors = floors(source);
         assert!(floors.len() > 2, "{source}: {floors:?}");
         floors.reverse();
@@ -195,7 +202,7 @@ fn every_file_is_declared() {
 }
 
 /// Unit tests compare the instruction sets of the machine, because only they can choose one, or show what only private
-/// functions do. Other libraries than `autodiff` have `test = false`, so their unit tests would not run.
+/// functions do. Other libraries than `autodiff` and `autodiff_programs` have `test = false`, so their unit tests would not run.
 #[test]
 fn tests_are_in_the_folders_of_tests() {
     let allowed = [
@@ -229,7 +236,11 @@ fn reports_about_other_tools_have_their_tests() {
         let (module, test) = named.split_once("::").unwrap();
         let file = match module.strip_suffix(".py") {
             Some(_) => workspace().join(module),
-            None => workspace().join(format!("autodiff/tests/{module}.rs")),
+            None => ["autodiff/tests", "autodiff/programs/tests"]
+                .map(|folder| workspace().join(format!("{folder}/{module}.rs")))
+                .into_iter()
+                .find(|file| file.exists())
+                .expect("a file of tests"),
         };
         let code = fs::read_to_string(file).unwrap();
         let is_test = ["fn ", "def "]

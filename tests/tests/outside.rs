@@ -96,7 +96,12 @@ fn a_crate_outside_of_the_workspace_has_a_law_of_its_own() {
 #[test]
 fn the_dependencies_of_the_pages_resolve() {
     let repository = cosmic_tests::workspace().canonicalize().unwrap();
-    for page in ["README.md", "autodiff/README.md", "docs/extending.md"] {
+    for page in [
+        "README.md",
+        "autodiff/README.md",
+        "autodiff/programs/README.md",
+        "docs/extending.md",
+    ] {
         let text = fs::read_to_string(repository.join(page)).unwrap();
         let block = text.split("```toml\n").nth(1).expect("a block of TOML");
         let block = block.split("```").next().expect("its end");
@@ -112,11 +117,18 @@ fn the_dependencies_of_the_pages_resolve() {
         fs::create_dir_all(folder.join("src")).unwrap();
         fs::write(folder.join("src/lib.rs"), "").unwrap();
         let package = "[package]\nname = \"pasted\"\nedition = \"2024\"\n";
-        let features = "[features]\nall = [\"autodiff/derive\", \"autodiff/nalgebra\", \"autodiff/rayon\", \"autodiff/wgsl\"]\n";
+        let mut features =
+            "[features]\nall = [\"autodiff/derive\", \"autodiff/nalgebra\", \"autodiff/rayon\""
+                .to_owned();
+        if block.contains("autodiff_programs") {
+            features += ", \"autodiff_programs/derive\", \"autodiff_programs/wgsl\"";
+        }
+        features += "]\n";
         // Until a release is published, its versions are those of the workspace.
         let member =
             |name, path| format!("cosmic-{name}.path = \"{}/{path}\"\n", repository.display());
         let patch = member("autodiff", "autodiff")
+            + &member("autodiff-programs", "autodiff/programs")
             + &member("codesign", "cosmic")
             + &member("program", "cosmic/program");
         let manifest = format!("{package}{block}{features}[workspace]\n[patch.crates-io]\n{patch}");

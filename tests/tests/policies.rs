@@ -1,7 +1,8 @@
 //! The gradients of policies are right in every mode, and policies observe what the documentation says.
 
+use autodiff::Real;
 use autodiff::check::Verdict;
-use autodiff::{Array, Kernel, Real};
+use autodiff_programs::{Array, Kernel};
 use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::geometry::Vector;

@@ -1,12 +1,13 @@
-//! `#[kernel]` on tokens: the parser of `syn` for functions would take longer to compile than all the rest.
+//! `#[kernel]`.
 
-use proc_macro2::{Delimiter, Group, Span, TokenStream as Code, TokenTree};
-use quote::quote;
-use syn::Error;
+use crate::tokens::{
+    Angles, Delimiter, Group, Refusal, Span, TokenStream as Code, TokenTree, code, is, is_group,
+    is_punct,
+};
 
 /// Marks an `impl` or a function.
-pub(crate) fn marked(arguments: &Code, item: Code) -> Result<Code, Error> {
-    let refused = |why| Err(Error::new(Span::call_site(), why));
+pub(crate) fn marked(arguments: &Code, item: Code) -> Result<Code, Refusal> {
+    let refused = |why: &str| Err(Refusal(Span::call_site(), why.into()));
     if !arguments.is_empty() {
         return refused("`#[kernel]` has no arguments");
     }
@@ -22,7 +23,7 @@ pub(crate) fn marked(arguments: &Code, item: Code) -> Result<Code, Error> {
     };
     let mut functions = all_inlined(body.stream());
     if implements_a_trait(&tokens) {
-        functions.extend(quote! { const USE_THE_ATTRIBUTE_KERNEL: () = (); });
+        functions.extend(code("const USE_THE_ATTRIBUTE_KERNEL: () = ();"));
     }
     let mut block = Group::new(Delimiter::Brace, functions);
     block.set_span(body.span());
@@ -34,11 +35,7 @@ pub(crate) fn marked(arguments: &Code, item: Code) -> Result<Code, Error> {
 fn all_inlined(body: Code) -> Code {
     let (mut marked, mut item) = (Code::new(), Vec::new());
     for token in body {
-        let is_end = match &token {
-            TokenTree::Group(group) => group.delimiter() == Delimiter::Brace,
-            TokenTree::Punct(punct) => punct.as_char() == ';',
-            _ => false,
-        };
+        let is_end = is_group(&token, Delimiter::Brace) || is_punct(&token, ';');
         item.push(token);
         if is_end {
             // Not a type such as `fn(f64)`.
@@ -57,7 +54,7 @@ fn all_inlined(body: Code) -> Code {
 
 /// Marks a function. Any `#[inline]` of its own is removed.
 fn inlined(function: Vec<TokenTree>) -> Code {
-    let mut marked = quote! { #[inline(always)] };
+    let mut marked = code("#[inline(always)]");
     let mut tokens = function.into_iter().peekable();
     while let Some(token) = tokens.next() {
         let is_inline = |next: &TokenTree| match next {
@@ -67,8 +64,7 @@ fn inlined(function: Vec<TokenTree>) -> Code {
             }
             _ => false,
         };
-        let is_hash = matches!(&token, TokenTree::Punct(punct) if punct.as_char() == '#');
-        if !is_hash || tokens.next_if(is_inline).is_none() {
+        if !is_punct(&token, '#') || tokens.next_if(is_inline).is_none() {
             marked.extend([token]);
         }
     }
@@ -78,47 +74,32 @@ fn inlined(function: Vec<TokenTree>) -> Code {
 /// Whether the head of an `impl` has `for` between a trait and a type: not the `for` of `for<'a>`, which stands between
 /// angle brackets or after `where`.
 fn implements_a_trait(head: &[TokenTree]) -> bool {
-    let (mut depth, mut before) = (0, ' ');
+    let mut angles = Angles::default();
     for token in head {
-        let TokenTree::Punct(punct) = token else {
-            if depth == 0 && is(token, "for") {
-                return true;
-            }
-            if is(token, "where") {
-                return false;
-            }
-            before = ' ';
-            continue;
-        };
-        match punct.as_char() {
-            '<' => depth += 1,
-            '>' if before != '-' => depth -= 1,
-            _ => {}
+        if angles.pass(token) == 0 && is(token, "for") {
+            return true;
         }
-        before = punct.as_char();
+        if is(token, "where") {
+            return false;
+        }
     }
     false
-}
-
-fn is(token: &TokenTree, word: &str) -> bool {
-    matches!(token, TokenTree::Ident(ident) if ident == word)
 }
 
 #[cfg(test)]
 mod tests {
     use super::marked;
-    use proc_macro2::TokenStream as Code;
-    use quote::quote;
+    use crate::tokens::code;
 
-    fn kernel(item: Code) -> String {
-        let marked = marked(&Code::new(), item);
+    fn kernel(item: &str) -> String {
+        let marked = marked(&code(""), code(item)).map_err(|refusal| refusal.1);
         marked.expect("an `impl` or a function").to_string()
     }
 
     #[test]
     fn all_functions_of_an_impl_are_inlined_once() {
-        let code = kernel(quote! {
-            impl<F: for<'a> Fn(&'a f64) -> R, R> Kernel<{ N + 1 }, 1> for Spring<F>
+        let found = kernel(
+            "impl<F: for<'a> Fn(&'a f64) -> R, R> Kernel<{ N + 1 }, 1> for Spring<F>
             where
                 F: for<'a> Fn(&'a f64),
             {
@@ -136,44 +117,41 @@ mod tests {
                 #[inline]
                 #[track_caller]
                 pub const unsafe fn weak() {}
-            }
-        });
-        assert_eq!(
-            code,
-            quote! {
-                impl<F: for<'a> Fn(&'a f64) -> R, R> Kernel<{ N + 1 }, 1> for Spring<F>
-                where
-                    F: for<'a> Fn(&'a f64),
-                {
-                    const RULE: fn(f64) -> f64 = f64::sin;
-                    type Of<R> = Vec<R>;
-                    #[inline(always)]
-                    /// The first.
-                    #[must_use]
-                    fn eval<R: Real>(&self, x: [R; { N + 1 }]) -> Array<{ N + 1 }> {
-                        fn inner() {}
-                        x
-                    }
-                    emitted!(_);
-                    #[inline(always)]
-                    fn twice(self) -> Self { self }
-                    #[inline(always)]
-                    #[track_caller]
-                    pub const unsafe fn weak() {}
-                    const USE_THE_ATTRIBUTE_KERNEL: () = ();
-                }
-            }
-            .to_string()
+            }",
         );
+        let expected = code(
+            "impl<F: for<'a> Fn(&'a f64) -> R, R> Kernel<{ N + 1 }, 1> for Spring<F>
+            where
+                F: for<'a> Fn(&'a f64),
+            {
+                const RULE: fn(f64) -> f64 = f64::sin;
+                type Of<R> = Vec<R>;
+                #[inline(always)]
+                /// The first.
+                #[must_use]
+                fn eval<R: Real>(&self, x: [R; { N + 1 }]) -> Array<{ N + 1 }> {
+                    fn inner() {}
+                    x
+                }
+                emitted!(_);
+                #[inline(always)]
+                fn twice(self) -> Self { self }
+                #[inline(always)]
+                #[track_caller]
+                pub const unsafe fn weak() {}
+                const USE_THE_ATTRIBUTE_KERNEL: () = ();
+            }",
+        );
+        assert_eq!(found, expected.to_string());
     }
 
     #[test]
     fn functions_and_impls_without_a_trait_get_no_constant() {
-        let function = quote! { #[inline] pub fn pull<R: Real>(x: R) -> impl Sized { x } };
-        let marked = quote! { #[inline(always)] pub fn pull<R: Real>(x: R) -> impl Sized { x } };
-        assert_eq!(kernel(function), marked.to_string());
+        let function = "#[inline] pub fn pull<R: Real>(x: R) -> impl Sized { x }";
+        let marked = function.replace("#[inline]", "#[inline(always)]");
+        assert_eq!(kernel(function), code(&marked).to_string());
         let own = kernel(
-            quote! { impl<F: for<'a> Fn(&'a f64)> Own<F> where F: for<'a> Fn(&'a f64) { fn f() {} } },
+            "impl<F: for<'a> Fn(&'a f64)> Own<F> where F: for<'a> Fn(&'a f64) { fn f() {} }",
         );
         assert!(own.contains("# [inline (always)] fn f"), "{own}");
         assert!(!own.contains("USE_THE"), "{own}");
@@ -181,13 +159,13 @@ mod tests {
 
     #[test]
     fn anything_else_is_refused() {
-        let refused = |arguments: Code, item: Code| {
-            let marked = marked(&arguments, item).map(|code| code.to_string());
-            marked.expect_err("a refusal").to_string()
+        let refused = |arguments: &str, item: &str| {
+            let marked = marked(&code(arguments), code(item)).map(|code| code.to_string());
+            marked.map_err(|refusal| refusal.1).expect_err("a refusal")
         };
-        let says = refused(Code::new(), quote! { struct Spring; });
+        let says = refused("", "struct Spring;");
         assert!(says.contains("belongs on an `impl`"), "{says}");
-        let says = refused(quote! { inline }, quote! { fn f() {} });
+        let says = refused("inline", "fn f() {}");
         assert!(says.contains("no arguments"), "{says}");
     }
 }

@@ -1,7 +1,7 @@
 //! Gradients and Jacobians of functions of a few arguments, whose number is fixed. They use no memory from the system.
 
-use crate::arrays::seeded;
 use crate::dual::Dual;
+use crate::forward::seeded;
 use crate::real::Real;
 
 /// Returns the value and the gradient at `x`, by one forward pass that computes all derivatives together. Nothing is

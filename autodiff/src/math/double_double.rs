@@ -14,7 +14,7 @@ use crate::real::Real;
 ///
 /// A program written over `R: Real` runs on [`DoubleDouble`] unchanged. The difference between its result in f64 and
 /// its result in double-double is the rounding error of the f64 result. Inside [`Dual`](crate::Dual),
-/// [`Var`](crate::Var) or a [`Rollout`](crate::Rollout) it measures the rounding errors of derivatives in the same way.
+/// [`Var`](crate::Var) or a `Rollout` of `autodiff_programs` it measures the rounding errors of derivatives in the same way.
 /// Double-double is about thirty times slower than f64.
 ///
 /// ```

@@ -6,6 +6,7 @@ mod scalar;
 mod abreast;
 pub(crate) mod exact;
 mod digamma;
+mod msun;
 mod double_double;
 mod power;
 pub(crate) mod rounding;
@@ -19,7 +20,8 @@ pub(crate) use abreast::tanh_abreast;
 pub use double_double::DoubleDouble;
 #[cfg(lanes)]
 pub(crate) use power::FEW;
-pub(crate) use power::{by_squaring, powi};
+pub use power::by_squaring;
+pub(crate) use power::powi;
 #[cfg(lanes)]
 pub(crate) use primitive::Primitive;
 #[cfg(lanes)]

@@ -26,7 +26,7 @@ pub(crate) fn powi(x: f64, exponent: i32) -> f64 {
 /// Computes `one * base^times` by repeated squaring. The last square is skipped, because it is not needed and may
 /// overflow.
 #[inline(always)]
-pub(crate) fn by_squaring<T: Copy + Mul<Output = T>>(one: T, base: T, mut times: u32) -> T {
+pub fn by_squaring<T: Copy + Mul<Output = T>>(one: T, base: T, mut times: u32) -> T {
     let (mut power, mut square) = (one, base);
     while times > 0 {
         if times % 2 == 1 {

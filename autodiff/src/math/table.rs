@@ -3,7 +3,7 @@
 //! come from differentiating the partial.
 
 use super::digamma::digamma_of_float;
-use super::special;
+use super::{msun, special};
 use crate::elementary::{Elementary, functions};
 use crate::real::{Mask, Real};
 use crate::rule;
@@ -16,10 +16,10 @@ impl Elementary {
         match self {
             Self::Log2 => Some(f64::log2),
             Self::Log10 => Some(f64::log10),
-            Self::Erf => Some(libm::erf),
-            Self::Erfc => Some(libm::erfc),
+            Self::Erf => Some(msun::erf),
+            Self::Erfc => Some(msun::erfc),
             Self::LnErfc => Some(special::ln_erfc),
-            Self::LnGamma => Some(libm::lgamma),
+            Self::LnGamma => Some(msun::ln_gamma),
             Self::Digamma => Some(digamma_of_float),
             Self::Trigamma => Some(special::trigamma),
             Self::CotPi => Some(special::cot_pi),
@@ -67,10 +67,10 @@ macro_rules! values_and_partials {
                 }
             }
 
-            /// Returns the value and the partial, like [`rule`].
+            /// Returns the value and the partial, like the rules of other functions.
             #[inline(always)]
             #[track_caller]
-            pub(crate) fn rule<R: Real>(self, x: R) -> (R, R) {
+            pub fn rule<R: Real>(self, x: R) -> (R, R) {
                 let value = x.elementary(self);
                 if R::Mask::IS_SINGLE {
                     (value, self.shared_partial(x, value))

@@ -15,7 +15,7 @@ use crate::real::Real;
 ///
 /// In f64, an operation takes 24 bytes, and 8 more in a reverse sweep. The memory is freed when the tape is dropped. If
 /// the system runs out of memory, the process ends, as with any collection. For long loops use a
-/// [`Rollout`](crate::Rollout), whose [`Memory`](crate::Memory) you can limit.
+/// `Rollout` of `autodiff_programs`, whose memory you can limit.
 ///
 /// ```
 /// use autodiff::{Real, Tape};

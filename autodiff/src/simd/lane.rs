@@ -3,7 +3,7 @@
 use crate::real::{Lane, Mask, Real, Vectorized};
 
 /// The largest number of lanes that a register of any type has.
-pub(crate) const WIDEST: usize = 16;
+pub const WIDEST: usize = 16;
 
 /// Every number is a register of one lane.
 impl<R: Real> Lane<R> for R {
@@ -60,12 +60,12 @@ impl<R: Real, const HAS_512: bool> Vectorized<R> for LaneCount<HAS_512> {
 }
 
 /// The number of lanes in a register of the number type `R` on this machine.
-pub(crate) fn lanes<R: Real>() -> usize {
+pub fn lanes<R: Real>() -> usize {
     checked(R::vectorize(LaneCount::<true>))
 }
 
 /// The number of lanes for work that [has registers of 512 bits](Vectorized::HAS_512) or not.
-pub(crate) fn lanes_with<R: Real>(has_512: bool) -> usize {
+pub fn lanes_with<R: Real>(has_512: bool) -> usize {
     match has_512 {
         true => lanes::<R>(),
         false => checked(R::vectorize(LaneCount::<false>)),

@@ -54,9 +54,9 @@ pub fn level() -> Level {
         NOT_YET => limit(Level::Avx512),
         chosen => Level::ALL[usize::from(chosen)],
     };
-    #[cfg(test)]
+    #[cfg(any(test, feature = "levels"))]
     return chosen.min(CAP.get());
-    #[cfg(not(test))]
+    #[cfg(not(any(test, feature = "levels")))]
     chosen
 }
 
@@ -96,14 +96,14 @@ pub fn levels() -> Vec<Level> {
     there
 }
 
-#[cfg(test)]
+#[cfg(any(test, feature = "levels"))]
 thread_local! {
     static CAP: std::cell::Cell<Level> = const { std::cell::Cell::new(Level::Avx512) };
 }
 
 /// Runs `work` on this thread. Meanwhile, lanes use registers that are at most as wide as `cap`.
-#[cfg(test)]
-pub(crate) fn at_most<T>(cap: Level, work: impl FnOnce() -> T) -> T {
+#[cfg(any(test, feature = "levels"))]
+pub fn at_most<T>(cap: Level, work: impl FnOnce() -> T) -> T {
     let before = CAP.replace(cap);
     let done = work();
     CAP.set(before);

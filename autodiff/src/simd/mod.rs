@@ -33,11 +33,17 @@ mod float;
 #[cfg(all(test, lanes))]
 mod tests;
 
-pub(crate) use lane::{WIDEST, lanes, lanes_with};
-#[cfg(test)]
-pub(crate) use level::at_most;
+#[doc(hidden)]
+pub use lane::{WIDEST, lanes, lanes_with};
+#[cfg(any(test, feature = "levels"))]
+#[doc(hidden)]
+pub use level::at_most;
 pub use level::{Level, level, levels, limit};
-pub(crate) use prefetch::prefetch;
-pub(crate) use unchecked::Unchecked;
+#[doc(hidden)]
+pub use prefetch::prefetch;
+#[doc(hidden)]
+pub use unchecked::Unchecked;
 
 pub use crate::real::{Lane, Vectorized};
+#[cfg(feature = "derive")]
+pub use autodiff_derive::kernel;

@@ -3,7 +3,7 @@
 /// Prefetches `len` numbers from the pointer `first` on, because they will be read or written soon. The pointer need
 /// not be valid.
 #[inline(always)]
-pub(crate) fn prefetch<T>(first: *const T, len: usize) {
+pub fn prefetch<T>(first: *const T, len: usize) {
     #[cfg(target_arch = "x86_64")]
     for line in 0..(len * size_of::<T>()).div_ceil(64) {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};

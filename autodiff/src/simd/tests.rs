@@ -6,8 +6,8 @@ use super::aarch64::{F32x4, F64x2};
 use super::wasm::{F32x4, F64x2};
 use super::{Lane, Vectorized, WIDEST};
 use crate::elementary::Elementary;
-use crate::kernel;
 use crate::real::{Mask, Real};
+use crate::simd::kernel;
 
 /// The number of tested functions.
 const FUNCTIONS: usize = 29;

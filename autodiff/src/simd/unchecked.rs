@@ -5,7 +5,7 @@ use std::hint::assert_unchecked;
 use crate::real::Lane;
 
 /// Adds loads and stores without bounds checks to registers.
-pub(crate) trait Unchecked<S>: Lane<S> {
+pub trait Unchecked<S>: Lane<S> {
     /// Like [`load`](Lane::load), but loads from index `at` on and without a bounds check.
     ///
     /// # Safety

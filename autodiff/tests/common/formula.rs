@@ -12,7 +12,6 @@ use std::ops::{
     Add, AddAssign, BitAnd, BitOr, Div, DivAssign, Mul, MulAssign, Neg, Not, Sub, SubAssign,
 };
 
-use autodiff::data::Summand;
 use autodiff::real::{Accepts, Literal};
 use autodiff::{Elementary, Function, Mask, Real, lit};
 use num_traits::{One, Zero};
@@ -229,13 +228,6 @@ impl Compare {
 impl Function for Formula {
     fn eval<R: Real>(&self, x: &[R]) -> R {
         self.values(x)[0]
-    }
-}
-
-/// A formula can be a summand. Its arguments are the shared parameters, followed by the datum.
-impl Summand for Formula {
-    fn eval<R: Real>(&self, shared: &[R], datum: &[R]) -> R {
-        self.values(&[shared, datum].concat())[0]
     }
 }
 

@@ -1,9 +1,10 @@
-//! Helpers that the tests share: derivatives of one function in every mode, and comparisons.
+//! Helpers that the tests share, also those of `cosmic-autodiff-programs`: derivatives of one function in every mode, and comparisons.
 
 use std::path::Path;
 
-use autodiff::data::Recorded;
 use autodiff::{Dual, Function, Real, Tape, gradient, hessian_vector, jvp};
+
+use crate::in_lanes::values_and_gradients;
 
 mod formula;
 mod refusal;
@@ -130,20 +131,19 @@ pub(crate) fn assert_gradients<const N: usize>(
     rows: &[([f64; N], [f64; N])],
 ) {
     let rows = rows.iter().map(|(x, expected)| [&x[..], &expected[..]]);
-    assert_rows(&formula(N, function), N, &rows.collect::<Vec<_>>());
+    assert_rows(&formula(N, function), &rows.collect::<Vec<_>>());
 }
 
 /// Not generic, so that this is compiled once.
 #[track_caller]
-fn assert_rows(function: &Formula, arguments: usize, rows: &[[&[f64]; 2]]) {
-    let recorded = Recorded::new(function, arguments).expect("a formula needs no values");
+fn assert_rows(function: &Formula, rows: &[[&[f64]; 2]]) {
     for &[x, expected] in rows {
         assert_gradient(function, x, expected);
         // In lanes, a multiply-add is rounded once. A computed zero and a NaN have conventions of their own there.
         if x.iter().chain(expected).any(|number| number.is_nan()) {
             continue;
         }
-        let many = recorded.values_and_gradients(&[x; 9]);
+        let many = values_and_gradients(function, &vec![x.to_vec(); 9]);
         for (found, &expected) in many
             .iter()
             .flat_map(|(_, slopes)| slopes.iter().zip(expected))

@@ -1,6 +1,7 @@
 //! Rollouts and gradients of a robot.
 
-use autodiff::{Model, Program, Real, Rollout, Var};
+use autodiff::{Real, Var};
+use autodiff_programs::{Model, Program, Rollout};
 use cosmic::case::Case;
 use cosmic::design::{Design, Mixture};
 use cosmic::inputs::{Block, Inputs};

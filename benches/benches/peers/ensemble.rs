@@ -56,7 +56,8 @@ mod primal {
 
 /// A rollout whose step is recorded once. The starts run in lanes.
 mod ours {
-    use autodiff::{Given, Kernel, Model, Program, Real, Rollout, Var, lit};
+    use autodiff::{Real, Var, lit};
+    use autodiff_programs::{Given, Kernel, Model, Program, Rollout};
     use cosmic::kernel;
 
     use super::{HIDDEN, STEP, STEPS};

@@ -57,7 +57,7 @@ mod hand {
 /// The loss of one datum as a summand, which runs in lanes over the data.
 mod ours {
     use autodiff::Real;
-    use autodiff::data::{Sum, Summand};
+    use autodiff_programs::data::{Sum, Summand};
 
     use super::Datum;
 

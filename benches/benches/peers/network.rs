@@ -127,8 +127,8 @@ mod hand {
 
 /// The loss of one point as a summand. The library finds the layers and runs in lanes over the points.
 mod ours {
-    use autodiff::data::{Sum, Summand};
     use autodiff::{Real, value_and_gradient};
+    use autodiff_programs::data::{Sum, Summand};
 
     use super::{Case, joined};
 

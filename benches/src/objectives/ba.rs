@@ -4,7 +4,8 @@
 //! An observation depends on 15 numbers. Forward mode computes its local Jacobian, with one observation in each lane.
 //! If the input repeats a camera, point or weight, each repetition counts as a different one.
 
-use autodiff::{Kernel, Real, data};
+use autodiff::Real;
+use autodiff_programs::{Kernel, data};
 use cosmic::kernel;
 use serde::Deserialize;
 use serde_json::value::RawValue;

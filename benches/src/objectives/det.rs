@@ -5,8 +5,8 @@
 //! the entry in the chosen column. If the matrix is large, its first rows are expanded by nested calls, which saves
 //! memory.
 
-use autodiff::data::{Sum, Summand};
 use autodiff::{Function, Real, gradient};
+use autodiff_programs::data::{Sum, Summand};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use autodiff::data::{Sum, Summand};
 use autodiff::{Function, Real, gradient};
+use autodiff_programs::data::{Sum, Summand};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 use serde_json::{Value, json};

@@ -1,7 +1,7 @@
 //! The least-squares fit of a polynomial to the sign function.
 
-use autodiff::data::{Sum, Summand};
 use autodiff::{Function, Real, gradient};
+use autodiff_programs::data::{Sum, Summand};
 use serde::Deserialize;
 use serde_json::value::RawValue;
 

@@ -1,7 +1,7 @@
 //! The logarithm of a sum of exponentials. The largest number is subtracted before the exponentials are taken.
 
-use autodiff::data::Recorded;
 use autodiff::{Function, Real, gradient, lit};
+use autodiff_programs::data::Recorded;
 use serde::Deserialize;
 use serde_json::value::RawValue;
 

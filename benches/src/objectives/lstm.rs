@@ -3,7 +3,8 @@
 //! Each character is one step of a rollout. The state consists of the hidden and cell values of every layer, and the
 //! sum of the losses so far. The parameters are the weights.
 
-use autodiff::{Array, Function, Kernel, Model, Program, Real, Rollout, gradient};
+use autodiff::{Function, Real, gradient};
+use autodiff_programs::{Array, Kernel, Model, Program, Rollout};
 use cosmic::kernel;
 use serde::Deserialize;
 use serde_json::value::RawValue;

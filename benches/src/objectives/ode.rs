@@ -1,7 +1,8 @@
 //! The ODE `y_0' = x_0`, `y_i' = x_i y_(i-1)` with `y = 0` at the start. It is solved by the classical Runge-Kutta
 //! method, in a rollout.
 
-use autodiff::{Array, Function, Kernel, Memory, Model, Program, Real, Rollout, gradient};
+use autodiff::{Function, Real, gradient};
+use autodiff_programs::{Array, Kernel, Memory, Model, Program, Rollout};
 use cosmic::kernel;
 use serde::Deserialize;
 use serde_json::value::RawValue;

@@ -13,7 +13,8 @@
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use autodiff::{Array, Kernel, Real};
+use autodiff::Real;
+use autodiff_programs::{Array, Kernel};
 use cosmic::geometry::{Axes, Matrix, Vector};
 use cosmic::kernel;
 use cosmic::lattice::Lattice;
@@ -151,7 +152,7 @@ impl Force for BentBars {
 
     fn record(
         &self,
-        p: &mut autodiff::Program,
+        p: &mut autodiff_programs::Program,
         step: &Step,
         given: &ForceParameters<Array>,
     ) -> Axes<Array> {

@@ -4,7 +4,8 @@
 
 use std::process::ExitCode;
 
-use autodiff::{Array, Kernel, Real};
+use autodiff::Real;
+use autodiff_programs::{Array, Kernel};
 use cosmic::kernel;
 use cosmic::policy::{Block, Policy, PolicyStep, Sizes};
 use cosmic_program::Program;

@@ -1,6 +1,7 @@
 //! Gradients of the loss with respect to the design and to the controller.
 
-use autodiff::{CotangentBound, Real, Var};
+use autodiff::{Real, Var};
+use autodiff_programs::CotangentBound;
 
 use super::evaluator::Evaluator;
 use super::progress::Progress;

@@ -334,7 +334,7 @@ macro_rules! in_dimension {
     };
 }
 
-/// Whether a kernel that few scenes use is [rare](autodiff::Kernel::IS_RARE): in space, and in a browser, which loads all code
+/// Whether a kernel that few scenes use is [rare](autodiff_programs::Kernel::IS_RARE): in space, and in a browser, which loads all code
 /// before the first robot.
 pub(crate) const fn is_rare_in(dimension: usize) -> bool {
     dimension == 3 || cfg!(target_arch = "wasm32")

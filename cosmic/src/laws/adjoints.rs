@@ -17,8 +17,8 @@ use super::sticking::Sticking;
 impl Flying<NoGround> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 4, M>) -> [[R; 7]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 7, 4, M>) -> [[R; 7]; M] {
+        let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [_, _, _, _, x4, x5, x6] = x;
         let [_, _, _, _] = y;
         let t14 = at.uniforms[2];
@@ -43,8 +43,8 @@ impl Flying<NoGround> {
 impl Flying<Sticking> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 4, M>) -> [[R; 7]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 7, 4, M>) -> [[R; 7]; M] {
+        let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [_, x1, x2, x3, x4, x5, x6] = x;
         let [_, _, _, _] = y;
         let t11 = R::lit(0.0);
@@ -113,8 +113,8 @@ impl Flying<Sticking> {
 impl Flying<Coulomb> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 4, M>) -> [[R; 7]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 7, 4, M>) -> [[R; 7]; M] {
+        let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [_, x1, x2, x3, x4, x5, x6] = x;
         let [_, _, _, _] = y;
         let t11 = R::lit(0.0);
@@ -224,8 +224,8 @@ impl Flying<Coulomb> {
 impl Tension<Hooke> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 6, 2, M>) -> [[R; 6]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 6, 2, M>) -> [[R; 6]; M] {
+        let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1, x2, x3, x4, x5] = x;
         let [_, _] = y;
         let t9 = R::lit(self.softening);
@@ -275,8 +275,8 @@ impl Tension<Hooke> {
 impl Total {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 5, 1, M>) -> [[R; 5]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 5, 1, M>) -> [[R; 5]; M] {
+        let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [_, _, _, _, _] = x;
         let [_] = y;
         let mut x_bar = [[R::zero(); 5]; M];
@@ -291,8 +291,8 @@ impl Total {
 impl Bump {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 11, 4, M>) -> [[R; 11]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 11, 4, M>) -> [[R; 11]; M] {
+        let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1, x2, x3, x4, x5, x6, x7, x8, x9, x10] = x;
         let [_, _, _, _] = y;
         let t15 = R::lit(0.0);
@@ -455,8 +455,8 @@ impl Bump {
 impl Sum {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 2, 1, M>) -> [[R; 2]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 2, 1, M>) -> [[R; 2]; M] {
+        let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [_, _] = x;
         let [_] = y;
         let mut x_bar = [[R::zero(); 2]; M];
@@ -471,8 +471,8 @@ impl Sum {
 impl Flying<NoGround> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp_in_space<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 10, 6, M>) -> [[R; 10]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
+    pub(crate) fn emitted_vjp_in_space<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 10, 6, M>) -> [[R; 10]; M] {
+        let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [_, _, _, _, _, _, x6, x7, x8, x9] = x;
         let [_, _, _, _, _, _] = y;
         let t20 = at.uniforms[3];
@@ -501,8 +501,8 @@ impl Flying<NoGround> {
 impl Flying<Sticking> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp_in_space<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 10, 6, M>) -> [[R; 10]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
+    pub(crate) fn emitted_vjp_in_space<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 10, 6, M>) -> [[R; 10]; M] {
+        let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [_, _, x2, x3, x4, x5, x6, x7, x8, x9] = x;
         let [_, _, _, _, _, _] = y;
         let t16 = R::lit(0.0);
@@ -585,8 +585,8 @@ impl Flying<Sticking> {
 impl Flying<Coulomb> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp_in_space<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 10, 6, M>) -> [[R; 10]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
+    pub(crate) fn emitted_vjp_in_space<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 10, 6, M>) -> [[R; 10]; M] {
+        let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [_, _, x2, x3, x4, x5, x6, x7, x8, x9] = x;
         let [_, _, _, _, _, _] = y;
         let t16 = R::lit(0.0);
@@ -741,8 +741,8 @@ impl Flying<Coulomb> {
 impl Tension<Hooke> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp_in_space<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 3, M>) -> [[R; 7]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
+    pub(crate) fn emitted_vjp_in_space<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 7, 3, M>) -> [[R; 7]; M] {
+        let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1, x2, x3, x4, x5, x6] = x;
         let [_, _, _] = y;
         let t11 = R::lit(self.softening);
@@ -797,8 +797,8 @@ impl Tension<Hooke> {
 impl FirstPass<2> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 8, 5, M>) -> [[R; 8]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 8, 5, M>) -> [[R; 8]; M] {
+        let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1, x2, x3, x4, x5, x6, x7] = x;
         let [_, _, r2, _, _] = y;
         let t13 = R::lit(0.0);
@@ -899,8 +899,8 @@ impl FirstPass<2> {
 impl NextPass<2> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 19, 8, M>) -> [[R; 19]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 19, 8, M>) -> [[R; 19]; M] {
+        let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1, x2, x3, x4, x5, x6, x7, x8, x9, x10, x11, _, _, x14, x15, x16, x17, x18] = x;
         let [_, _, r2, r3, _, _, _, _] = y;
         let t27 = R::lit(0.0);
@@ -1154,8 +1154,8 @@ impl NextPass<2> {
 impl Equation<2> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 15, 8, M>) -> [[R; 15]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 15, 8, M>) -> [[R; 15]; M] {
+        let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1, x2, x3, x4, x5, _, _, x8, x9, x10, x11, x12, x13, x14] = x;
         let [_, _, _, _, _, _, _, _] = y;
         let t24 = x2 + x0;
@@ -1255,8 +1255,8 @@ impl Equation<2> {
 impl Linear<2> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 5, M>) -> [[R; 7]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 7, 5, M>) -> [[R; 7]; M] {
+        let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1, x2, x3, x4, x5, x6] = x;
         let [_, _, _, _, _] = y;
         let t12 = R::lit(0.0);
@@ -1374,8 +1374,8 @@ impl Linear<2> {
 impl Impulse<2> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 7, 2, M>) -> [[R; 7]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 7, 2, M>) -> [[R; 7]; M] {
+        let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1, _, _, x4, x5, x6] = x;
         let [_, _] = y;
         let mut x_bar = [[R::zero(); 7]; M];
@@ -1398,8 +1398,8 @@ impl Impulse<2> {
 impl FirstPass<3> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 10, 7, M>) -> [[R; 10]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 10, 7, M>) -> [[R; 10]; M] {
+        let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1, x2, x3, x4, x5, x6, x7, x8, x9] = x;
         let [_, _, r2, _, _, _, _] = y;
         let t17 = R::lit(0.0);
@@ -1508,8 +1508,8 @@ impl FirstPass<3> {
 impl NextPass<3> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 26, 10, M>) -> [[R; 26]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 26, 10, M>) -> [[R; 26]; M] {
+        let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1, x2, x3, x4, x5, x6, x7, x8, x9, x10, x11, x12, x13, _, _, _, x17, x18, x19, x20, x21, x22, x23, x24, x25] = x;
         let [_, _, r2, r3, r4, _, _, _, _, _] = y;
         let t36 = R::lit(0.0);
@@ -1938,8 +1938,8 @@ impl NextPass<3> {
 impl Equation<3> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 20, 15, M>) -> [[R; 20]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 20, 15, M>) -> [[R; 20]; M] {
+        let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1, x2, x3, x4, x5, x6, x7, x8, _, _, _, x12, x13, x14, x15, x16, x17, x18, x19] = x;
         let [_, _, _, _, r4, _, _, _, _, _, _, _, _, _, _] = y;
         let t36 = x3 + x0;
@@ -2061,8 +2061,8 @@ impl Equation<3> {
 impl Linear<3> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 9, 9, M>) -> [[R; 9]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 9, 9, M>) -> [[R; 9]; M] {
+        let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1, x2, x3, x4, x5, x6, x7, x8] = x;
         let [_, _, _, _, _, _, _, _, _] = y;
         let t18 = R::lit(0.0);
@@ -2232,8 +2232,8 @@ impl Linear<3> {
 impl Impulse<3> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff::Pullback<R, 12, 3, M>) -> [[R; 12]; M] {
-        let autodiff::Pullback { x, y, y_bar, .. } = at;
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 12, 3, M>) -> [[R; 12]; M] {
+        let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1, x2, _, _, _, x6, x7, x8, x9, x10, x11] = x;
         let [_, _, _] = y;
         let mut x_bar = [[R::zero(); 12]; M];

@@ -2,7 +2,7 @@
 
 use std::fmt::Debug;
 
-use autodiff::{Array, Program};
+use autodiff_programs::{Array, Program};
 
 use super::contact::{Contact, Flat, Flying};
 use super::hold::{Grip, Landing};

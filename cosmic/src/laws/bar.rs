@@ -1,7 +1,8 @@
 //! Force laws along bars: the trait [`BarForce`] and the kernels of its laws.
 
-use autodiff::kernels::vjp_by_duals;
-use autodiff::{Kernel, Pullback, Real};
+use autodiff::Real;
+use autodiff_programs::kernels::vjp_by_duals;
+use autodiff_programs::{Kernel, Pullback};
 
 use super::law::Law;
 use crate::geometry::{Vector, is_rare_natively_in};
@@ -127,7 +128,7 @@ pub trait BarForce: Law {
         None
     }
 
-    /// The adjoint of the kernel [`Tension`]. The default works for every law; a [generated](autodiff::emit) adjoint is
+    /// The adjoint of the kernel [`Tension`]. The default works for every law; a [generated](autodiff_programs::emit) adjoint is
     /// faster.
     #[inline(always)]
     fn tension_vjp<R: Real, const M: usize>(

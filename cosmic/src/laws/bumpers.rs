@@ -7,7 +7,8 @@
 
 use std::sync::Arc;
 
-use autodiff::{Array, Graph, Kernel, Program, Pullback, Real};
+use autodiff::Real;
+use autodiff_programs::{Array, Graph, Kernel, Program, Pullback};
 
 use super::force::{Force, ForceParameters, LatticeForce, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};

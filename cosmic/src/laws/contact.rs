@@ -2,8 +2,9 @@
 
 use std::fmt::Debug;
 
-use autodiff::kernels::{MOST_UNIFORMS, constants, pulled_back, seeded, vjp_by_duals};
-use autodiff::{Kernel, Pullback, Real};
+use autodiff::Real;
+use autodiff_programs::kernels::{MOST_UNIFORMS, constants, pulled_back, seeded, vjp_by_duals};
+use autodiff_programs::{Kernel, Pullback};
 
 use super::law::Law;
 use super::motion::{Drift, Particle, Push};
@@ -70,7 +71,7 @@ pub trait Contact: Law {
     }
 
     /// The adjoint of the kernel [`Flying`] over flat ground. The default works for every law; a
-    /// [generated](autodiff::emit) adjoint is faster.
+    /// [generated](autodiff_programs::emit) adjoint is faster.
     #[inline(always)]
     fn flying_vjp<R: Real, const M: usize>(
         flying: &Flying<Self>,
@@ -127,7 +128,7 @@ macro_rules! emitted_adjoints {
         #[inline(always)]
         fn flying_vjp<R: Real, const M: usize>(
             flying: &Flying<Self>,
-            at: autodiff::Pullback<R, 7, 4, M>,
+            at: autodiff_programs::Pullback<R, 7, 4, M>,
         ) -> [[R; 7]; M] {
             flying.emitted_vjp(at)
         }
@@ -135,7 +136,7 @@ macro_rules! emitted_adjoints {
         #[inline(always)]
         fn flying_vjp_in_space<R: Real, const M: usize>(
             flying: &Flying<Self>,
-            at: autodiff::Pullback<R, 10, 6, M>,
+            at: autodiff_programs::Pullback<R, 10, 6, M>,
         ) -> [[R; 10]; M] {
             flying.emitted_vjp_in_space(at)
         }

@@ -4,7 +4,8 @@ use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use autodiff::{Array, Graph, Kernel, Program, Pullback, Real};
+use autodiff::Real;
+use autodiff_programs::{Array, Graph, Kernel, Program, Pullback};
 
 use super::law::{Law, StepInput};
 use super::motion::Motion;
@@ -111,7 +112,7 @@ pub struct ForceParameters<A> {
     /// The arrays of [`Force::constants`].
     pub constants: Vec<A>,
     /// The numbers of [`Force::inputs`], each as an array of one number. Kernels take them as
-    /// [uniform inputs](autodiff::Kernel::UNIFORMS).
+    /// [uniform inputs](autodiff_programs::Kernel::UNIFORMS).
     pub inputs: Vec<A>,
 }
 

@@ -5,8 +5,9 @@
 //! which of these stick, and how friction brakes the others. After the last pass, the nodes move. The choices have no
 //! derivative; everything else has one. `tests/data/implicit/README.md` explains the algorithm, and why it is as it is.
 
-use autodiff::kernels::{constants, pulled_back, seeded};
-use autodiff::{Kernel, Pullback, Real};
+use autodiff::Real;
+use autodiff_programs::kernels::{constants, pulled_back, seeded};
+use autodiff_programs::{Kernel, Pullback};
 
 use super::contact::{Contact, Impact, OverGround, Surface};
 use super::motion::{Drift, Particle};

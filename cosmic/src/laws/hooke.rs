@@ -1,6 +1,7 @@
 //! Hooke's law: the tension of a bar is proportional to the change of its length.
 
-use autodiff::{Pullback, Real};
+use autodiff::Real;
+use autodiff_programs::Pullback;
 
 use super::bar::{Bar, BarForce, Tension};
 use super::law::Law;

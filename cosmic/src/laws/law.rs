@@ -11,7 +11,7 @@ pub trait Law:
 {
     /// The name by which a scene chooses the law: lower case letters, digits and underscores.
     const NAME: &'static str;
-    /// Whether the kernels of the law are [replayed](autodiff::Kernel::IS_REPLAYED): for laws whose formula is a setting.
+    /// Whether the kernels of the law are [replayed](autodiff_programs::Kernel::IS_REPLAYED): for laws whose formula is a setting.
     const IS_REPLAYED: bool = false;
 }
 

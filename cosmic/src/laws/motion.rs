@@ -1,7 +1,8 @@
 //! The motion of a node in a step: a push changes its velocity, then a drift changes its position. During the drift,
 //! the node may meet the ground.
 
-use autodiff::{Array, Real};
+use autodiff::Real;
+use autodiff_programs::Array;
 
 use crate::geometry::{Axes, Dimension, Vector, inputs, outputs};
 

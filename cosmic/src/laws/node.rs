@@ -3,7 +3,8 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use autodiff::{Array, Dual, Kernel, Program, Real};
+use autodiff::{Dual, Real};
+use autodiff_programs::{Array, Kernel, Program};
 
 use super::force::{AnyForce, Force, ForceParameters, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};

@@ -3,7 +3,8 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use autodiff::{Array, Dual, Program};
+use autodiff::Dual;
+use autodiff_programs::{Array, Program};
 
 use super::bar::{Bar, BarForce, MovingTension, Tension};
 use super::force::{AnyForce, Force, ForceParameters, Pose, Pull, RestingBar, Step, Sum};

@@ -1,8 +1,9 @@
 //! The tension of bars, and how it changes with the length and its rate: what an implicit step needs of forces along
 //! bars.
 
-use autodiff::kernels::{MOST_UNIFORMS, constants, seeded};
-use autodiff::{Array, Dual, Kernel, Pullback, Real};
+use autodiff::{Dual, Real};
+use autodiff_programs::kernels::{MOST_UNIFORMS, constants, seeded};
+use autodiff_programs::{Array, Kernel, Pullback};
 
 use super::bar::{Bar, BarForce, four};
 use crate::geometry::{Symmetric, Vector, is_rare_in};

@@ -1,6 +1,6 @@
 //! The open-loop policy: a network that observes the clocks and the goal, but not the robot.
 
-use autodiff::Array;
+use autodiff_programs::Array;
 
 use super::block::Block;
 use super::mlp::{blocks, record};

@@ -1,6 +1,7 @@
 //! A policy with a gait for each direction, which the observed goal blends.
 
-use autodiff::{Array, Kernel, Real};
+use autodiff::Real;
+use autodiff_programs::{Array, Kernel};
 
 use super::block::Block;
 use super::sensing::Sight;

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use autodiff::{Kernel, Real};
+use autodiff::Real;
+use autodiff_programs::Kernel;
 
 use crate::geometry::{Dimension, Vector, is_rare_in};
 use crate::{in_both_dimensions, in_dimension, kernel};

@@ -1,6 +1,7 @@
 //! The paper's policy: a network with one hidden layer.
 
-use autodiff::{Array, Real};
+use autodiff::Real;
+use autodiff_programs::Array;
 
 use super::block::{Block, Controller};
 use super::fold::{Fold, Mean};

@@ -2,7 +2,8 @@
 
 use std::fmt::Debug;
 
-use autodiff::{Array, Graph, Program, Real};
+use autodiff::Real;
+use autodiff_programs::{Array, Graph, Program};
 
 use super::block::{Block, Controller, Shape};
 use super::fold::Fold;
@@ -373,7 +374,7 @@ impl<'a> PolicyStep<'a> {
         self.seen.nodes.x.dimension()
     }
 
-    /// The program that the step is recorded into. A policy can map [kernels](autodiff::Kernel) over arrays with it.
+    /// The program that the step is recorded into. A policy can map [kernels](autodiff_programs::Kernel) over arrays with it.
     pub fn program(&mut self) -> &mut Program {
         self.program
     }

@@ -3,7 +3,8 @@
 //! The angular frequency is `omega exp(tempo)`, with the number `tempo` of the controller. An update of `tempo` is thus
 //! a relative change of the frequency, in any units of time.
 
-use autodiff::{Kernel, Real};
+use autodiff::Real;
+use autodiff_programs::Kernel;
 
 use super::block::Controller;
 use super::sensing::clock;

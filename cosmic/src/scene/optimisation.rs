@@ -1,7 +1,7 @@
 //! Settings of the optimisation: schedule, both optimisers, gradient, loss, and choice of the result.
 
 use super::Scene;
-use autodiff::Memory;
+use autodiff_programs::Memory;
 
 use crate::settings;
 use crate::settings::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS, within};

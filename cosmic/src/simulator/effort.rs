@@ -3,7 +3,8 @@
 
 use std::sync::Arc;
 
-use autodiff::{Array, Graph, Kernel, Program, Real};
+use autodiff::Real;
+use autodiff_programs::{Array, Graph, Kernel, Program};
 
 use super::parameters::Parameters;
 use crate::geometry::{Axes, Vector, is_rare_in};

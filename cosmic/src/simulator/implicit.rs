@@ -6,7 +6,8 @@
 
 use std::sync::Arc;
 
-use autodiff::{Array, Kernel, Program, Real};
+use autodiff::Real;
+use autodiff_programs::{Array, Kernel, Program};
 
 use super::effort::{BarTension, Meter};
 use super::parameters::Parameters;

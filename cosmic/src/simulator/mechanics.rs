@@ -3,7 +3,8 @@
 use std::slice;
 use std::sync::Arc;
 
-use autodiff::{Array, Graph, Program, Real};
+use autodiff::Real;
+use autodiff_programs::{Array, Graph, Program};
 
 use super::effort::{self, BarImpulse, MeanVelocity, Meter};
 use super::implicit::Implicit;

@@ -1,6 +1,7 @@
 //! The parameters of a robot's steps: the numbers that a step reads and that stay constant during a rollout.
 
-use autodiff::{Array, Program, Real};
+use autodiff::Real;
+use autodiff_programs::{Array, Program};
 
 use super::surroundings::Surroundings;
 use crate::geometry::Axes;

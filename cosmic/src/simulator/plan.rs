@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use autodiff::{Given, Model, Real, Rollout};
+use autodiff::Real;
+use autodiff_programs::{Given, Model, Rollout};
 
 use super::parameters::Filled;
 use super::prepare::{Simulator, Span};

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use autodiff::{CotangentBound, Memory, Real};
+use autodiff::Real;
+use autodiff_programs::{CotangentBound, Memory};
 
 use super::robot::{Drive, Robot};
 use super::surroundings::Surroundings;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use autodiff::Real;
-use autodiff::wgsl::{self, Options, Printed, Refused};
+use autodiff_programs::wgsl::{self, Options, Printed, Refused};
 
 use super::parameters::ParameterSink;
 use super::plan::Robots;

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use autodiff::{Array, Graph, Model, Program, Real};
+use autodiff::Real;
+use autodiff_programs::{Array, Graph, Model, Program};
 
 use super::effort::{Effort, Meter};
 use super::mechanics::{Actuation, Mechanics};

@@ -2,7 +2,8 @@
 
 use std::borrow::Borrow;
 
-use autodiff::{Real, Rollout};
+use autodiff::Real;
+use autodiff_programs::Rollout;
 
 use super::effort::{Effort, Efforts};
 use super::plan::{Planned, Robots, run_together, slices};

@@ -1,5 +1,5 @@
 use crate::small::{MOBILE_ROBOT, after, records};
-use autodiff::Memory;
+use autodiff_programs::Memory;
 use cosmic::codesign::CoDesign;
 use cosmic::design::{Design, flips};
 use cosmic::scene::Scene;

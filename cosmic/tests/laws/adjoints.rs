@@ -1,8 +1,8 @@
 //! The test that the file `adjoints.rs` is up to date. With `EMIT=1`, the test also writes the file.
 
-use autodiff::Kernel;
-use autodiff::emit::{adjoint, assert_fresh};
-use autodiff::kernels::Fixed;
+use autodiff_programs::Kernel;
+use autodiff_programs::emit::{adjoint, assert_fresh};
+use autodiff_programs::kernels::Fixed;
 use cosmic::laws::{
     BarForce, Bump, Contact, Coulomb, Drift, Equation, FirstPass, Flat, Flying, Hooke, Impulse,
     Linear, NextPass, NoGround, Push, Sticking, Sum, Tension, Total,

@@ -1,7 +1,8 @@
 //! Tests of the built-in laws of bars: their derivatives, compared with finite differences and dual numbers.
 
-use autodiff::kernels::Fixed;
-use autodiff::{Dual, Kernel, Real, gradient};
+use autodiff::{Dual, Real, gradient};
+use autodiff_programs::Kernel;
+use autodiff_programs::kernels::Fixed;
 use cosmic::geometry::Vector;
 use cosmic::laws::{
     Actuator, Bar, BarForce, Bump, Bumpers, Damper, Hooke, MovingTension, Rope, Stops, Tension,

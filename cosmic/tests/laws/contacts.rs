@@ -2,9 +2,10 @@
 //! numbers.
 #![allow(unreachable_pub)] // `settings!` makes public structs.
 
+use autodiff::Real;
 use autodiff::check::Verdict;
-use autodiff::kernels::Fixed;
-use autodiff::{Kernel, Real};
+use autodiff_programs::Kernel;
+use autodiff_programs::kernels::Fixed;
 use cosmic::geometry::{Profile, Vector};
 use cosmic::kernel;
 use cosmic::laws::{

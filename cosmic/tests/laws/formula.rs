@@ -1,7 +1,7 @@
 //! Laws that are formulas in a scene: their values, derivatives, and messages about wrong formulas.
 
-use autodiff::kernels::Fixed;
 use autodiff::{Dual, Real};
+use autodiff_programs::kernels::Fixed;
 use cosmic::laws::{Bar, BarForce, BarFormula, MovingTension, Tension};
 use cosmic::scene::Scene;
 

@@ -1,8 +1,9 @@
 //! Checks the adjoints of kernels.
 
 use autodiff::check::{Along, Claim, Options, Verdict, check_directions};
-use autodiff::kernels::Fixed;
-use autodiff::{DoubleDouble, Dual, Kernel, Pullback, Real};
+use autodiff::{DoubleDouble, Dual, Real};
+use autodiff_programs::kernels::Fixed;
+use autodiff_programs::{Kernel, Pullback};
 use cosmic::kernel;
 use cosmic::laws::{Contact, Drift, Flying, Law, Surface};
 

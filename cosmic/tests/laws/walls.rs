@@ -1,7 +1,8 @@
 //! Tests of contact with vertical walls: where nodes end, at walls, edges and feet, and their derivatives.
 
+use autodiff::Dual;
 use autodiff::check::Verdict;
-use autodiff::{Dual, Kernel};
+use autodiff_programs::Kernel;
 use cosmic::geometry::{Profile, Vector};
 use cosmic::laws::{Contact, Coulomb, Sticking, Terrain};
 use rand::rngs::ChaCha8Rng;

@@ -1,6 +1,7 @@
 //! A program with every operation that can be printed. Tests check its text and run it on a device.
 
-use autodiff::{Graph, Kernel, Model, Program, Real, lit};
+use autodiff::{Real, lit};
+use autodiff_programs::{Graph, Kernel, Model, Program};
 use cosmic::kernel;
 
 /// A spring with two results. Each has its own stiffness; all have the same damping.

@@ -4,8 +4,8 @@ use std::cell::RefCell;
 use std::fmt;
 use std::panic::Location;
 
-use crate::record::line;
-use crate::steps::step;
+use super::line::line;
+use super::step::step;
 
 /// Where an infinity or NaN comes from: the operation whose value or partial is infinite or NaN.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -15,7 +15,7 @@ pub struct NonFinite {
     pub operation: &'static str,
     /// The number of the operation, counted from 1; 0 for an argument of the function.
     pub number: usize,
-    /// The step of the [`Rollout`](crate::Rollout) in which the operation ran, if it ran in one.
+    /// The step in which the operation ran, if it ran in a `Rollout` of `autodiff_programs`.
     pub step: Option<usize>,
     /// The line of the operation in the source code. For an argument, the line of the call to
     /// [`first_non_finite`](super::first_non_finite).
@@ -87,13 +87,18 @@ pub(super) fn noted() -> usize {
     RUNNING.with_borrow(|trace| trace.as_ref().map_or(0, |trace| trace.found.len()))
 }
 
-/// Gives the place of the caller to the origins from number `first` on whose place is in this crate.
-pub(super) fn name_callers(first: usize, caller: &'static Location<'static>) {
+/// Gives the place of the caller to the origins from number `first` on whose place is in this crate, or in the folder of
+/// a fused function's crate, unless that is empty.
+pub(super) fn name_callers(first: usize, caller: &'static Location<'static>, folder: &str) {
     // The folder of this crate's source files, as the compiler writes it.
-    let own = file!().len() - "diagnose/trace/origin.rs".len();
+    let own = &file!()[..file!().len() - "diagnose/trace/origin.rs".len()];
+    let is_inside = |place: &Location| {
+        let file = place.file();
+        file.starts_with(own) || !folder.is_empty() && file.starts_with(folder)
+    };
     RUNNING.with_borrow_mut(|trace| {
         let found = trace.iter_mut().flat_map(|trace| &mut trace.found[first..]);
-        for origin in found.filter(|origin| origin.place.file().starts_with(&file!()[..own])) {
+        for origin in found.filter(|origin| is_inside(origin.place)) {
             origin.place = caller;
         }
     });

@@ -222,7 +222,7 @@ impl<R: Real> Real for Traced<R> {
         let before = noted();
         let mut outputs = function.eval(inputs);
         // Operations of this crate's own functions, such as a dense layer, are in the line of the call.
-        name_callers(before, Location::caller());
+        name_callers(before, Location::caller(), F::SOURCES);
         depend(&mut outputs, inputs);
         if inputs.iter().any(|slice| !clean(slice)) {
             return outputs;

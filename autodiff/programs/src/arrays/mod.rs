@@ -1,0 +1,39 @@
+//! Arrays and the operations on them, forward and in reverse: kernels mapped over elements or over the edges of a
+//! graph, matrix products, and gathers.
+//!
+//! Operations on plain floats run in SIMD lanes. Operations on duals, double-doubles or tape variables process one
+//! number at a time. A [`Program`](crate::Program) is a step made of several operations. All arrays of a step, except
+//! for the parameters, lie one after the other in the step's **row**. Several rollouts can run at once, each from its
+//! own **start** (initial state). Their numbers are interleaved in each array.
+
+mod kernel;
+mod array;
+mod graph;
+mod row;
+mod operation;
+mod uniform;
+pub(crate) mod dense;
+mod map;
+mod edges;
+mod gather;
+mod node_sum;
+mod weighted;
+mod solve;
+
+pub use array::{Array, Matrix};
+pub(crate) use array::{Parameter, TOO_LONG, checked_sum, repeated};
+pub(crate) use dense::{Aligned, DenseLayer, Layer};
+pub(crate) use edges::EdgeMap;
+pub(crate) use gather::Gather;
+pub use graph::Graph;
+pub(crate) use graph::SlotEdge;
+pub(crate) use kernel::is_replayed;
+pub use kernel::{Kernel, MOST_UNIFORMS, Pullback, constants, pulled_back, vjp_by_duals};
+pub(crate) use map::Map;
+pub(crate) use node_sum::NodeSum;
+pub(crate) use operation::{InLanes, Operation};
+pub(crate) use row::{Bars, RowLayout, StepValues};
+pub(crate) use solve::{Equations, MOST_UNKNOWNS, Solve, triangle};
+pub use uniform::Fixed;
+pub(crate) use uniform::checked;
+pub(crate) use weighted::Weighted;

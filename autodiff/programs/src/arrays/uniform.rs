@@ -1,0 +1,184 @@
+//! The uniform inputs of kernels: numbers that all elements share. An operation loads these numbers once. It computes
+//! their cotangents only if they are needed.
+
+use autodiff::Real;
+use autodiff::internal::WIDEST;
+use autodiff::simd::Lane;
+
+use super::array::Array;
+use super::kernel::{Kernel, MOST_UNIFORMS, Pullback, constants, pulled_back};
+use super::row::{Bars, StepValues};
+
+/// A [`Kernel`] whose uniform inputs have constant values, so that it has none.
+#[derive(Clone, Debug)]
+pub struct Fixed<K> {
+    /// The kernel.
+    pub kernel: K,
+    /// The values of the uniform inputs.
+    pub uniforms: Vec<f64>,
+}
+
+impl<K: Kernel<I, O>, const I: usize, const O: usize> Kernel<I, O> for Fixed<K> {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
+    #[inline(always)]
+    fn eval<R: Real>(&self, x: [R; I], _: &[R]) -> [R; O] {
+        let uniforms = constant_uniforms(&self.uniforms);
+        self.kernel.eval(x, &uniforms[..K::UNIFORMS])
+    }
+
+    #[inline(always)]
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, I, O, M>) -> [[R; I]; M] {
+        let uniforms = constant_uniforms(&self.uniforms);
+        let uniforms = &uniforms[..K::UNIFORMS];
+        self.kernel.vjp(Pullback { uniforms, ..at })
+    }
+}
+
+#[inline(always)]
+#[track_caller]
+fn constant_uniforms<R: Real>(values: &[f64]) -> [R; MOST_UNIFORMS] {
+    let mut uniforms = [R::zero(); MOST_UNIFORMS];
+    for (uniform, &value) in uniforms.iter_mut().zip(checked(values)) {
+        *uniform = R::lit(value);
+    }
+    uniforms
+}
+
+/// Returns the list. Panics if it is longer than a kernel's uniform inputs may be.
+#[inline(always)]
+#[track_caller]
+pub(crate) fn checked<T>(list: &[T]) -> &[T] {
+    assert!(
+        list.len() <= MOST_UNIFORMS,
+        "a kernel can have at most {MOST_UNIFORMS} uniform inputs"
+    );
+    list
+}
+
+/// Returns the contribution of one element to the cotangent of uniform input `k`.
+#[inline(always)]
+fn by_uniform<R, K, const I: usize, const O: usize>(
+    kernel: &K,
+    (x, y_bar): ([R; I], [R; O]),
+    uniforms: &[R; MOST_UNIFORMS],
+    k: usize,
+) -> R
+where
+    R: Real,
+    K: Kernel<I, O>,
+{
+    let mut moving = constants::<R, 1, MOST_UNIFORMS>(uniforms);
+    moving[k].tangent = [R::one()];
+    let y = kernel.eval(constants(&x), &moving[..K::UNIFORMS]);
+    let [[bar]] = pulled_back(y, [y_bar]);
+    bar
+}
+
+/// The uniform inputs of an operation: arrays with one number for each start.
+pub(super) struct UniformInputs {
+    arrays: Vec<Array>,
+    /// The indices of the uniform inputs that carry derivatives.
+    active: Vec<usize>,
+}
+
+impl UniformInputs {
+    /// `count` is the kernel's constant [`Kernel::UNIFORMS`].
+    ///
+    /// # Panics
+    /// If this is not the number of arrays.
+    #[track_caller]
+    pub(super) fn new(arrays: &[Array], count: usize) -> Self {
+        assert_eq!(
+            checked(arrays).len(),
+            count,
+            "the number of uniform arrays must be the kernel's `UNIFORMS`"
+        );
+        Self {
+            arrays: arrays.to_vec(),
+            active: (0..arrays.len()).collect(),
+        }
+    }
+
+    /// Sets which arrays carry derivatives, and returns whether a uniform input does.
+    pub(super) fn set_active(&mut self, arrays: &[bool]) -> bool {
+        let is_active = |k: &usize| arrays[self.arrays[*k].id];
+        self.active = (0..self.arrays.len()).filter(is_active).collect();
+        !self.active.is_empty()
+    }
+
+    /// Loads each uniform input into a register, in which the numbers of all starts repeat. `count` is the kernel's
+    /// constant [`Kernel::UNIFORMS`]. If there are more starts than lanes, the register has those of the first starts.
+    #[inline(always)]
+    pub(super) fn load<R: Real, L: Lane<R>>(
+        &self,
+        count: usize,
+        values: StepValues<R>,
+    ) -> [L; MOST_UNIFORMS] {
+        let mut uniforms = [L::zero(); MOST_UNIFORMS];
+        for k in 0..count {
+            let numbers = values.get(self.arrays[k]);
+            uniforms[k] = match numbers.len() {
+                1 => L::splat(numbers[0]),
+                starts if starts >= L::N => L::load(numbers),
+                starts => {
+                    let mut lanes = [R::zero(); WIDEST];
+                    for i in 0..L::N {
+                        lanes[i] = numbers[i % starts];
+                    }
+                    L::load(&lanes)
+                }
+            };
+        }
+        uniforms
+    }
+
+    /// Loads the uniform inputs for the register of elements that begins with element `first`, if there are more starts
+    /// than lanes. This happens for a [rare](Kernel::IS_RARE) kernel: the registers of the other operations are wider,
+    /// and have a lane for each start. `uniforms` are from [`load`](Self::load).
+    #[inline(always)]
+    pub(super) fn turn<R: Real, L: Lane<R>>(
+        &self,
+        uniforms: &mut [L],
+        values: StepValues<R>,
+        first: usize,
+    ) {
+        let starts = self.arrays.first().map_or(1, |array| array.len);
+        if starts > L::N {
+            for (uniform, &array) in uniforms.iter_mut().zip(&self.arrays) {
+                *uniform = L::load(&values.get(array)[first % starts..]);
+            }
+        }
+    }
+
+    /// Adds the cotangents of the uniform inputs that carry derivatives, one element at a time. `at` returns an
+    /// element's index, its inputs and the cotangents of its results. This does not use SIMD lanes: it is rarely
+    /// needed, and every kernel would have to be compiled once more for every register width.
+    #[inline(never)]
+    pub(super) fn add_bars<R, K, E, const I: usize, const O: usize>(
+        &self,
+        kernel: &K,
+        values: StepValues<R>,
+        bars: &mut Bars<R>,
+        elements: impl Iterator<Item = E>,
+        at: impl Fn(&Bars<R>, E) -> (usize, [R; I], [R; O]),
+    ) where
+        R: Real,
+        K: Kernel<I, O>,
+    {
+        if self.active.is_empty() {
+            return;
+        }
+        for element in elements {
+            let (place, x, y_bar) = at(bars, element);
+            let mut uniforms = [R::zero(); MOST_UNIFORMS];
+            for (uniform, &array) in uniforms.iter_mut().zip(&self.arrays) {
+                *uniform = values.get(array)[place % array.len];
+            }
+            for &k in &self.active {
+                let array = self.arrays[k];
+                let bar = by_uniform(kernel, (x, y_bar), &uniforms, k);
+                bars.get_mut(array)[place % array.len] += bar;
+            }
+        }
+    }
+}

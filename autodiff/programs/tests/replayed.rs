@@ -1,0 +1,90 @@
+//! Kernels run compiled on floats, and replay a recording on all other numbers. Both must have the bits of plain code.
+//! The drawn programs also have the derivatives of plain code.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use autodiff::{DoubleDouble, Dual, Real, custom};
+use autodiff_programs::{Kernel, Model, Program, Rollout, data, kernel};
+
+use crate::steps::Mapped;
+
+/// Computes the new position `x` of a node. The inputs are `[x, force, a value of the node's neighbour]`.
+#[derive(Clone, Copy)]
+struct Move;
+
+#[kernel]
+impl Kernel<3, 1> for Move {
+    fn eval<R: Real>(&self, [x, force, neighbour]: [R; 3], _: &[R]) -> [R; 1] {
+        let sum = R::sum_of(&[x, R::lit(0.1) * force, R::lit(0.05) * neighbour.sin()]);
+        [sum + R::dot(&[x, force], &[force, neighbour]) * R::lit(0.01)]
+    }
+}
+
+/// A model whose next state is a result of [`Move`].
+#[derive(Clone)]
+struct Moving;
+
+impl Model for Moving {
+    fn record(&self, program: &mut Program) {
+        let [x, force, neighbour] = [(); 3].map(|()| program.state(5));
+        let [next] = program.map(Move, [x, force, neighbour], &[]);
+        for (state, next) in [(x, next), (force, force), (neighbour, neighbour)] {
+            program.advance(state, next);
+        }
+    }
+}
+
+/// A step must have the bits of the kernel's code in every number type.
+#[test]
+fn replayed_numbers_are_those_of_the_code() {
+    fn check<R: Real + PartialEq>() {
+        let number = |i: usize| R::lit((1.3 * i as f64 + 0.4).sin());
+        let start: Vec<R> = (0..15).map(number).collect();
+        let end = Rollout::new(Moving, 1).run(&start, &[]);
+        let input = |k: usize| [start[k], start[5 + k], start[10 + k]];
+        data::values(&Move, 5, input, |k, y| assert_eq!([end[k]], y));
+    }
+    check::<f64>();
+    check::<f32>();
+    check::<DoubleDouble>();
+    check::<Dual<f64, 1>>();
+}
+
+/// A square root by a custom rule. A recording cannot contain it.
+#[derive(Clone)]
+struct Root;
+
+impl custom::Rule for Root {
+    fn value<R: Real>(&self, x: &[R]) -> R {
+        x[0].sqrt()
+    }
+    fn partials<R: Real>(&self, x: &[R], y: R) -> Vec<R> {
+        vec![R::lit(0.5) / (y + x[0] - x[0])]
+    }
+}
+
+#[derive(Clone, Copy)]
+struct ByRule;
+
+#[kernel]
+impl Kernel<1, 1> for ByRule {
+    fn eval<R: Real>(&self, x: [R; 1], _: &[R]) -> [R; 1] {
+        [custom::apply(Root, &x)]
+    }
+}
+
+#[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
+fn a_kernel_that_cannot_be_recorded_runs_on_floats_and_is_refused_elsewhere() {
+    let rollout = Rollout::new(Mapped(ByRule, 1), 2);
+    assert_eq!(rollout.run(&[16.0], &[]), [2.0]);
+    let dual = || rollout.run(&[Dual::<f64, 1>::variable(16.0, 0)], &[]);
+    let refused = catch_unwind(AssertUnwindSafe(dual)).unwrap_err();
+    let says = refused.downcast_ref::<String>().expect("a sentence");
+    assert!(
+        says.contains("ByRule, mapped at")
+            && says.contains("steps/mod.rs")
+            && says.contains("it needs f64 or f32"),
+        "{says}"
+    );
+}
