@@ -302,7 +302,7 @@ fn a_robot_is_compared_with_the_data_sheets_of_its_parts() {
         Level::Bad
     );
     let slow = with_parts(&["parts.speed=off", "parts.force=off"], &loads, 0.2);
-    assert_eq!(word(&slow, "of 0.70 m/s"), Level::Bad);
+    assert_eq!(word(&slow, "of 0.50 m/s"), Level::Bad);
     assert_eq!(word(&slow, "of about 36 N"), Level::Doubtful);
     // A device without air has one force.
     let electric = with_parts(&["parts.bore=off"], &loads, 0.2);
