@@ -10,7 +10,6 @@ use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
 use std::process::Output;
 use std::sync::LazyLock;
-use std::time::{Duration, Instant};
 
 /// The number of iterations of a run that is long enough to be interrupted.
 const ITERATIONS: usize = 100;
@@ -102,12 +101,9 @@ fn a_large_lattice_is_announced_and_can_be_stopped() {
             line.contains("large lattice") && line.ends_with("...\n"),
             "{command}: {line}"
         );
-        let asked = Instant::now();
         signal(&child, "INT");
-        let ended = child.wait().unwrap();
-        assert!(!ended.success(), "{command}");
-        // The work would take minutes.
-        assert!(asked.elapsed() < Duration::from_secs(10), "{command}");
+        // A command that went on would end with success, after minutes.
+        assert!(!child.wait().unwrap().success(), "{command}");
     }
 }
 
