@@ -1,7 +1,7 @@
 //! The parts of a struct that a derived implementation repeats.
 
 use crate::tokens::{
-    Angles, Delimiter, Ident, Refusal, Span, TokenStream, TokenTree, is, is_group, is_punct, parts,
+    Angles, Delimiter, Ident, Refusal, Span, TokenStream, TokenTree, is, is_punct, parts,
 };
 
 /// A struct.
@@ -138,10 +138,7 @@ fn body(tokens: &[TokenTree]) -> (Vec<Field>, &[TokenTree]) {
             let fields = parts(&tokens, ',').into_iter().enumerate().map(field);
             (fields.collect(), rest)
         }
-        [rest @ .., last] if is_group(last, Delimiter::Brace) => {
-            let TokenTree::Group(group) = last else {
-                return (Vec::new(), rest);
-            };
+        [rest @ .., TokenTree::Group(group)] if group.delimiter() == Delimiter::Brace => {
             let tokens = flat(group.stream());
             let fields = parts(&tokens, ',').into_iter().filter_map(named);
             (fields.collect(), rest)

@@ -67,7 +67,8 @@ pub(crate) fn is_group(token: &TokenTree, delimiter: Delimiter) -> bool {
     matches!(token, TokenTree::Group(group) if group.delimiter() == delimiter)
 }
 
-/// Follows how deep tokens are in angle brackets, which are no groups. The `>` of an arrow is none.
+/// Counts the angle brackets that are open, because the compiler does not group tokens by them. The `>` of an arrow closes
+/// none.
 #[derive(Default)]
 pub(crate) struct Angles {
     pub(crate) depth: usize,

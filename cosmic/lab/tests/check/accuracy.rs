@@ -58,14 +58,11 @@ fn orders_of_convergence_are_observed() {
         }
     }
     let section = flying.section();
-    let says = |text: &str| {
-        section
-            .answers
-            .iter()
-            .any(|answer| answer.text.contains(text))
+    let says = |section: &Section, text: &str| {
+        (section.answers.iter()).any(|answer| answer.text.contains(text))
     };
     assert!(
-        says("symplectic euler: the errors converge: order "),
+        says(&section, "symplectic euler: the errors converge: order "),
         "{:?}",
         section.answers
     );
@@ -78,16 +75,11 @@ fn orders_of_convergence_are_observed() {
         run.order[1] = (k > 0).then_some(-0.1);
     }
     let section = growing.section();
-    let says = |text: &str| {
-        section
-            .answers
-            .iter()
-            .any(|answer| answer.text.contains(text))
-    };
     assert!(says(
+        &section,
         "implicit: the errors do not converge at these time steps"
     ));
-    assert!(says("order -0.1 at"), "{:?}", section.answers);
+    assert!(says(&section, "order -0.1 at"), "{:?}", section.answers);
     for row in 8..12 {
         assert_eq!(
             status(&section, row),
@@ -104,10 +96,9 @@ fn orders_of_convergence_are_observed() {
     growing.runs[14].order[1] = Some(0.2);
     growing.runs[15].order[1] = Some(0.2);
     let section = growing.section();
-    let says = |text: &str| (section.answers.iter()).any(|answer| answer.text.contains(text));
     let unsteady = "the errors fall, but not from every time step to the next";
     assert!(
-        says(&format!("leapfrog: {unsteady}")),
+        says(&section, &format!("leapfrog: {unsteady}")),
         "{:?}",
         section.answers
     );

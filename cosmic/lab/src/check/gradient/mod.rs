@@ -252,18 +252,13 @@ fn checked_at(
         _ => false,
     };
     let group = |part: &Part| {
-        if let (Block::V0, Some(moving)) = (part.block, &moving) {
-            let group = moving.group(part, options, rounding);
-            return Group {
-                moving: true,
-                verdict: group.verdict.max(Verdict::Kink),
-                ..group
-            };
-        }
-        let above = above.as_ref().filter(|_| is_kink(part));
-        let mut group = above.unwrap_or(&here).group(part, options, rounding);
-        if above.is_some() {
-            (group.lifted, group.verdict) = (true, group.verdict.max(Verdict::Kink));
+        let moving = moving.as_ref().filter(|_| part.block == Block::V0);
+        let above = above.as_ref().filter(|_| moving.is_none() && is_kink(part));
+        let elsewhere = moving.or(above);
+        let mut group = elsewhere.unwrap_or(&here).group(part, options, rounding);
+        (group.lifted, group.moving) = (above.is_some(), moving.is_some());
+        if elsewhere.is_some() {
+            group.verdict = group.verdict.max(Verdict::Kink);
         }
         group
     };
