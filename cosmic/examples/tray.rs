@@ -5,8 +5,9 @@ use cosmic::codesign::CoDesign;
 use cosmic::design::Design;
 use cosmic::inputs::CONTROLLER;
 use cosmic::scene::Scene;
-use cosmic::task::Horizon;
-use cosmic::{objective::Loss, projection::Projection, simulator::Trajectory};
+use cosmic::objective::{Loss, loss_of};
+use cosmic::projection::Projection;
+use cosmic::world::{Span, Trajectory};
 
 /// The mean square of the difference in height of two nodes.
 struct Level([usize; 2]);
@@ -26,19 +27,15 @@ impl Loss for Level {
 fn main() -> Result<(), cosmic::Error> {
     let scene = Scene::parse("small", "[lattice]\ncolumns = 3\nrows = 3")?;
     let codesign = CoDesign::new(&scene)?;
-    let (task, first) = (codesign.task(), codesign.begin(1)?);
+    let (world, first) = (codesign.world(), codesign.begin(1)?);
     let mut inputs = codesign.evaluator().inputs(&first);
-    let horizon = Horizon::of_steps(128);
     let mut losses = [0.0; 20];
     for value in &mut losses {
-        let (loss, gradient) = inputs.differentiate(CONTROLLER, |robot| {
-            let mixtures = task.projector.mixtures(Projection::Performance, &robot.z);
-            task.loss(
-                &Design::Undecided(mixtures),
-                robot,
-                &Level([6, 8]),
-                &horizon,
-            )
+        let (loss, gradient) = inputs.differentiate(CONTROLLER, |inputs| {
+            let projector = &world.projector;
+            let mixtures = projector.mixtures(Projection::Performance, &inputs.z);
+            let robot = inputs.robot(world, &Design::Undecided(mixtures));
+            loss_of(world, &robot, &Level([6, 8]), &Span::of_steps(128))
         });
         let mut weights = inputs.get(CONTROLLER);
         (weights.iter_mut().zip(gradient)).for_each(|(w, g)| *w -= 100.0 * g);

@@ -4,8 +4,10 @@
 //! for any number type [`Real`]. [`Inputs::differentiate`] makes the numbers of the chosen blocks the variables of a
 //! tape.
 
+use crate::design::{Design, Mixture};
 use crate::lattice::State;
 use crate::policy::Controller;
+use crate::world::{Robot, World};
 use autodiff::{Dual, Real, Tape, Var};
 use std::borrow::Cow;
 use std::ops::Range;
@@ -104,6 +106,12 @@ impl<R: Real> Inputs<R> {
             .chain(own.map(|(name, _, range)| part(name, Block::Controller, range)))
             .chain([whole("x0", Block::X0), whole("v0", Block::V0)])
             .collect()
+    }
+
+    /// The robot with this controller and this start, in the surroundings of the scene. `design` is what the caller makes of
+    /// the design vectors.
+    pub fn robot(&self, world: &World, design: &Design<Mixture<R>>) -> Robot<R> {
+        world.robot(world.body(design), self.controller.clone(), &self.start)
     }
 
     /// The numbers of a part.

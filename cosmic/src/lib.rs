@@ -10,10 +10,10 @@
 //! - Space: [`geometry`] has vectors, the ground and the coordinate frames.
 //! - The robot: [`lattice`] has its nodes and edges, [`design`] the design vectors that an optimiser changes, and
 //!   [`policy`] the controller. [`projection`] converts design vectors to materials and a body.
-//! - Its motion and score: [`laws`] has the forces and the contact laws, [`simulator`] computes rollouts, and
-//!   [`objective`] computes losses from them. [`inputs`] has the numbers with respect to which losses are differentiated.
-//!   [`task`] joins all of these. [`domain`] draws random variations of a robot and its surroundings. [`case`] is one
-//!   rollout with all its numbers in a file.
+//! - Its motion and score: [`laws`] has the forces and the contact laws. A [`World`](world::World) is built once from a
+//!   scene; its verb [`run`](world::World::run) lets [`Robot`](world::Robot)s walk over a [`Span`](world::Span) of steps.
+//!   [`objective`] computes losses from their trajectories. [`inputs`] has the numbers with respect to which losses are
+//!   differentiated. [`case`] is one walk with all its numbers in a file.
 //! - The search for a good robot: [`optimiser`] is the package `cosmic-optimiser`, which does not depend on
 //!   robots. [`codesign`] is the paper's algorithm 1.
 //! - [`verdict`] judges in plain words whether a robot could be built.
@@ -39,11 +39,9 @@ pub mod scene;
 pub mod design;
 pub mod projection;
 pub mod policy;
-pub mod simulator;
+pub mod world;
 pub mod objective;
 pub mod inputs;
-pub mod task;
-pub mod domain;
 pub mod case;
 pub mod shop;
 pub mod codesign;

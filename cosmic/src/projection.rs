@@ -155,15 +155,6 @@ pub fn softmax<R: Real>(z: [R; 3], beta: f64) -> [R; 3] {
     e.map(|e| e / sum)
 }
 
-/// The random factors by which a built robot differs from its design.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Variation {
-    /// The factor on the stiffness of each edge.
-    pub stiffness: Vec<f64>,
-    /// The factor on the mass of each node.
-    pub mass: Vec<f64>,
-}
-
 impl<R: Real> Body<R> {
     /// The body of a design. In a layout, an edge has the properties of its material. Otherwise, it has the means of
     /// the properties over the materials in its mixture. If `physics.void_edges` is "drop", the void edges of a layout
@@ -253,18 +244,6 @@ impl<R: Real> Body<R> {
                 .collect(),
             MovedBody::Nodes => presence(design, layout, lattice),
         };
-        self
-    }
-
-    /// The body of a robot as it is built: the stiffnesses and masses of this body, times the factors in `variation`.
-    #[must_use]
-    pub fn varied(mut self, variation: &Variation) -> Self {
-        for (k, &factor) in self.stiffness.iter_mut().zip(&variation.stiffness) {
-            *k *= R::lit(factor);
-        }
-        for (m, &factor) in self.mass.iter_mut().zip(&variation.mass) {
-            *m *= R::lit(factor);
-        }
         self
     }
 }

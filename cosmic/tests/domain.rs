@@ -1,9 +1,9 @@
 use crate::small::lattice;
 use cosmic::design::{Design, Material};
-use cosmic::domain::draw;
+use cosmic::world::draw;
 use cosmic::random::{Purpose, stream};
 use cosmic::scene::{GoalsSettings, Scatter, Scene};
-use cosmic::task::Task;
+use cosmic::world::Task;
 
 #[test]
 fn without_ranges_the_domain_is_the_nominal_one() {

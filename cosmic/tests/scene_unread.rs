@@ -7,7 +7,7 @@ use cosmic::codesign::CoDesign;
 use cosmic::lattice::Truss;
 use cosmic::objective::Loss;
 use cosmic::scene::Scene;
-use cosmic::simulator::Trajectory;
+use cosmic::world::Trajectory;
 use std::collections::BTreeSet;
 
 /// A loss that is smaller if the payload ends higher.

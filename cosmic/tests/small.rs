@@ -7,7 +7,7 @@ use cosmic::lattice::Lattice;
 use cosmic::objective::{Loss, of_scene};
 use cosmic::record::{Observer, Run};
 use cosmic::scene::{LatticeSettings, LossKind, Scene};
-use cosmic::simulator::Trajectory;
+use cosmic::world::Trajectory;
 use std::ops::ControlFlow;
 
 /// A scene with a small robot that moves from the start and can get several layouts. The text ends in `[schedule]`

@@ -9,7 +9,7 @@ use cosmic::case::Case;
 use cosmic::lattice::Body;
 use cosmic::policy::Controller;
 use cosmic::scene::Scene;
-use cosmic::simulator::{Robots, Simulator, Span, Trajectory, Wanted};
+use cosmic::world::{Robots, Simulator, Span, Trajectory, Wanted};
 use cosmic_gpu::{Gpu, RobotsOnGpu, WORKGROUP};
 use rayon::prelude::*;
 

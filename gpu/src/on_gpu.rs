@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use autodiff::Var;
 use cosmic::lattice::{Body, State};
 use cosmic::policy::Controller;
-use cosmic::simulator::{
+use cosmic::world::{
     PrintedRobots, Robots, Simulator, Span, Surroundings, Trajectory, Wanted, Workgroup,
 };
 use rayon::prelude::*;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use autodiff::{Real, Tape, Var};
 use cosmic::lattice::{Body, State};
 use cosmic::policy::Controller;
-use cosmic::simulator::{PrintedRobots, Robots, Surroundings, Trajectory};
+use cosmic::world::{PrintedRobots, Robots, Surroundings, Trajectory};
 use rayon::prelude::*;
 
 use crate::device::{Gpu, GpuError};
@@ -39,7 +39,7 @@ pub trait Losses: Sync {
     fn numbers(&self, robot: usize) -> Vec<f64>;
 
     /// The robot as a function of these numbers. Bodies, controllers or surroundings that were not
-    /// [wanted](cosmic::simulator::Wanted) when the step was printed count as constant in the rollout. If cotangents are
+    /// [wanted](cosmic::world::Wanted) when the step was printed count as constant in the rollout. If cotangents are
     /// bounded, those of an observed start are added after the bound.
     fn robot(&self, robot: usize, numbers: &[Var<f64>]) -> Member<Var<f64>>;
 

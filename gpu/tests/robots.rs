@@ -4,7 +4,7 @@ use crate::alike::{Begun, assert_alike, assert_alike_in, positions};
 use crate::device::gpu;
 use cosmic::geometry::Vector;
 use cosmic::scene::{BUILTIN, Integrator, Scene};
-use cosmic::simulator::{Span, Wanted};
+use cosmic::world::{Span, Wanted};
 use cosmic_gpu::{Batch, OnGpu, RobotsOnGpu};
 use cosmic_tests::{laws, own_reference_folder, references};
 

@@ -5,7 +5,7 @@ use cosmic::geometry::{Dimension, Vector};
 use cosmic::lattice::Lattice;
 use cosmic::policy::{Block, Goals, blocks_of};
 use cosmic::scene::{ControllerSettings, GoalKind};
-use cosmic::simulator::Trajectory;
+use cosmic::world::Trajectory;
 use numpy::{Element, IntoPyArray, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use std::iter::once;

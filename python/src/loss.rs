@@ -6,7 +6,7 @@ use autodiff::custom::{Rule, apply};
 use cosmic::geometry::Dimension;
 use cosmic::objective::Loss;
 use cosmic::policy::Goals;
-use cosmic::simulator::{Effort, Trajectory};
+use cosmic::world::{Effort, Trajectory};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};

@@ -4,7 +4,7 @@ use crate::arrays::Number;
 use crate::asked::Asked;
 use crate::errors::{InputError, caught};
 use crate::simulator::Simulator;
-use cosmic::simulator::Span;
+use cosmic::world::Span;
 use pyo3::prelude::*;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicI32, Ordering};

@@ -7,7 +7,7 @@ use crate::errors::of_class;
 use crate::simulator::Simulator;
 use crate::work::{Interruptible, Stop, each, group_size, in_pool, whole};
 use cosmic::inputs::{ALL, Block, WithOthers, vjp};
-use cosmic::simulator::Span;
+use cosmic::world::Span;
 use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;

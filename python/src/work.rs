@@ -2,7 +2,7 @@
 
 use crate::errors::{caught, panicked, raised};
 use cosmic::parallel::pool;
-use cosmic::task::together;
+use cosmic::world::together;
 use pyo3::prelude::*;
 use rayon::ThreadPool;
 use rayon::prelude::*;

@@ -6,7 +6,7 @@ use cosmic::lattice::{Body, Lattice, Marker, State};
 use cosmic::laws::ContactLaw;
 use cosmic::policy::Controller;
 use cosmic::scene::{ControllerSettings, PhysicsSettings};
-use cosmic::simulator::{Simulator, Span, Trajectory};
+use cosmic::world::{Simulator, Span, Trajectory};
 
 /// A robot without a design. It consists of nodes, springs between them, and the physics of its world.
 #[derive(Clone, Debug)]

@@ -5,7 +5,7 @@ use cosmic::case::Case;
 use cosmic::geometry::{Ground, Vector};
 use cosmic::lattice::State;
 use cosmic::scene::{PhysicsSettings, Scene};
-use cosmic::simulator::Span;
+use cosmic::world::Span;
 use cosmic_lab::check::check_gradients;
 
 use crate::laws;

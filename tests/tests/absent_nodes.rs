@@ -8,7 +8,7 @@ use cosmic::inputs::{ALL, Inputs};
 use cosmic::lattice::{Body, State};
 use cosmic::policy::Controller;
 use cosmic::scene::{MovedBody, Scene, VoidEdges};
-use cosmic::simulator::{Robots, Simulator, Span, Trajectory};
+use cosmic::world::{Robots, Simulator, Span, Trajectory};
 
 const STEPS: usize = 60;
 

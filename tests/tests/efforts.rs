@@ -6,7 +6,7 @@ use cosmic::case::Case;
 use cosmic::design::{Design, Material};
 use cosmic::geometry::Vector;
 use cosmic::objective::Loss;
-use cosmic::simulator::{Span, Trajectory};
+use cosmic::world::{Span, Trajectory};
 use cosmic_lab::check::check_gradients_of;
 use cosmic_tests::{few_directions, numbers, references, robot, workspace};
 

@@ -6,7 +6,7 @@ use cosmic::geometry::{Ground, Range, Vector};
 use cosmic::lattice::Lattice;
 use cosmic::policy::Goals;
 use cosmic::scene::{BUILTIN, Scene};
-use cosmic::simulator::{Span, Trajectory};
+use cosmic::world::{Span, Trajectory};
 use cosmic_lab::walk::walk;
 use cosmic_tests::{farthest, numbers, own_reference_folder, reference_subfolder, references};
 use serde_json::{Value, json};

@@ -2,14 +2,14 @@
 
 use autodiff::check::Verdict;
 use cosmic::case::Case;
-use cosmic::domain::draw_goals;
+use cosmic::world::draw_goals;
 use cosmic::geometry::Vector;
 use cosmic::lattice::State;
 use cosmic::objective::{Errand, Loss};
 use cosmic::policy::Goals;
 use cosmic::random::{Purpose, stream};
 use cosmic::scene::{GoalsSettings, Scene};
-use cosmic::simulator::{Span, Trajectory};
+use cosmic::world::{Span, Trajectory};
 use cosmic_lab::check::check_gradients_of;
 use cosmic_tests::few_directions;
 

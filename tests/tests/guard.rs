@@ -3,14 +3,14 @@
 
 use cosmic::case::Case;
 use cosmic::design::{Design, Material, Mixture};
-use cosmic::domain::{Domain, rollouts};
+use cosmic::world::{Domain, rollouts};
 use cosmic::error::Error;
 use cosmic::geometry::Vector;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::policy::{Block, Controller, blocks_of};
 use cosmic::scene::{Integrator, Scene, UnstableStep, VoidEdges};
-use cosmic::simulator::{GuardedRollout, Span};
+use cosmic::world::{GuardedRollout, Span};
 use cosmic_tests::laws;
 
 /// A robot of 2x2 nodes. `change` changes its scene; without a change, the robot does not diverge.

@@ -5,11 +5,11 @@
 use autodiff::Real;
 use cosmic::case::Case;
 use cosmic::design::{Design, Material};
-use cosmic::domain::{Domain, rollouts};
+use cosmic::world::{Domain, rollouts};
 use cosmic::geometry::{Dimension, Vector};
 use cosmic::lattice::{Lattice, State};
 use cosmic::scene::{LatticeKind, LatticeSettings, PhysicsSettings, Scene, edges, stable_step};
-use cosmic::simulator::Span;
+use cosmic::world::Span;
 use cosmic_tests::{Bare, robot, states};
 
 /// The number of steps of an extreme robot.

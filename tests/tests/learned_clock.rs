@@ -3,12 +3,12 @@
 use autodiff::Real;
 use cosmic::case::Case;
 use cosmic::codesign::CoDesign;
-use cosmic::domain::{Domain, rollouts};
+use cosmic::world::{Domain, rollouts};
 use cosmic::lattice::State;
 use cosmic::policy::{Controller, TEMPO, frequency};
 use cosmic::record::DesignFile;
 use cosmic::scene::{ClockKind, Scene};
-use cosmic::simulator::Span;
+use cosmic::world::Span;
 use std::path::Path;
 
 /// A small robot that walks on the ground.

@@ -6,7 +6,7 @@ use cosmic::design::{Design, Material, Mixture};
 use cosmic::inputs::DESIGN;
 use cosmic::lattice::State;
 use cosmic::scene::Scene;
-use cosmic::simulator::Span;
+use cosmic::world::Span;
 
 const STEPS: usize = 60;
 

@@ -15,8 +15,8 @@ use cosmic::laws::{
 };
 use cosmic::scene::{Integrator, PhysicsSettings, Scene, stable_step};
 use cosmic::settings::within;
-use cosmic::simulator::IdleEnergy;
-use cosmic::simulator::stability::Vibration;
+use cosmic::world::IdleEnergy;
+use cosmic::world::stability::Vibration;
 use cosmic_lab::check::check_gradients;
 use cosmic_tests::{Bare, farthest, few_directions, laws, relative_error, robot_of, states};
 

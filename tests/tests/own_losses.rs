@@ -8,7 +8,7 @@ use autodiff::check::Verdict;
 use cosmic::case::Case;
 use cosmic::objective::Loss;
 use cosmic::scene::Scene;
-use cosmic::simulator::{Span, Trajectory};
+use cosmic::world::{Span, Trajectory};
 use cosmic_lab::check::check_gradients_of;
 use cosmic_tests::{few_directions, workspace};
 use ride::Ride;

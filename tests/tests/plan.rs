@@ -8,8 +8,8 @@ use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::objective::{Displacement, Loss};
 use cosmic::scene::{ControllerSettings, LossSettings, Scene};
-use cosmic::simulator::{Simulator, Span, Trajectory};
-use cosmic::task::Horizon;
+use cosmic::world::{Simulator, Span, Trajectory};
+use cosmic::world::Horizon;
 use cosmic_tests::farthest;
 
 const STEPS: usize = 256;

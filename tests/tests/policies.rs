@@ -10,7 +10,7 @@ use cosmic::kernel;
 use cosmic::lattice::State;
 use cosmic::objective::Displacement;
 use cosmic::policy::{Block, Network, Policy, PolicyStep, Sizes, observation};
-use cosmic::simulator::{Span, Trajectory};
+use cosmic::world::{Span, Trajectory};
 use cosmic_lab::check::{check_gradients_of, terms};
 use cosmic_tests::few_directions;
 

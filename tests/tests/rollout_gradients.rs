@@ -9,7 +9,7 @@ use cosmic::inputs::DESIGN;
 use cosmic::objective::Displacement;
 use cosmic::projection::Projection;
 use cosmic::scene::{LossKind, LossSettings};
-use cosmic::task::{Horizon, Task};
+use cosmic::world::{Horizon, Task};
 use cosmic_tests::{assert_smooth, few_directions, least_height, robot, states};
 
 /// The worlds to test, each as settings in TOML.

@@ -7,7 +7,7 @@ use cosmic::inputs::ALL;
 use cosmic::lattice::State;
 use cosmic::policy::{Controller, NETWORK, blocks_of};
 use cosmic::scene::{LatticeKind, Scene};
-use cosmic::simulator::{Span, Trajectory};
+use cosmic::world::{Span, Trajectory};
 use cosmic_tests::{assert_smooth, farthest, laws, robot, robot_of, states};
 
 /// A robot of 3x2x2 nodes that falls to the ground while it moves forward and sideways. `settings` is TOML as for [`robot`].

@@ -7,7 +7,7 @@ use cosmic::case::Case;
 use cosmic::geometry::Vector;
 use cosmic::policy::Goals;
 use cosmic::scene::GoalKind;
-use cosmic::simulator::{Robots, Simulator, Span, Surroundings};
+use cosmic::world::{Robots, Simulator, Span, Surroundings};
 
 use super::own_laws::robot;
 

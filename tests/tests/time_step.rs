@@ -7,8 +7,8 @@ use cosmic::geometry::Vector;
 use cosmic::lattice::Body;
 use cosmic::laws::{ContactLaw, Damper};
 use cosmic::scene::{AnyDesign, Integrator, Scene, UnstableStep, stable_step};
-use cosmic::simulator::stability::Vibration;
-use cosmic::simulator::{Grade, Span, StepCheck};
+use cosmic::world::stability::Vibration;
+use cosmic::world::{Grade, Span, StepCheck};
 use cosmic_tests::laws;
 
 fn scene(dt: f64) -> Scene {

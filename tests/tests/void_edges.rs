@@ -11,9 +11,9 @@ use cosmic::laws::ContactLaw;
 use cosmic::objective::Displacement;
 use cosmic::projection::Variation;
 use cosmic::scene::{PhysicsSettings, Scene, VoidEdges};
-use cosmic::simulator::stability::Vibration;
-use cosmic::simulator::{Robots, Simulator, Span};
-use cosmic::task::{Horizon, Task};
+use cosmic::world::stability::Vibration;
+use cosmic::world::{Robots, Simulator, Span};
+use cosmic::world::{Horizon, Task};
 use cosmic_tests::{laws, states};
 
 const STEPS: usize = 256;

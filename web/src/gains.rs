@@ -3,7 +3,7 @@
 use cosmic::codesign::{CoDesign, GradientPoint, Progress, Schedule, Variables};
 use cosmic::design::Design;
 use cosmic::error::{Error, Result};
-use cosmic::task::Horizon;
+use cosmic::world::Horizon;
 use serde_json::{Value, json};
 
 /// A bar with a smaller share of solid material counts as half skeleton, half actuator.

@@ -3,8 +3,8 @@
 use cosmic::codesign::CoDesign;
 use cosmic::geometry::{Dimension, Ground, Range};
 use cosmic::lattice::{Lattice, State};
-use cosmic::simulator::Trajectory;
-use cosmic::task::Task;
+use cosmic::world::Trajectory;
+use cosmic::world::Task;
 use serde_json::{Value, json};
 
 /// The longest time between two frames of a rollout, in seconds. It is short enough for several frames in a step of the

@@ -9,8 +9,8 @@ use cosmic::geometry::{Ground, Vector};
 use cosmic::lattice::State;
 use cosmic::policy::{Controller, Goals};
 use cosmic::scene::{ControllerSettings, GoalKind, PhysicsSettings, Scene, SelectionSettings};
-use cosmic::simulator::{Simulator, Span, Trajectory};
-use cosmic::task::Task;
+use cosmic::world::{Simulator, Span, Trajectory};
+use cosmic::world::Task;
 use cosmic::verdict::Measured;
 use serde_json::{Value, json};
 

@@ -5,9 +5,9 @@ use autodiff_programs::{Model, Program, Rollout};
 use cosmic::case::Case;
 use cosmic::design::{Design, Mixture};
 use cosmic::inputs::{Block, Inputs};
-use cosmic::objective::Displacement;
+use cosmic::objective::{Displacement, loss_of};
 use cosmic::scene::LossSettings;
-use cosmic::task::{Horizon, Task};
+use cosmic::world::{Span, World};
 
 /// The number of steps of a measured rollout, unless the case has fewer.
 pub(crate) const MEASURED_STEPS: usize = 4096;
@@ -16,24 +16,24 @@ pub(crate) const MEASURED_STEPS: usize = 4096;
 #[derive(Clone, Debug)]
 pub(crate) struct Subject<'a> {
     pub(crate) case: &'a Case,
-    task: Task,
+    world: World,
     inputs: Inputs<f64>,
     loss: Displacement,
-    horizon: Horizon,
+    span: Span,
 }
 
 impl<'a> Subject<'a> {
     /// Prepares rollouts of a case. They have [`MEASURED_STEPS`] steps, or fewer if the case has fewer.
     pub(crate) fn new(case: &'a Case, loss: &LossSettings) -> Self {
-        let task = case.task();
+        let world = case.world();
         Self {
             loss: Displacement {
-                ground: task.ground(),
+                ground: world.ground(),
                 settings: loss.clone(),
             },
-            horizon: Horizon::of_steps(MEASURED_STEPS.min(case.scene.physics.steps)),
+            span: Span::of_steps(MEASURED_STEPS.min(case.scene.physics.steps)),
             inputs: case.inputs(),
-            task,
+            world,
             case,
         }
     }
@@ -42,7 +42,8 @@ impl<'a> Subject<'a> {
     pub(crate) fn rollout<R: Real>(&self) -> R {
         let inputs = self.inputs.lift::<R>();
         let design = self.case.projected(self.case.projection, &inputs.z);
-        self.task.loss(&design, &inputs, &self.loss, &self.horizon)
+        let robot = inputs.robot(&self.world, &design);
+        loss_of(&self.world, &robot, &self.loss, &self.span)
     }
 
     /// Computes the loss and its gradient with respect to some blocks of the inputs, such as
@@ -52,7 +53,8 @@ impl<'a> Subject<'a> {
         let inputs = self.inputs.lift::<R>();
         inputs.differentiate(blocks, |inputs| {
             let design = self.design(blocks, inputs);
-            (self.task).loss(&design, inputs, &self.loss, &self.horizon)
+            let robot = inputs.robot(&self.world, &design);
+            loss_of(&self.world, &robot, &self.loss, &self.span)
         })
     }
 

@@ -1,7 +1,6 @@
 //! Domain randomization: simulates finished designs in randomly drawn domains, that is, with random changes of start,
 //! friction, stiffness and masses. All designs get the same draws.
 
-use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
@@ -9,8 +8,7 @@ use serde::Serialize;
 
 use crate::table::{Column, Table};
 use cosmic::Registry;
-use cosmic::codesign::{CoDesign, Quantiles};
-use cosmic::domain::{Domain, draw};
+use cosmic::codesign::{CoDesign, Evaluator, Quantiles};
 use cosmic::error::Result;
 use cosmic::numbers::finite;
 use cosmic::random::{Purpose, stream};
@@ -18,7 +16,7 @@ use cosmic::record::damaged::explained;
 use cosmic::record::summary::result_of;
 use cosmic::record::{DesignFile, run};
 use cosmic::scene::{Scatter, Scene};
-use cosmic::simulator::Divergence;
+use cosmic::world::{Divergence, Variation, draw};
 
 /// The results of several designs under random changes of the robots and their surroundings.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -128,26 +126,19 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<(RobustRun, Option<Diverge
         .map_err(explained(&file))?
         .case(&scene, &file.display().to_string())?;
     let codesign = CoDesign::new(&scene)?;
-    let (task, design) = (codesign.task(), case.own_design());
+    let (evaluator, design) = (codesign.evaluator(), case.own_design());
+    let open_loop = evaluator.in_open_loop();
     let mut stream = stream(trial.seed, Purpose::Robustness);
-    let draw = |_| draw(task, &trial.scatter, &mut stream);
-    let domains: Vec<Domain> = (0..trial.samples).map(draw).collect();
-    let reach = |domain: &Domain| {
-        codesign
-            .evaluator()
-            .reach(&design, &case.controller, domain)
+    let draw = |_| draw(&evaluator.world, &trial.scatter, &mut stream);
+    let drawn: Vec<Variation> = (0..trial.samples).map(draw).collect();
+    let reach = |evaluator: &Evaluator, variation: &Variation| {
+        evaluator.reach(&design, &case.controller, variation)
     };
-    let reached: Vec<_> = domains.par_iter().map(reach).collect();
-    let nominal = reach(&Domain {
-        task: Cow::Borrowed(task),
-        start: case.start.clone(),
-    });
-    let open_loop: Vec<Domain> = (domains.iter())
-        .map(|domain| domain.without_feedback(&case.start))
-        .collect();
-    let by_clock = open_loop
-        .par_iter()
-        .map(|domain| reach(domain).moved.forward());
+    let with_feedback = |variation: &Variation| reach(evaluator, variation);
+    let reached: Vec<_> = drawn.par_iter().map(with_feedback).collect();
+    let nominal = reach(evaluator, &evaluator.world.nominal(&case.start));
+    let by_clock = drawn.par_iter();
+    let by_clock = by_clock.map(|variation| reach(&open_loop, variation).moved.forward());
     let by_clock: Vec<f64> = by_clock.collect();
     let far: Vec<f64> = reached.iter().map(|r| r.moved.forward()).collect();
     let merits: Vec<f64> = reached.iter().map(|r| r.merit).collect();
@@ -163,7 +154,7 @@ fn one(folder: &Path, trial: &DrawnDomains) -> Result<(RobustRun, Option<Diverge
         p50: finite(spread.p50),
         p90: finite(spread.p90),
         clock_p50: finite(Quantiles::of(&by_clock).p50),
-        loss: finite(loss).filter(|_| !codesign.evaluator().is_far()),
+        loss: finite(loss).filter(|_| !evaluator.is_far()),
     };
     Ok((run, diverges.then(|| case.divergence()).flatten()))
 }

@@ -4,12 +4,10 @@ use crate::table::{Column, Table};
 use cosmic::case::Case;
 use cosmic::error::{Error, Result};
 use cosmic::geometry::{Dimension, Ground, Vector};
-use cosmic::lattice::{Body, State};
-use cosmic::policy::{Controller, Goals};
+use cosmic::policy::Goals;
 use cosmic::record::TrajectoryFile;
 use cosmic::scene::GoalKind;
-use cosmic::simulator::{GuardedRollout, Span, Trajectory};
-use cosmic::task::Task;
+use cosmic::world::{GuardedRollout, Robot, Span, Trajectory, World};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -79,20 +77,16 @@ pub fn walk(case: &Case, goals: &Goals, steps: usize) -> Result<Walk> {
     }
     let mut case = case.clone();
     case.scene.physics.steps = steps;
-    let task = case.task().with_goals(goals);
-    let walker = Walker {
-        body: task.body(&case.own_design()),
-        task: &task,
-        controller: &case.controller,
-        start: &case.start,
-    };
-    let trajectory = walker.walk(goals, (0..steps).step_by(EVERY))?;
-    let (dt, start) = (case.scene.physics.dt, walker.place().forward());
+    let (world, robot) = (case.world(), case.robot());
+    let surroundings = robot.surroundings.with_goals(goals);
+    let robot = robot.in_surroundings(surroundings);
+    let trajectory = trajectory(&world, &robot, goals)?;
+    let (dt, start) = (case.scene.physics.dt, place(&case, [0.0; 2]));
     let path = trajectory.steps.iter().map(|&step| {
-        let along = task.ground().along(trajectory.position(step)) - start;
+        let along = world.ground().along(trajectory.position(step)) - start.forward();
         [step as f64 * dt, along]
     });
-    let (legs, path) = (walker.legs(goals, &trajectory), path.collect());
+    let (legs, path) = (legs(&world, start, goals, &trajectory), path.collect());
     Ok(Walk {
         goals: goals.clone(),
         trajectory: TrajectoryFile {
@@ -106,67 +100,49 @@ pub fn walk(case: &Case, goals: &Goals, steps: usize) -> Result<Walk> {
     })
 }
 
-/// A robot that walks to its goals.
-struct Walker<'a> {
-    /// The task, with the goals.
-    task: &'a Task,
-    body: Body<f64>,
-    controller: &'a Controller<f64>,
-    start: &'a State<f64>,
+/// Simulates the walk of a robot. The trajectory has the states after every 16 steps, at every change of a goal, and at the end.
+///
+/// # Errors
+/// [`Error::Diverged`].
+fn trajectory(world: &World, robot: &Robot<f64>, goals: &Goals) -> Result<Trajectory<f64>> {
+    let steps = world.physics.steps;
+    let times = goals
+        .times(steps)
+        .flat_map(|(time, _)| [time.start, time.end]);
+    let observed = (0..steps).step_by(EVERY).chain(times).chain([steps]);
+    let observed: BTreeSet<usize> = observed.collect();
+    let span = Span::from_start(observed.into_iter().collect());
+    let GuardedRollout {
+        trajectory,
+        divergence,
+    } = world.guarded(robot, &span);
+    divergence.map_or(Ok(trajectory), |divergence| Err((&divergence).into()))
 }
 
-impl Walker<'_> {
-    /// Simulates the walk. The trajectory has the states after the numbers of steps `observed`, at every change of a
-    /// goal, and at the end.
-    ///
-    /// # Errors
-    /// [`Error::Diverged`].
-    fn walk(
-        &self,
-        goals: &Goals,
-        observed: impl Iterator<Item = usize>,
-    ) -> Result<Trajectory<f64>> {
-        let steps = self.task.physics.steps;
-        let times = goals
-            .times(steps)
-            .flat_map(|(time, _)| [time.start, time.end]);
-        let observed: BTreeSet<usize> = observed.chain(times).chain([steps]).collect();
-        let span = Span::from_start(observed.into_iter().collect());
-        let simulator = &self.task.simulator;
-        let GuardedRollout {
-            trajectory,
-            divergence,
-        } = simulator.guarded(&self.body, self.controller, self.start, &span);
-        divergence.map_or(Ok(trajectory), |divergence| Err((&divergence).into()))
-    }
-
-    /// The place of the payload at the start in the ground's frame, in metres.
-    fn place(&self) -> Vector<f64> {
-        let (lattice, ground) = (&self.task.lattice, self.task.ground());
-        lattice.payload_point(self.start, &ground)
-    }
-
-    /// The legs of a [walk](Self::walk).
-    fn legs(&self, goals: &Goals, trajectory: &Trajectory<f64>) -> Vec<Leg> {
-        let (start, physics) = (self.place(), &self.task.physics);
-        let (ground, dimension) = (self.task.ground(), self.task.lattice.dimension);
-        let place = |step: usize| ground.vector_to_ground(trajectory.position(step)) - start;
-        let leg = |(time, goal): (Range<usize>, Vector<f64>)| {
-            let ends = [time.start, time.end];
-            let [first, last] = ends.map(place);
-            let [from, until] = ends.map(|step| step as f64 * physics.dt);
-            let goal = goal - start;
-            Leg {
-                goal: goal.forward(),
-                across: (dimension == Dimension::Space).then_some(goal.sideways()),
-                from,
-                until,
-                way: dimension.norm_along(first - goal),
-                left: dimension.norm_along(last - goal),
-            }
-        };
-        goals.times(physics.steps).map(leg).collect()
-    }
+/// The legs of a [walk](trajectory) that begins with the payload at `start`, in the ground's frame, in metres.
+fn legs(
+    world: &World,
+    start: Vector<f64>,
+    goals: &Goals,
+    trajectory: &Trajectory<f64>,
+) -> Vec<Leg> {
+    let (ground, dimension) = (world.ground(), world.lattice.dimension);
+    let place = |step: usize| ground.vector_to_ground(trajectory.position(step)) - start;
+    let leg = |(time, goal): (Range<usize>, Vector<f64>)| {
+        let ends = [time.start, time.end];
+        let [first, last] = ends.map(place);
+        let [from, until] = ends.map(|step| step as f64 * world.physics.dt);
+        let goal = goal - start;
+        Leg {
+            goal: goal.forward(),
+            across: (dimension == Dimension::Space).then_some(goal.sideways()),
+            from,
+            until,
+            way: dimension.norm_along(first - goal),
+            left: dimension.norm_along(last - goal),
+        }
+    };
+    goals.times(world.physics.steps).map(leg).collect()
 }
 
 /// Returns the table of legs, with a row for each.

@@ -2,7 +2,7 @@ use crate::small::small;
 use cosmic::case::Case;
 use cosmic::policy::Goals;
 use cosmic::scene::{GoalKind, LatticeKind};
-use cosmic::simulator::Span;
+use cosmic::world::Span;
 use cosmic_lab::walk::{place, walk};
 
 const STEPS: usize = 96;

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use autodiff::Real;
 use cosmic::objective::Loss;
-use cosmic::simulator::Trajectory;
+use cosmic::world::Trajectory;
 use cosmic_program::Program;
 
 /// The loss: the mean square of the payload's vertical speed, in m²/s², minus the distance that the payload covers, in

@@ -15,7 +15,7 @@ use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::summary::SUMMARY;
 use cosmic::record::{DIVERGED, Observer, Summary};
 use cosmic::scene::{Scene, SkeletonPart};
-use cosmic::simulator::Energy;
+use cosmic::world::Energy;
 use cosmic::verdict::Verdict;
 use cosmic_lab::report::verdict_of;
 use std::fs;

@@ -8,7 +8,7 @@ use cosmic::case::Case;
 use cosmic::geometry::{Dimension, Ground, Row, Vector};
 use cosmic::policy::Goals;
 use cosmic::scene::Scene;
-use cosmic::simulator::Span;
+use cosmic::world::Span;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;

@@ -9,7 +9,7 @@ use cosmic::lattice::Truss;
 use cosmic::objective::Loss;
 use cosmic::record::{DesignFile, Observer, Run, RunPlan, optimise, optimise_with, resume_with};
 use cosmic::scene::Scene;
-use cosmic::simulator::Trajectory;
+use cosmic::world::Trajectory;
 use std::fs;
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;

@@ -105,7 +105,7 @@ fn the_set_points_repeat_what_the_robot_does_in_open_loop() {
     // Where the robot is does not matter without feedback.
     let mut far = case.start.clone();
     far.x.iter_mut().for_each(|x| *x = *x * 2.0);
-    let walk = cosmic::simulator::Trajectory::new(steps, vec![far; 101]);
+    let walk = cosmic::world::Trajectory::new(steps, vec![far; 101]);
     let moments = task
         .simulator
         .moments(&case.body(), &case.controller, &walk);

@@ -7,16 +7,25 @@ use crate::design::{Design, Mixture};
 use crate::error::Result;
 use crate::inputs::{ALL, DESIGN, Inputs};
 use crate::lattice::Body;
-use crate::objective::{Displacement, measures};
+use crate::objective::{Displacement, loss_of, measures};
 use crate::policy::Weights;
 use crate::projection::{Projection, Projector};
-use crate::simulator::{Divergence, GuardedRollout, Span, StepCheck, Trajectory};
-use crate::task::{Horizon, KEEP_EVERY, LoadsAndEnergy, Task, kept_steps};
+use crate::world::{
+    Divergence, GuardedRollout, KEEP_EVERY, LoadsAndEnergy, Robot, Span, StepCheck, Trajectory, World,
+    kept_steps,
+};
 
 impl Case {
-    /// Makes the [`Task`] that simulates this case: it has the lattice and the settings of the case.
-    pub fn task(&self) -> Task {
-        Task::new(self.lattice.clone(), &self.scene)
+    /// The world of this case: it has the lattice and the settings of the case.
+    pub fn world(&self) -> World {
+        World::new(self.lattice.clone(), &self.scene)
+    }
+
+    /// The robot of this case, with the surroundings of its scene.
+    pub fn robot(&self) -> Robot<f64> {
+        let world = self.world();
+        let body = world.body(&self.own_design());
+        world.robot(body, self.controller.clone(), &self.start)
     }
 
     /// All numbers of the case with respect to which its rollout can be differentiated: design vectors, controller and
@@ -49,36 +58,31 @@ impl Case {
     /// The body that the rollout simulates: stiffnesses, strains, masses, the weight (presence) of each node, and the
     /// marker whose displacement counts.
     pub fn body(&self) -> Body<f64> {
-        self.task().body(&self.own_design())
+        self.world().body(&self.own_design())
     }
 
     /// Simulates the case and returns the first state that diverged; `None` if the rollout does not diverge.
     pub fn divergence(&self) -> Option<Divergence> {
-        let (task, steps) = (self.task(), self.scene.physics.steps);
-        let body = task.body(&self.own_design());
-        (task.simulator).divergence(&body, &self.controller, &self.start, 0..steps)
+        let steps = self.scene.physics.steps;
+        self.world().divergence(&self.robot(), 0..steps)
     }
 
     /// Checks whether the time step is short enough for the vibrations of the robot at rest in its initial positions.
     pub fn step_check(&self) -> StepCheck {
-        let task = self.task();
-        let any_design = task.stable_step_of_any_design(1.0);
-        task.step_check(&self.own_design(), &self.start.x, 1.0, any_design)
+        let world = self.world();
+        let any_design = world.stable_step_of_any_design(1.0);
+        world.step_check(&self.own_design(), &self.start.x, 1.0, any_design)
     }
 
     /// Simulates the case, but with the design, the controller and the initial state of `inputs`. Returns the loss:
     /// minus the final position along the ground, in metres, of the payload, or of the body that the case names. The
     /// position counts from the origin of the case's file.
-    pub fn displacement_loss<R: Real>(&self, task: &Task, inputs: &Inputs<R>) -> R {
-        let design = self.projected(self.projection, &inputs.z);
-        let loss = Displacement::at_end(task.ground());
-        let loss = task.loss(
-            &design,
-            inputs,
-            &loss,
-            &Horizon::of_steps(self.scene.physics.steps),
-        );
-        loss - R::lit(self.frame.along(&task.ground()))
+    pub fn displacement_loss<R: Real>(&self, world: &World, inputs: &Inputs<R>) -> R {
+        let robot = inputs.robot(world, &self.projected(self.projection, &inputs.z));
+        let loss = Displacement::at_end(world.ground());
+        let span = Span::of_steps(self.scene.physics.steps);
+        let loss = loss_of(world, &robot, &loss, &span);
+        loss - R::lit(self.frame.along(&world.ground()))
     }
 
     /// Simulates the case. The results hold the states after the steps in `record` (see
@@ -87,10 +91,9 @@ impl Case {
     /// # Errors
     /// If a step to record is beyond the end of the rollout.
     pub fn evaluate(&self, gradient: bool, record: &[usize]) -> Result<CaseResults> {
-        let task = self.task();
+        let (world, robot) = (self.world(), self.robot());
         let recorded = self.recorded_steps(record)?;
         let design = self.own_design();
-        let body = task.body(&design);
         let steps = self.scene.physics.steps;
         let mut observed = recorded.clone();
         observed.extend(kept_steps(steps, KEEP_EVERY));
@@ -100,21 +103,21 @@ impl Case {
         let GuardedRollout {
             trajectory,
             divergence,
-        } = (task.simulator).guarded(&body, &self.controller, &self.start, &span);
-        let ground = task.ground();
+        } = world.guarded(&robot, &span);
+        let ground = world.ground();
         let along = |place| ground.along(self.frame.written(place));
         let l_disp = -along(trajectory.position(steps));
-        let displacement = -along(self.start.x[body.marker.payload]) - l_disp;
+        let displacement = -along(self.start.x[robot.body.marker.payload]) - l_disp;
         let measured = match divergence {
             Some(_) => None,
-            None => self.loads_and_energy(&task, &design, &trajectory, displacement),
+            None => self.loads_and_energy(&world, &robot, &trajectory, displacement),
         };
         let mixtures = design.mixtures();
         let measures = measures(&mixtures, self.scene.projection.delta);
         let own_terms = self.augmentation(self.projection, gradient);
         let performance_terms = (self.projection == Projection::Stability)
             .then(|| self.augmentation(Projection::Performance, gradient));
-        let grad_l_disp = gradient.then(|| self.gradient(&task));
+        let grad_l_disp = gradient.then(|| self.gradient(&world));
         let design_gradient = |(_, terms): &(f64, Vec<f64>)| {
             let total = grad_l_disp.as_ref()?.z.iter().zip(terms.as_chunks().0);
             let sum = |(a, b): (&[f64; 3], &[f64; 3])| [0, 1, 2].map(|k| a[k] + b[k]);
@@ -123,11 +126,11 @@ impl Case {
             })
         };
         Ok(CaseResults {
-            u0: self.first_activation(&task, &body),
+            u0: self.first_activation(&world, &robot),
             displacement,
             energy: measured.as_ref().map(|measured| measured.energy),
             loads: measured.map(|measured| measured.loads),
-            node_mass: body.mass,
+            node_mass: robot.body.mass.clone(),
             l_disp,
             volume: measures.volume,
             actuator_volume: measures.actuator_volume,
@@ -151,27 +154,25 @@ impl Case {
     /// The loads and the energy of a layout. `seen` has the states that a run keeps, among others; `displacement` is in m.
     fn loads_and_energy(
         &self,
-        task: &Task,
-        design: &Design<Mixture<f64>>,
+        world: &World,
+        robot: &Robot<f64>,
         seen: &Trajectory<f64>,
         displacement: f64,
     ) -> Option<LoadsAndEnergy> {
         let kept = kept_steps(self.scene.physics.steps, KEEP_EVERY);
         let states = kept.iter().map(|n| seen.at(*n).clone()).collect();
         let kept = Trajectory::new(kept, states);
-        task.loads_and_energy(design, &self.controller, &self.start, &kept, displacement)
+        world.loads_and_energy(&self.own_design(), robot, &kept, displacement)
     }
 
     /// The activation of each edge in the first step.
-    fn first_activation(&self, task: &Task, body: &Body<f64>) -> Vec<f64> {
-        let moments = &[(&self.start, 0.0)];
-        let activations = task.simulator.activations(body, &self.controller, moments);
-        activations.concat()
+    fn first_activation(&self, world: &World, robot: &Robot<f64>) -> Vec<f64> {
+        world.activations(robot, &[(&self.start, 0.0)]).concat()
     }
 
-    fn gradient(&self, task: &Task) -> Gradient {
+    fn gradient(&self, world: &World) -> Gradient {
         let mut inputs = self.inputs();
-        let loss = |inputs: &Inputs<_>| self.displacement_loss(task, inputs);
+        let loss = |inputs: &Inputs<_>| self.displacement_loss(world, inputs);
         let (_, gradient) = inputs.differentiate(ALL, loss);
         inputs.set(ALL, &gradient);
         Gradient {

@@ -20,7 +20,7 @@ use crate::scene::{
     MovedBody, PartsSettings, Scene, VoidEdges,
 };
 use crate::settings::{Field, Settings, read_json};
-use crate::simulator::Divergence;
+use crate::world::Divergence;
 
 /// The key `format` of the cases that the program writes.
 pub(super) const FORMAT: &str = "cosmic-case";

@@ -13,8 +13,8 @@ use crate::optimiser::{Adam, Mma, MmaSettings};
 use crate::policy::Controller;
 use crate::projection::Projection;
 use crate::scene::{BinarisationSettings, Scene};
-use crate::simulator::StepCheck;
-use crate::task::Task;
+use crate::world::StepCheck;
+use crate::world::World;
 
 /// Largest change of a design variable in an update of MMA, as a share of its range (found by experiment).
 const MOVE_LIMIT: f64 = 0.02;
@@ -107,7 +107,7 @@ impl CoDesign {
 
     fn of_loss(scene: &Scene, loss: Arc<dyn AnyLoss>) -> Result<Self> {
         let evaluator = Evaluator::new(scene, loss)?;
-        let lattice = &evaluator.task.lattice;
+        let lattice = &evaluator.world.lattice;
         let variables = 3 * lattice.edges.len();
         let (lower, upper) = (vec![0.0; variables], vec![1.0; variables]);
         let mma = Mma::new(method(), &lower, &upper).expect("these settings suit the method");
@@ -124,7 +124,7 @@ impl CoDesign {
     /// Sets the flag with which another thread stops all rollouts, so that an iteration ends soon. The result of an
     /// iteration during which the flag was set is meaningless.
     pub fn stop_by(&mut self, stop: Option<Arc<AtomicBool>>) {
-        self.evaluator.task.simulator.stop = stop;
+        self.evaluator.rollouts.stop = stop;
     }
 
     /// Begins an optimisation: returns the state before the first iteration. Its design is the initial design of the
@@ -196,7 +196,7 @@ impl CoDesign {
     /// Refuses design vectors outside 0 to 1, and designs that contradict the rules of the lattice.
     fn check_vectors(&self, z: &[[f64; 3]]) -> Result<()> {
         let refuse = |says: String| Err(Error::Usage(format!("the initial design: {says}")));
-        let rules = &self.task().lattice.rules;
+        let rules = &self.world().lattice.rules;
         for (edge, z) in z.iter().enumerate() {
             if z.iter().any(|z| !(0.0..=1.0).contains(z)) {
                 return refuse(format!(
@@ -236,14 +236,14 @@ impl CoDesign {
 
     /// Like [`begin`](Self::begin), but without the check of the time step.
     pub(crate) fn first(&self, seed: u64) -> Result<Progress> {
-        let controller = Controller::xavier(&self.scene().controller, &self.task().lattice, seed);
+        let controller = Controller::xavier(&self.scene().controller, &self.world().lattice, seed);
         Ok(self.progress(seed, self.start_of(seed)?, controller))
     }
 
     /// The initial design of the scene. The seed has an effect only if the scene draws the design at random.
     fn start_of(&self, seed: u64) -> Result<Design<[f64; 3]>> {
         let beta = self.scene().projection.beta;
-        start(&self.scene().start, &self.task().lattice, beta, seed)
+        start(&self.scene().start, &self.world().lattice, beta, seed)
     }
 
     /// The state, before the first iteration, of an optimisation that begins with a given design and controller.
@@ -254,7 +254,7 @@ impl CoDesign {
         controller: Controller<f64>,
     ) -> Progress {
         let z = design.vectors();
-        let mixtures = self.task().projector.mixtures(Projection::Performance, &z);
+        let mixtures = self.world().projector.mixtures(Projection::Performance, &z);
         let first_measures = measures(&mixtures, self.scene().projection.delta).constrained();
         Progress {
             seed,
@@ -283,9 +283,9 @@ impl CoDesign {
         &self.evaluator.scene
     }
 
-    /// The task: it simulates the robots of the scene.
-    pub fn task(&self) -> &Task {
-        &self.evaluator.task
+    /// The world of the scene.
+    pub fn world(&self) -> &World {
+        &self.evaluator.world
     }
 
     /// The evaluator of robots.
@@ -307,7 +307,7 @@ impl CoDesign {
     pub(super) fn step_check_at_start(&self, seed: u64) -> Result<StepCheck> {
         let start = self.start_of(seed)?;
         let design = self
-            .task()
+            .world()
             .projector
             .projected(Projection::Performance, &start);
         Ok(self.evaluator.step_check_of(&design))

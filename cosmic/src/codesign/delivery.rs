@@ -11,18 +11,16 @@ use super::observed::ObservedRollout;
 use super::other_steps::OtherSteps;
 use super::progress::{Candidate, Progress};
 use super::quantiles::Quantiles;
-use super::reach::{Reached, first_best};
+use super::reach::{Reached, first_best, robots_of};
 use super::reliability::Reliability;
 use super::sensitivity::Sensitivity;
 use super::standstill::Standstill;
 use crate::design::{Design, Material, Mixture};
-use crate::domain::Domain;
 use crate::geometry::{Dimension, Vector};
 use crate::policy::Controller;
 use crate::random::Purpose;
 use crate::scene::{GoalKind, GradientPrecision, SelectionKind, SelectionSettings};
-use crate::simulator::Energy;
-use crate::task::{LoadsAndEnergy, together};
+use crate::world::{Energy, LoadsAndEnergy, Variation, together};
 
 /// The result of an optimisation: a robot and its measured displacement.
 #[derive(Clone, Debug, PartialEq)]
@@ -188,7 +186,7 @@ impl Evaluator {
             materials: design.materials(),
             controller: controller.clone(),
             iteration: chosen.iteration,
-            displacement: self.task.ground().vector_to_world(seen.moved),
+            displacement: self.world.ground().vector_to_world(seen.moved),
             selection,
             selection_score: self.steady_score(&selection, merit, &unsteady, &other_steps),
             robust: robust.displacement,
@@ -245,14 +243,14 @@ impl Evaluator {
         let reliability = reliability.and(unsteady).and(veers.flatten());
         let reliability = reliability.and(stops.map(Standstill::reason));
         match self.loss.is_far() {
-            true => reliability.of_walk(varied.displacement.p50, self.task.lattice.least_walk()),
+            true => reliability.of_walk(varied.displacement.p50, self.world.lattice.least_walk()),
             // For other tasks, a robot may have good reasons to stay.
             false => reliability,
         }
     }
 
     fn is_in_space(&self) -> bool {
-        self.task.lattice.dimension == Dimension::Space
+        self.world.lattice.dimension == Dimension::Space
     }
 
     /// Chooses what belongs to the merit to quote, of perturbed starts and of robots that vary a little. `None` if robots are
@@ -302,11 +300,11 @@ impl Evaluator {
         design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
         seed: u64,
-        domains: &[Domain],
+        domains: &[Variation],
     ) -> ([QuantilesOverDomains; 2], Option<Energy>) {
-        let reach = |domains: &[Domain]| self.spreads(design, &[controller], domains).remove(0);
+        let reach = |domains: &[Variation]| self.spreads(design, &[controller], domains).remove(0);
         let varied = reach(domains);
-        let energy = |robust: &QuantilesOverDomains, domains: &[Domain]| {
+        let energy = |robust: &QuantilesOverDomains, domains: &[Variation]| {
             let domain = &domains[robust.typical?];
             self.energy_in(design, controller, domain, robust.displacement.p50)
         };
@@ -326,12 +324,10 @@ impl Evaluator {
         &self,
         design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
-        domains: &[Domain],
+        domains: &[Variation],
     ) -> Quantiles {
-        let task = self.task.without_feedback(&self.start);
-        let domain = |domain: &Domain| Domain::of(&task, domain.start.clone());
-        let domains: Vec<Domain> = domains.iter().map(domain).collect();
-        self.spreads(design, &[controller], &domains)[0].displacement
+        let spreads = (self.in_open_loop()).spreads(design, &[controller], domains);
+        spreads[0].displacement
     }
 
     /// The controllers among which one is chosen: the controller of the last iteration, then the candidates, without
@@ -386,7 +382,7 @@ impl Evaluator {
         &self,
         design: &Design<Mixture<f64>>,
         controllers: &[&Controller<f64>],
-        domains: &[Domain],
+        domains: &[Variation],
     ) -> Vec<QuantilesOverDomains> {
         let reached = self.reached_over(design, controllers, domains);
         let of = |reached: &Vec<Reached>| QuantilesOverDomains::of(reached);
@@ -398,15 +394,15 @@ impl Evaluator {
         &self,
         design: &Design<Mixture<f64>>,
         controllers: &[&Controller<f64>],
-        domains: &[Domain],
+        domains: &[Variation],
     ) -> Vec<Vec<Reached>> {
         let count = together(controllers.len() * domains.len());
         let jobs = controllers.iter();
         let jobs: Vec<_> = jobs
             .flat_map(|c| domains.chunks(count).map(move |group| (*c, group)))
             .collect();
-        let reach = |(controller, group): &(&Controller<f64>, &[Domain])| {
-            self.reach_many(&[design], controller, group, GradientPrecision::F64)
+        let reach = |(controller, group): &(&Controller<f64>, &[Variation])| {
+            self.reach_many(&robots_of(design, group), controller, GradientPrecision::F64)
         };
         let reached: Vec<Vec<Reached>> = jobs.par_iter().map(reach).collect();
         let reached = reached.concat();

@@ -1,6 +1,6 @@
 //! The domains in which robots are simulated: those of gradients, and those in which robots are ranked, chosen and judged.
 
-use std::borrow::Cow;
+use std::sync::Arc;
 
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
@@ -8,13 +8,12 @@ use rayon::prelude::*;
 
 use super::evaluator::Evaluator;
 use super::progress::Progress;
+use super::reach::robots_of;
 use super::schedule::Schedule;
-use crate::domain::{Domain, draw_goal, draw_goals, draw_many, perturbed};
 use crate::policy::Goals;
 use crate::random::{Purpose, stream, stream_of};
 use crate::scene::{GoalKind, GoalsSettings, Scatter, SelectionKind, SelectionSettings};
-use crate::simulator::Span;
-use crate::task::together;
+use crate::world::{Variation, draw_goal, draw_goals, draw_many, perturbed, together};
 
 /// The number of domains in which robots are ranked and controllers are chosen.
 pub(super) const PERTURBED_ROLLOUTS: usize = SelectionSettings::PERTURBED_ROLLOUTS;
@@ -31,14 +30,14 @@ pub const VARIED: Scatter = Scatter {
 
 impl Evaluator {
     /// The robot as designed, from the unperturbed start.
-    pub(super) fn nominal(&self) -> Domain<'_> {
-        Domain::of(&self.task, self.start.clone())
+    pub(super) fn nominal(&self) -> Variation {
+        self.world.nominal(&self.start)
     }
 
     /// The domains over which an iteration averages its gradients, and the number of steps on the clock at their starts.
     /// Empty for a scene without domain randomisation and without given goals. They depend only on the robot, the seed and
     /// the iteration, so that a resumed run draws the same domains.
-    pub fn domains(&self, progress: &Progress, now: &Schedule) -> (usize, Vec<Domain<'_>>) {
+    pub fn domains(&self, progress: &Progress, now: &Schedule) -> (usize, Vec<Variation>) {
         let (robust, goals) = (&self.scene.robust, self.scene.controller.goals);
         let number = now.iteration as u64;
         let stream = |purpose| stream_of(progress.seed, purpose, number);
@@ -50,7 +49,7 @@ impl Evaluator {
             0 => vec![self.nominal(); count],
             _ => {
                 let stream = stream(Purpose::DomainRandomisation);
-                draw_many(&self.task, &robust.scatter(), count, stream)
+                draw_many(&self.world, &robust.scatter(), count, stream)
             }
         };
         match goals {
@@ -65,34 +64,34 @@ impl Evaluator {
     /// These domains, each with one goal: half of the goals are ahead, half behind. In one of
     /// [`COUNT`](GoalsSettings::COUNT) iterations, robots begin at rest, as in a sequence of goals. In the others they
     /// are on their way to a goal before, for the number of steps that is returned, at most `rest`.
-    fn with_a_goal<'a>(
+    fn with_a_goal(
         &self,
-        domains: Vec<Domain<'a>>,
+        domains: Vec<Variation>,
         progress: &Progress,
         rest: usize,
         mut stream: ChaCha8Rng,
-    ) -> (usize, Vec<Domain<'a>>) {
+    ) -> (usize, Vec<Variation>) {
         let goals = &self.scene.goals;
         let whole = (self.scene.physics.steps / GoalsSettings::COUNT).min(rest);
         let steps = match progress.iteration % GoalsSettings::COUNT {
             0 => 0,
             _ => stream.random_range(whole / 2..=whole),
         };
-        let mut with_one = |domains: Vec<Domain<'a>>, in_turn: usize| {
+        let mut with_one = |domains: Vec<Variation>, in_turn: usize| {
             with_goals(domains, |k, domain| {
                 let ahead = (k / in_turn).is_multiple_of(2);
-                draw_goal(&self.task, &domain.start, goals, ahead, &mut stream)
+                draw_goal(&self.world, &domain.start, goals, ahead, &mut stream)
             })
         };
         let mut domains = with_one(domains, 1);
         if steps == 0 {
             return (0, domains);
         }
-        let (designs, controller) = ([self.design(progress)], &progress.controller);
+        let (design, controller) = (self.design(progress), &progress.controller);
         let precision = self.scene.gradient.precision;
-        let walk = |domains: &[Domain]| {
-            let span = Span::from_start(vec![steps]);
-            self.watched(&designs, controller, domains, span, precision)
+        let walk = |domains: &[Variation]| {
+            let robots = robots_of(&design, domains);
+            self.watched(&robots, controller, vec![steps], precision)
         };
         let chunks = domains.par_chunks(together(domains.len()));
         let walked: Vec<_> = chunks.flat_map_iter(walk).collect();
@@ -107,7 +106,7 @@ impl Evaluator {
 
     /// The domains in which robots are ranked during an optimisation: the robot as designed, and robots that
     /// [vary](VARIED) a little.
-    pub(super) fn ranking_domains(&self, seed: u64) -> Vec<Domain<'_>> {
+    pub(super) fn ranking_domains(&self, seed: u64) -> Vec<Variation> {
         let mut domains = self.drawn(&VARIED, seed, Purpose::Ranking, PERTURBED_ROLLOUTS);
         domains[0] = self.nominal();
         self.on_errands(domains, seed, Purpose::Ranking)
@@ -115,7 +114,7 @@ impl Evaluator {
 
     /// The domains in which controllers are measured to choose one: for the selection `robust` robots that vary a
     /// little, otherwise random domains if the scene has domain randomisation, or perturbed starts.
-    pub(super) fn selecting_domains(&self, seed: u64) -> Vec<Domain<'_>> {
+    pub(super) fn selecting_domains(&self, seed: u64) -> Vec<Variation> {
         let robust = &self.scene.robust;
         let (purpose, domains) = match (self.scene.selection.kind, robust.samples) {
             (SelectionKind::Robust, _) => {
@@ -136,17 +135,17 @@ impl Evaluator {
     }
 
     /// This number of domains with [varied](VARIED) robots. If goals are given, each robot has a sequence of goals.
-    pub(super) fn varied(&self, seed: u64, purpose: Purpose, count: usize) -> Vec<Domain<'_>> {
+    pub(super) fn varied(&self, seed: u64, purpose: Purpose, count: usize) -> Vec<Variation> {
         self.on_errands(self.drawn(&VARIED, seed, purpose, count), seed, purpose)
     }
 
     /// These domains, each with a sequence of goals; unchanged if goals are fixed.
-    fn on_errands<'a>(
+    fn on_errands(
         &self,
-        domains: Vec<Domain<'a>>,
+        domains: Vec<Variation>,
         seed: u64,
         purpose: Purpose,
-    ) -> Vec<Domain<'a>> {
+    ) -> Vec<Variation> {
         match self.scene.controller.goals {
             GoalKind::Fixed => domains,
             GoalKind::Given => {
@@ -154,7 +153,7 @@ impl Evaluator {
                 let mut stream = stream_of(seed, Purpose::Errands, purpose as u64);
                 with_goals(domains, |k, _| {
                     let ahead = k.is_multiple_of(2);
-                    draw_goals(&self.task, goals, ahead, &mut stream)
+                    draw_goals(&self.world, goals, ahead, &mut stream)
                 })
             }
         }
@@ -167,8 +166,8 @@ impl Evaluator {
         seed: u64,
         purpose: Purpose,
         count: usize,
-    ) -> Vec<Domain<'_>> {
-        draw_many(&self.task, scatter, count, stream(seed, purpose))
+    ) -> Vec<Variation> {
+        draw_many(&self.world, scatter, count, stream(seed, purpose))
     }
 
     /// Copies of the nominal task, each with a perturbed start. To perturb a start,
@@ -179,23 +178,27 @@ impl Evaluator {
         seed: u64,
         purpose: Purpose,
         count: usize,
-    ) -> Vec<Domain<'_>> {
+    ) -> Vec<Variation> {
         let mut stream = stream(seed, purpose);
-        let distance = SelectionSettings::PERTURBATION * self.task.lattice.scale;
+        let distance = SelectionSettings::PERTURBATION * self.world.lattice.scale;
         let mut start = || perturbed(&self.start, distance, &mut stream);
-        let domain = |_| Domain::of(&self.task, start());
+        let nominal = self.nominal();
+        let domain = |_| Variation {
+            start: start(),
+            ..nominal.clone()
+        };
         (0..count).map(domain).collect()
     }
 }
 
 /// These domains, each with its own goals: `draw` gets its number and the domain.
-fn with_goals<'a>(
-    mut domains: Vec<Domain<'a>>,
-    mut draw: impl FnMut(usize, &Domain) -> Goals,
-) -> Vec<Domain<'a>> {
+fn with_goals(
+    mut domains: Vec<Variation>,
+    mut draw: impl FnMut(usize, &Variation) -> Goals,
+) -> Vec<Variation> {
     for (k, domain) in domains.iter_mut().enumerate() {
         let goals = draw(k, domain);
-        domain.task = Cow::Owned(domain.task.with_goals(&goals));
+        domain.surroundings = Arc::new(domain.surroundings.with_goals(&goals));
     }
     domains
 }

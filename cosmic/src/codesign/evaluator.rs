@@ -1,4 +1,4 @@
-//! The evaluator of a scene: it has the task, the loss and the start of the scene.
+//! The evaluator of a scene: it has the world, the loss and the start of the scene.
 
 use std::sync::Arc;
 
@@ -10,20 +10,23 @@ use crate::lattice::{Lattice, State};
 use crate::objective::AnyLoss;
 use crate::projection::Projection;
 use crate::scene::Scene;
-use crate::simulator::StepCheck;
-use crate::task::Task;
+use crate::world::{Span, StepCheck, World};
 
 /// Evaluates robots of one scene: simulates them, differentiates their losses and measures their displacement. It has
 /// no state that changes between evaluations.
+#[derive(Clone)]
 pub struct Evaluator {
     /// The scene.
     pub scene: Scene,
-    /// The simulated task.
-    pub task: Task,
+    /// The world of the scene.
+    pub world: World,
     /// The loss of a rollout.
     pub loss: Arc<dyn AnyLoss>,
     /// The unperturbed start.
     pub start: State<f64>,
+    /// What all rollouts have in common: the memory that gradients may use, the flag that stops rollouts, and whether robots
+    /// have feedback. Its steps are not read.
+    pub(super) rollouts: Span,
     /// The time step, s, below which every design of the lattice is stable.
     stable_step_of_any_design: f64,
 }
@@ -39,14 +42,34 @@ impl Evaluator {
         check_loss(&*loss, scene)?;
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let start = lattice.state_at_rest();
-        let task = Task::new(lattice, scene);
+        let world = World::new(lattice, scene);
         Ok(Self {
-            stable_step_of_any_design: task.stable_step_of_any_design(scene.robust.faster()),
+            stable_step_of_any_design: world.stable_step_of_any_design(scene.robust.faster()),
             loss,
             start,
-            task: task.with_memory(scene.gradient.budget()),
+            world,
+            rollouts: Span {
+                memory: scene.gradient.budget(),
+                ..Span::of_steps(0)
+            },
             scene: scene.clone(),
         })
+    }
+
+    /// A copy of this evaluator that simulates robots in another world, such as one with shorter time steps.
+    pub(super) fn in_world(&self, world: World) -> Self {
+        Self {
+            world,
+            ..self.clone()
+        }
+    }
+
+    /// A copy of this evaluator for robots without feedback, which see the unperturbed start in every step.
+    #[must_use]
+    pub fn in_open_loop(&self) -> Self {
+        let mut other = self.clone();
+        other.rollouts.open_loop = Some(self.start.clone());
+        other
     }
 
     /// True if robots are ranked by their displacement; see [`Loss::is_far`](crate::objective::Loss::is_far).
@@ -57,14 +80,14 @@ impl Evaluator {
     /// The design in the form that is simulated. Before the snap, this is the design vectors after the performance
     /// projection; after the snap, it is the layout (D7).
     pub fn design(&self, progress: &Progress) -> Design<Mixture<f64>> {
-        (self.task.projector).projected(Projection::Performance, &progress.design)
+        (self.world.projector).projected(Projection::Performance, &progress.design)
     }
 
     /// Compares the time step with the vibrations of a design. Random variations of the robot, which domain
     /// randomisation may draw, are included.
     pub(super) fn step_check_of(&self, design: &Design<Mixture<f64>>) -> StepCheck {
         let (faster, any_design) = (self.scene.robust.faster(), self.stable_step_of_any_design);
-        (self.task).step_check(design, &self.start.x, faster, any_design)
+        (self.world).step_check(design, &self.start.x, faster, any_design)
     }
 }
 

@@ -1,12 +1,12 @@
 //! How far a robot walks on ground that is more slippery than that of its scene.
 
-use std::borrow::Cow;
+use std::sync::Arc;
 
 use super::domains::PERTURBED_ROLLOUTS;
 use super::evaluator::Evaluator;
 use crate::design::{Design, Mixture};
-use crate::domain::Domain;
 use crate::policy::Controller;
+use crate::world::{FRICTION, Variation};
 
 /// The share of the friction that remains when the ground is more slippery: rubber on a wet floor instead of a dry one.
 pub const LOW_FRICTION: f64 = 0.6;
@@ -18,17 +18,20 @@ impl Evaluator {
         &self,
         design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
-        varied: &[Domain],
+        varied: &[Variation],
     ) -> Option<f64> {
         if !self.scene.slips() || !self.is_far() || design.layout().is_none() {
             return None;
         }
-        let slippery = |domain: &Domain| Domain {
-            task: Cow::Owned(domain.task.with_friction(LOW_FRICTION)),
-            start: domain.start.clone(),
+        let slippery = |variation: &Variation| {
+            let surroundings = (*variation.surroundings).clone();
+            Variation {
+                surroundings: Arc::new(surroundings.scaled(FRICTION, LOW_FRICTION)),
+                ..variation.clone()
+            }
         };
         let domains = varied.iter().take(PERTURBED_ROLLOUTS).map(slippery);
-        let domains: Vec<Domain> = domains.collect();
+        let domains: Vec<Variation> = domains.collect();
         let found = self.spreads(design, &[controller], &domains).remove(0);
         Some(found.displacement.p50)
     }

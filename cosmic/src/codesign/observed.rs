@@ -5,11 +5,12 @@ use std::f64::consts::TAU;
 use super::evaluator::Evaluator;
 use super::standstill::Standstill;
 use crate::design::{Design, Mixture, Structure, volumes};
-use crate::domain::Domain;
 use crate::geometry::Vector;
 use crate::policy::{Controller, frequency};
-use crate::simulator::{BarLoad, Divergence, Energy, GuardedRollout, Loads, Span, Trajectory};
-use crate::task::{KEEP_EVERY, LoadsAndEnergy, Task, kept_steps};
+use crate::world::{
+    BarLoad, Divergence, Energy, GuardedRollout, KEEP_EVERY, Loads, LoadsAndEnergy, Trajectory,
+    Variation, kept_steps,
+};
 
 /// A robot in one rollout from the unperturbed start.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,7 +58,7 @@ impl Evaluator {
             seen,
             moved,
             measured,
-        } = self.walk(&self.task, KEEP_EVERY, design, controller);
+        } = self.walk(KEEP_EVERY, design, controller);
         let GuardedRollout {
             trajectory,
             divergence,
@@ -67,7 +68,7 @@ impl Evaluator {
             None => self.standstill(controller, &trajectory),
         };
         let structure = design.layout();
-        let structure = structure.map(|layout| Structure::new(&self.task.lattice, layout));
+        let structure = structure.map(|layout| Structure::new(&self.world.lattice, layout));
         let [volume, actuator_volume] = volumes(&design.mixtures());
         ObservedRollout {
             loads: measured.as_ref().map(|measured| measured.loads.clone()),
@@ -83,19 +84,17 @@ impl Evaluator {
         }
     }
 
-    /// Simulates a robot of a task from the unperturbed start. Keeps the states after `every` steps.
+    /// Simulates a robot from the unperturbed start. Keeps the states after `every` steps.
     fn walk(
         &self,
-        task: &Task,
         every: usize,
         design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
     ) -> Walk {
-        let span = Span::from_start(kept_steps(task.physics.steps, every));
-        let body = task.body(design);
-        let seen = task
-            .simulator
-            .guarded(&body, controller, &self.start, &span);
+        let world = &self.world;
+        let span = (self.rollouts).observing(kept_steps(world.physics.steps, every));
+        let robot = world.robot(world.body(design), controller.clone(), &self.start);
+        let seen = world.guarded(&robot, &span);
         if seen.divergence.is_some() {
             return Walk {
                 seen,
@@ -105,8 +104,7 @@ impl Evaluator {
         }
         let kept = &seen.trajectory;
         let moved = self.between(&self.start, kept);
-        let measured =
-            task.loads_and_energy(design, controller, &self.start, kept, moved.forward());
+        let measured = world.loads_and_energy(design, &robot, kept, moved.forward());
         Walk {
             seen,
             moved,
@@ -122,24 +120,25 @@ impl Evaluator {
         controller: &Controller<f64>,
     ) -> Option<LoadsAndEnergy> {
         design.layout()?;
-        let task = (self.task).with_physics(&self.half_step(), &self.scene.controller);
+        let world = (self.world).with_physics(&self.half_step(), &self.scene.controller);
         // The states are those of the same times.
-        self.walk(&task, 2 * KEEP_EVERY, design, controller)
-            .measured
+        let finer = self.in_world(world);
+        finer.walk(2 * KEEP_EVERY, design, controller).measured
     }
 
-    /// The energy that a robot needs in another domain, per distance of `displacement` (m). `None` for an undecided design.
+    /// The energy that a robot with a variation needs, per distance of `displacement` (m). `None` for an undecided design.
     pub(super) fn energy_in(
         &self,
         design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
-        Domain { task, start }: &Domain,
+        variation: &Variation,
         displacement: f64,
     ) -> Option<Energy> {
-        let (layout, steps) = (design.layout()?, task.physics.steps);
-        let (simulator, body) = (&task.simulator, task.body(design));
-        let bars = simulator.loads(layout, &body, controller, start, steps);
-        Some(simulator.energy_of(layout, &bars, &body, &task.materials, steps, displacement))
+        let (layout, world) = (design.layout()?, &self.world);
+        let steps = world.physics.steps;
+        let robot = world.robots(&[(design, variation)], controller).remove(0);
+        let bars = world.loads(layout, &robot, steps);
+        Some(world.energy_of(layout, &bars, &robot.body, steps, displacement))
     }
 
     /// Where and since when the robot of a full rollout stands still.
@@ -148,7 +147,7 @@ impl Evaluator {
         controller: &Controller<f64>,
         seen: &Trajectory<f64>,
     ) -> Option<Standstill> {
-        let ground = self.task.ground();
+        let ground = self.world.ground();
         let times = seen
             .steps
             .iter()
@@ -162,7 +161,7 @@ impl Evaluator {
             &times.collect::<Vec<_>>(),
             &places.collect::<Vec<_>>(),
             period,
-            self.task.lattice.scale,
+            self.world.lattice.scale,
         )
     }
 }

@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use super::evaluator::Evaluator;
 use crate::design::{Design, Mixture};
-use crate::domain::Domain;
 use crate::policy::Controller;
 use crate::scene::{Integrator, PhysicsSettings};
+use crate::world::Variation;
 
 /// The largest number of substeps with which another integrator is tried. Bars that need more make it too slow, and a
 /// scene that solves them implicitly has reasons to do so.
@@ -53,13 +53,12 @@ impl Evaluator {
         &self,
         design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
-        domains: &[Domain],
+        domains: &[Variation],
     ) -> OtherSteps {
         let medians = |physics: &PhysicsSettings| {
-            let task = self.task.with_physics(physics, &self.scene.controller);
-            let domain = |domain: &Domain| Domain::of(&task, domain.start.clone());
-            let domains: Vec<_> = domains.iter().map(domain).collect();
-            let spread = self.spreads(design, &[controller], &domains).remove(0);
+            let world = self.world.with_physics(physics, &self.scene.controller);
+            let other = self.in_world(world);
+            let spread = other.spreads(design, &[controller], domains).remove(0);
             Medians {
                 displacement: spread.displacement.p50,
                 merit: spread.merit.p50,
@@ -95,9 +94,9 @@ impl Evaluator {
             substeps,
             ..own.clone()
         };
-        let task = self.task.with_physics(&other, &self.scene.controller);
+        let world = self.world.with_physics(&other, &self.scene.controller);
         // The 0 claims that no step is stable for every design, so the limit of this design is computed.
-        let check = task.step_check(design, &self.start.x, 1.0, 0.0);
+        let check = world.step_check(design, &self.start.x, 1.0, 0.0);
         let limit = check.exact.unwrap_or(check.bound);
         let needed = substeps as f64 * (limit.share(own.dt) / MARGIN).max(1.0);
         let needed = needed.ceil();

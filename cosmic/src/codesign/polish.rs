@@ -52,7 +52,7 @@ fn finalists(
     now: &Schedule,
     layout: &[Material],
 ) -> Vec<Vec<Material>> {
-    let Evaluator { scene, task, .. } = evaluator;
+    let Evaluator { scene, world, .. } = evaluator;
     let schedule = &scene.schedule;
     let [Slope { gradient, .. }] =
         evaluator.slopes([Variables::Shares], &evaluator.point(progress, now));
@@ -62,15 +62,16 @@ fn finalists(
     let (slopes, _) = gradient.as_chunks();
     let cost = |edge: usize, from: Material, to: Material| {
         let slope = |m: Material| m.of(&slopes[edge]);
-        (!task.projector.is_held(edge, to)).then(|| slope(to) - slope(from))
+        (!world.projector.is_held(edge, to)).then(|| slope(to) - slope(from))
     };
     let (bounds, trials) = (now.volume_bounds(), schedule.polish_trials);
     let tried = flipped(layout, &bounds, rules, trials, cost);
-    let mut short = task.clone();
+    let mut short = world.clone();
     let [first, last] = schedule.horizon;
-    short.physics.steps = first.min(last).min(task.physics.steps);
+    short.physics.steps = first.min(last).min(world.physics.steps);
     let designs: Vec<_> = tried.iter().cloned().map(Design::Layout).collect();
-    let reached = evaluator.reached(&designs, &progress.controller, &short);
+    let short = evaluator.in_world(short);
+    let reached = short.reached(&designs, &progress.controller);
     let merits = reached.iter().map(|r| r.merit);
     let mut ranked: Vec<_> = merits.zip(tried).collect();
     // The sort is stable, so of equally good layouts the first wins. A diverged rollout (NaN) comes last.

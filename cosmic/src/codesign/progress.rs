@@ -11,7 +11,7 @@ use crate::error::{Error, Result, fits};
 use crate::objective::AugmentedLagrangian;
 use crate::optimiser::{AdamState, MmaDiagnostics, MmaState};
 use crate::policy::Controller;
-use crate::simulator::StepCheck;
+use crate::world::StepCheck;
 
 /// A run ends after this number of iterations if its loss was never finite.
 const WITHOUT_LOSS: usize = 10;

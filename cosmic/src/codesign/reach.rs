@@ -1,7 +1,5 @@
 //! Full rollouts of robots: their displacement, and their merit, which is the number by which robots are ranked.
 
-use std::borrow::Borrow;
-
 use autodiff::Real;
 use rayon::prelude::*;
 
@@ -10,14 +8,12 @@ use super::progress::Progress;
 use super::quantiles::Quantiles;
 use super::reliability::Merit;
 use crate::design::{Design, Material, Mixture};
-use crate::domain::{Domain, rollouts};
 use crate::geometry::Vector;
 use crate::lattice::State;
 use crate::objective::LossOf;
 use crate::policy::Controller;
 use crate::scene::{GoalKind, GradientPrecision, SelectionKind};
-use crate::simulator::{Span, Trajectory};
-use crate::task::{Task, together};
+use crate::world::{Span, Trajectory, Variation, together};
 
 /// The result of a full rollout. All its numbers are NaN if the rollout diverged.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,7 +54,7 @@ impl Evaluator {
         seed: u64,
     ) -> Vec<Reached> {
         if self.scene.selection.kind != SelectionKind::Robust {
-            return self.reached(designs, controller, &self.task);
+            return self.reached(designs, controller);
         }
         let domains = self.ranking_domains(seed);
         let precision = self.scene.gradient.precision;
@@ -71,7 +67,7 @@ impl Evaluator {
             }
         };
         let alone = |design: &Design<Mixture<f64>>| {
-            rank(&self.reach_many(&[design], controller, &domains, precision))
+            rank(&self.reach_many(&robots_of(design, &domains), controller, precision))
         };
         designs.par_iter().map(alone).collect()
     }
@@ -80,9 +76,8 @@ impl Evaluator {
     /// after the numbers of steps in `steps`; `None` if the robot diverges.
     pub fn watch(&self, progress: &Progress, steps: Vec<usize>) -> Option<Trajectory<f64>> {
         let precision = self.scene.gradient.precision;
-        let (designs, domains) = ([self.design(progress)], [self.nominal()]);
-        let span = Span::from_start(steps);
-        self.watched(&designs, &progress.controller, &domains, span, precision)
+        let robot = (&self.design(progress), &self.nominal());
+        self.watched(&[robot], &progress.controller, steps, precision)
             .remove(0)
     }
 
@@ -112,12 +107,11 @@ impl Evaluator {
         &self,
         designs: &[Design<Mixture<f64>>],
         controller: &Controller<f64>,
-        task: &Task,
     ) -> Vec<Reached> {
-        let precision = self.scene.gradient.precision;
+        let (precision, nominal) = (self.scene.gradient.precision, self.nominal());
         let side_by_side = |designs: &[_]| {
-            let domains = vec![Domain::of(task, self.start.clone()); designs.len()];
-            self.reach_many(designs, controller, &domains, precision)
+            let robots: Vec<Entry> = designs.iter().map(|design| (design, &nominal)).collect();
+            self.reach_many(&robots, controller, precision)
         };
         let groups = designs.par_chunks(together(designs.len()));
         groups.flat_map_iter(side_by_side).collect()
@@ -128,15 +122,14 @@ impl Evaluator {
         &self,
         design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
-        domain: &Domain,
+        variation: &Variation,
     ) -> Reached {
-        let (domains, precision) = (std::slice::from_ref(domain), GradientPrecision::F64);
-        self.reach_many(&[design], controller, domains, precision)[0]
+        self.reach_many(&[(design, variation)], controller, GradientPrecision::F64)[0]
     }
 
     /// The kind of merit by which robots of this scene are ranked.
     pub(super) fn merit(&self) -> Merit {
-        let scale = self.task.lattice.scale;
+        let scale = self.world.lattice.scale;
         match (self.loss.is_far(), self.scene.controller.goals) {
             (true, _) => Merit::Distance { scale },
             (false, GoalKind::Fixed) => Merit::MinusLoss,
@@ -144,17 +137,15 @@ impl Evaluator {
         }
     }
 
-    /// Simulates robots in full rollouts in several domains, side by side, and returns their results. `designs` has one
-    /// design for all domains, or one for each. Domains may have shorter time steps than the scene, in whose steps the
-    /// loss counts.
+    /// Simulates robots in full rollouts, side by side, and returns their results. The world may have shorter time steps than
+    /// the scene, in whose steps the loss counts.
     pub(super) fn reach_many(
         &self,
-        designs: &[impl Borrow<Design<Mixture<f64>>>],
+        robots: &[Entry],
         controller: &Controller<f64>,
-        domains: &[Domain],
         precision: GradientPrecision,
     ) -> Vec<Reached> {
-        let physics = &domains[0].task.physics;
+        let physics = &self.world.physics;
         let finer = (self.scene.physics.dt / physics.dt).round() as usize;
         let steps = physics.steps / finer;
         let observed = match self.loss.is_far() {
@@ -162,15 +153,11 @@ impl Evaluator {
             false => self.loss.observed(steps),
         };
         let observed = observed.iter().map(|step| step * finer).collect();
-        let span = Span {
-            metered: self.loss.reads_efforts(),
-            ..Span::from_start(observed)
-        };
-        let seen = self.watched(designs, controller, domains, span, precision);
-        let pairs = domains.iter().zip(seen);
-        let reached = pairs.map(|(domain, seen)| {
+        let seen = self.watched(robots, controller, observed, precision);
+        let pairs = robots.iter().zip(seen);
+        let reached = pairs.map(|((_, variation), seen)| {
             let seen = seen.map(|seen| seen.in_longer_steps(finer));
-            self.reached_in(&domain.start, seen.as_ref())
+            self.reached_in(&variation.start, seen.as_ref())
         });
         reached.collect()
     }
@@ -193,7 +180,7 @@ impl Evaluator {
         if seen.at(last).map(R::primal).is_absurd() {
             return Vector::NAN;
         }
-        let ground = self.task.ground();
+        let ground = self.world.ground();
         let [from, to] = [
             start.x[seen.marker.payload],
             seen.position(last).map(R::primal),
@@ -201,51 +188,57 @@ impl Evaluator {
         ground.vector_to_ground(to) - ground.vector_to_ground(from)
     }
 
-    /// Simulates robots in several domains in `precision`, and returns the states of each robot after the numbers of steps
-    /// in `steps`; `None` for a robot that diverges. `designs` has one design for all domains, or one for each.
+    /// Simulates robots in `precision`, and returns the states of each robot after the numbers of steps in `observed`; `None`
+    /// for a robot that diverges.
     pub(super) fn watched(
         &self,
-        designs: &[impl Borrow<Design<Mixture<f64>>>],
+        robots: &[Entry],
         controller: &Controller<f64>,
-        domains: &[Domain],
-        span: Span,
+        observed: Vec<usize>,
         precision: GradientPrecision,
     ) -> Vec<Option<Trajectory<f64>>> {
+        let span = Span {
+            metered: self.loss.reads_efforts(),
+            ..self.rollouts.observing(observed)
+        };
         let watched = Span {
             watched: true,
             ..span.clone()
         };
-        let borrowed: Vec<_> = designs.iter().map(Borrow::borrow).collect();
+        let world = &self.world;
         let all = match precision {
-            GradientPrecision::F64 => roll_in::<f64>(&borrowed, controller, domains, &watched),
-            GradientPrecision::F32 => roll_in::<f32>(&borrowed, controller, domains, &watched),
+            GradientPrecision::F64 => world.run(&world.robots::<f64>(robots, controller), &watched),
+            GradientPrecision::F32 => {
+                let all = world.run(&world.robots::<f32>(robots, controller), &watched);
+                all.iter().map(|seen| seen.map(f64::from)).collect()
+            }
         };
-        let seen = |(k, seen): (usize, Trajectory<f64>)| {
-            let Domain { task, start } = &domains[k];
-            let is_cleared = |last| task.simulator.is_cleared(last);
-            if seen.states.last().is_none_or(is_cleared) {
+        let seen = |(seen, robot): (Trajectory<f64>, &Entry)| {
+            if seen.states.last().is_none_or(|last| world.is_cleared(last)) {
                 return Some(seen);
             }
             // The cheap check during the rollout failed. It is stricter than the guard, so the guard decides in a second
             // rollout.
-            let body = task.body(borrowed[k % borrowed.len()]);
-            let guarded = (task.simulator).guarded(&body, controller, start, &span);
+            let robot = world.robots(&[*robot], controller).remove(0);
+            let guarded = world.guarded(&robot, &span);
             guarded.divergence.is_none().then_some(guarded.trajectory)
         };
-        all.into_iter().enumerate().map(seen).collect()
+        all.into_iter().zip(robots).map(seen).collect()
     }
 }
 
-/// Simulates robots in the number type `R`, and returns the trajectories rounded to f64.
-fn roll_in<R: Real + Into<f64>>(
-    designs: &[&Design<Mixture<f64>>],
-    controller: &Controller<f64>,
-    domains: &[Domain],
-    span: &Span,
-) -> Vec<Trajectory<f64>> {
-    let designs: Vec<_> = designs.iter().map(|design| design.lift::<R>()).collect();
-    let all = rollouts(&designs, &controller.map(R::lit), domains, span);
-    all.iter().map(|seen| seen.map(R::into)).collect()
+/// The design of a robot, and how the robot differs from it.
+pub(super) type Entry<'a> = (&'a Design<Mixture<f64>>, &'a Variation);
+
+/// Robots of one design.
+pub(super) fn robots_of<'a>(
+    design: &'a Design<Mixture<f64>>,
+    variations: &'a [Variation],
+) -> Vec<Entry<'a>> {
+    variations
+        .iter()
+        .map(|variation| (design, variation))
+        .collect()
 }
 
 /// The index of the largest merit; of equally large merits, the index of the first. A merit has `N` numbers, which are

@@ -6,10 +6,9 @@ use serde::{Deserialize, Serialize};
 use super::evaluator::Evaluator;
 use super::quantiles::Quantiles;
 use crate::design::{Design, Mixture};
-use crate::domain::Domain;
 use crate::numbers::finite;
 use crate::policy::Controller;
-use crate::simulator::{Robots, Span};
+use crate::world::Variation;
 
 crate::keys! {
     /// How much farther the robot walks if one number of its physics is a tenth smaller or larger: differences of median
@@ -50,9 +49,9 @@ impl Evaluator {
         &self,
         design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
-        domains: &[Domain],
+        domains: &[Variation],
     ) -> Vec<Sensitivity> {
-        let surroundings = self.task.simulator.surroundings::<f64>();
+        let surroundings = self.world.surroundings::<f64>();
         let numbers = surroundings.iter().filter(|(name, value)| {
             // A goal is not physics.
             *value != 0.0 && !name.starts_with("goal.")
@@ -84,26 +83,23 @@ impl Evaluator {
         &self,
         design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
-        domains: &[Domain],
+        domains: &[Variation],
         name: &str,
         factor: f64,
     ) -> Median {
-        let simulator = &self.task.simulator;
-        let (mut surroundings, mut body) = (simulator.surroundings(), self.task.body(design));
-        if !body.scale(name, &[factor], &self.task.lattice.rest_length) {
-            let value = surroundings.iter().find(|(own, _)| *own == name);
-            if let Some((_, value)) = value {
-                surroundings = surroundings.with(name, value * factor);
-            }
+        let world = &self.world;
+        let (mut surroundings, mut body) = (world.surroundings(), world.body(design));
+        if !body.scale(name, &[factor], &world.lattice.rest_length) {
+            surroundings = surroundings.scaled(name, factor);
         }
-        let starts = domains.iter().take(STARTS).map(|domain| &domain.start);
-        let starts: Vec<_> = starts.collect();
-        let span = Span::from_start(vec![self.scene.physics.steps]);
-        let robots = Robots::one(&surroundings, &body, controller);
-        let walks = simulator.rollouts(&robots, &starts, &span);
-        let moved = walks.iter().zip(starts);
-        let moved: Vec<f64> = moved
-            .map(|(walk, start)| self.between(start, walk).forward())
+        let robot = world.robot(body, controller.clone(), &self.start);
+        let robot = robot.in_surroundings(surroundings);
+        let starts = domains.iter().take(STARTS);
+        let robots: Vec<_> = starts.map(|domain| robot.from(&domain.start)).collect();
+        let span = (self.rollouts).observing(vec![self.scene.physics.steps]);
+        let walks = world.run(&robots, &span).into_iter().zip(&robots);
+        let moved: Vec<f64> = walks
+            .map(|(walk, robot)| self.between(&robot.start, &walk).forward())
             .collect();
         Median {
             value: Quantiles::of(&moved).p50,

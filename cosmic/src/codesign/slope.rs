@@ -3,10 +3,9 @@
 
 use rayon::prelude::*;
 
-use crate::domain::Domain;
 use crate::inputs::Inputs;
 use crate::optimiser::bound_norm;
-use crate::task::{Horizon, Task};
+use crate::world::{Span, Variation, World};
 
 /// A gradient of the loss in its [unit](crate::objective::Loss::unit), with the loss and the robot's result within the
 /// horizon. If the loss is not finite, the whole gradient is NaN, so that no optimiser uses it.
@@ -66,37 +65,32 @@ impl Slope {
     }
 }
 
-/// The point at which gradients are computed: the robot and its start, the domains, and the horizon.
-pub struct GradientPoint<'a> {
-    /// The domains that gradients are averaged over. If there are none, the gradient of the nominal task is used.
-    pub domains: Vec<Domain<'a>>,
-    /// The inputs of the rollout: design vectors, controller and start.
+/// The point at which gradients are computed: the robot, its variations, and the steps that carry the gradient.
+pub struct GradientPoint {
+    /// The variations that gradients are averaged over. If there are none, the gradient is that of the robot as designed.
+    pub variations: Vec<Variation>,
+    /// The inputs of the rollout: design vectors, controller and start. Variations have starts of their own.
     pub inputs: Inputs<f64>,
-    /// The steps that carry the gradient.
-    pub horizon: Horizon,
+    /// The steps that carry the gradient (D11), and the bound on its cotangents. The rollout ends after them.
+    pub horizon: Span,
     /// True if the payload has not moved in the last passes. The gradient of a payload that still does not move is then
     /// replaced by that of the centre of mass.
     pub sticks: bool,
 }
 
-impl GradientPoint<'_> {
-    /// Calls `slopes` in every domain and returns the mean of each of the `N` gradients. Without domains, calls it once
-    /// for the nominal task.
+impl GradientPoint {
+    /// Calls `slopes` for every variation and returns the mean of each of the `N` gradients. Without variations, calls it
+    /// once for the robot as designed.
     pub(super) fn means<const N: usize>(
         &self,
-        nominal: &Task,
-        slopes: impl Fn(&Task, &Inputs<f64>) -> [Slope; N] + Sync,
+        world: &World,
+        slopes: impl Fn(&Variation) -> [Slope; N] + Sync,
     ) -> [Slope; N] {
-        if self.domains.is_empty() {
-            return slopes(nominal, &self.inputs);
+        if self.variations.is_empty() {
+            return slopes(&world.nominal(&self.inputs.start));
         }
-        let in_domain = |domain: &Domain| {
-            let mut inputs = self.inputs.clone();
-            inputs.start.clone_from(&domain.start);
-            slopes(&domain.task, &inputs)
-        };
         // Collected in order, so that the sum does not depend on the number of threads.
-        let of_domains: Vec<[Slope; N]> = self.domains.par_iter().map(in_domain).collect();
-        std::array::from_fn(|k| Slope::mean(of_domains.iter().map(|slopes| &slopes[k])))
+        let of_all: Vec<[Slope; N]> = self.variations.par_iter().map(&slopes).collect();
+        std::array::from_fn(|k| Slope::mean(of_all.iter().map(|slopes| &slopes[k])))
     }
 }

@@ -1,5 +1,7 @@
 //! Gradients of the loss with respect to the design and to the controller.
 
+use std::sync::Arc;
+
 use autodiff::{Real, Var};
 use autodiff_programs::CotangentBound;
 
@@ -9,10 +11,10 @@ use super::schedule::Schedule;
 use super::slope::{GradientPoint, Slope};
 use crate::design::{Design, Mixture};
 use crate::inputs::{Block, CONTROLLER, DESIGN, Inputs, NOTHING};
-use crate::objective::{AnyLoss, LossOf};
+use crate::objective::{AnyLoss, LossOf, walks};
 use crate::projection::Projection;
 use crate::scene::{GradientPrecision, GradientSettings, MovedBody};
-use crate::task::{Horizon, Task, together};
+use crate::world::{Span, Variation, World, together};
 
 /// The variables that the loss is differentiated with respect to.
 #[derive(Clone, Copy)]
@@ -38,9 +40,9 @@ impl Variables<'_> {
 
     /// The design that is simulated for the design vectors `z`. For [`Shares`](Self::Shares), `z` is treated as an
     /// undecided design, whose void edges keep their small stiffness.
-    pub fn design<R: Real>(&self, task: &Task, z: &[[R; 3]]) -> Design<Mixture<R>> {
+    pub fn design<R: Real>(&self, world: &World, z: &[[R; 3]]) -> Design<Mixture<R>> {
         match self {
-            Self::Design(projection) => Design::Undecided(task.projector.mixtures(*projection, z)),
+            Self::Design(projection) => Design::Undecided(world.projector.mixtures(*projection, z)),
             Self::Shares => Design::of_shares(z),
             Self::Controller(design) | Self::Nothing(design) => design.lift(),
         }
@@ -56,10 +58,10 @@ const WALKS: f64 = 0.01;
 
 impl Evaluator {
     /// The point at which an iteration computes its gradients: the current robot, the domains, and the horizon.
-    pub fn point(&self, progress: &Progress, now: &Schedule) -> GradientPoint<'_> {
-        let (first, domains) = self.domains(progress, now);
+    pub fn point(&self, progress: &Progress, now: &Schedule) -> GradientPoint {
+        let (first, variations) = self.domains(progress, now);
         GradientPoint {
-            domains,
+            variations,
             inputs: self.inputs(progress),
             horizon: self.horizon(now, first),
             sticks: progress.flat >= PATIENCE,
@@ -77,24 +79,24 @@ impl Evaluator {
 
     /// The horizon of an iteration: the steps that the gradient is computed over, `first` steps after the
     /// start of the clock, and the bound on its cotangents.
-    fn horizon(&self, now: &Schedule, first: usize) -> Horizon {
+    fn horizon(&self, now: &Schedule, first: usize) -> Span {
         let gradient = &self.scene.gradient;
         // The cotangent of a position is a loss per length.
-        let per_length = self.unit() / self.task.lattice.scale;
+        let per_length = self.unit() / self.world.lattice.scale;
         let bound = |norm: f64| CotangentBound {
             norm: norm * per_length,
             every: GradientSettings::COTANGENT_EVERY,
         };
-        Horizon {
+        Span {
             first,
-            steps: now.horizon(),
             cotangent_bound: gradient.cotangent_bound.map(bound),
+            ..self.rollouts.observing(vec![now.horizon()])
         }
     }
 
     /// The [unit of the loss](crate::objective::Loss::unit).
     pub(super) fn unit(&self) -> f64 {
-        self.loss.unit(self.task.lattice.scale)
+        self.loss.unit(self.world.lattice.scale)
     }
 
     /// The gradients with respect to the design, through the performance projection and through the stability
@@ -147,22 +149,19 @@ impl Evaluator {
         variables: [Variables; N],
         at: &GradientPoint,
     ) -> [Slope; N] {
-        let horizon = &at.horizon;
-        at.means(&self.task, |task, inputs| {
-            let of_body;
-            let task = if body == self.scene.objective.body {
-                task
-            } else {
-                of_body = task.clone().with_moved(body);
-                &of_body
-            };
-            match self.scene.gradient.precision {
-                GradientPrecision::F64 => {
-                    self.differentiated::<f64, N>(task, inputs, &variables, horizon)
-                }
-                GradientPrecision::F32 => {
-                    self.differentiated::<f32, N>(task, inputs, &variables, horizon)
-                }
+        let of_body;
+        let world = if body == self.scene.objective.body {
+            &self.world
+        } else {
+            of_body = self.world.with_moved(body);
+            &of_body
+        };
+        at.means(world, |variation| match self.scene.gradient.precision {
+            GradientPrecision::F64 => {
+                self.differentiated::<f64, N>(world, &variables, at, variation)
+            }
+            GradientPrecision::F32 => {
+                self.differentiated::<f32, N>(world, &variables, at, variation)
             }
         })
     }
@@ -179,41 +178,45 @@ impl Evaluator {
         at: &GradientPoint,
     ) -> f64 {
         let physics = &self.scene.physics;
-        let (Some(bound), []) = (physics.speed_bound, &at.domains[..]) else {
+        let (Some(bound), []) = (physics.speed_bound, &at.variations[..]) else {
             return displacement;
         };
-        let steps = at.horizon.steps.min(physics.steps);
+        let steps = at.horizon.steps().min(physics.steps);
         if displacement.abs() <= WALKS * bound * steps as f64 * physics.dt {
             return displacement;
         }
-        let mut task = self.task.clone();
-        task.physics.steps = steps;
-        let design = variables.design(&self.task, &at.inputs.z);
-        let again = self.reached(&[design], &at.inputs.controller, &task)[0];
+        let mut short = self.world.clone();
+        short.physics.steps = steps;
+        let design = variables.design(&self.world, &at.inputs.z);
+        let again = self.in_world(short).reached(&[design], &at.inputs.controller)[0];
         match again.along().is_nan() {
             true => f64::NAN,
             false => displacement,
         }
     }
 
-    /// The gradients of one task, computed in the number type `R`.
+    /// The gradients of one robot, computed in the number type `R`.
     fn differentiated<R: Real + Into<f64>, const N: usize>(
         &self,
-        task: &Task,
-        inputs: &Inputs<f64>,
+        world: &World,
         variables: &[Variables; N],
-        horizon: &Horizon,
+        at: &GradientPoint,
+        variation: &Variation,
     ) -> [Slope; N]
     where
         dyn AnyLoss: LossOf<Var<R>>,
     {
         let mut displacements = [f64::NAN; N];
-        let in_type = inputs.lift::<R>();
+        let in_type = at.inputs.lift::<R>();
         let found = in_type.differentiate_copies(variables[0].blocks(), |copies: &[_; N]| {
-            let designs: [_; N] = std::array::from_fn(|k| variables[k].design(task, &copies[k].z));
-            let seen = task.over_horizon(&designs, &copies[0], &*self.loss, horizon);
+            let controller = Arc::new(copies[0].controller.clone());
+            let robots: [_; N] = std::array::from_fn(|k| {
+                let design = variables[k].design(world, &copies[k].z);
+                world.varied(&design, &controller, variation)
+            });
+            let seen = walks(world, &robots, &*self.loss, &at.horizon);
             std::array::from_fn(|k| {
-                displacements[k] = self.between(&inputs.start, &seen[k]).forward();
+                displacements[k] = self.between(&variation.start, &seen[k]).forward();
                 self.loss.loss_of(&seen[k])
             })
         });

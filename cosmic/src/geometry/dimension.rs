@@ -34,7 +34,7 @@ impl Dimension {
         }
     }
 
-    /// The names of the components of a point in the ground's frame, as in the [surroundings](crate::simulator::Surroundings).
+    /// The names of the components of a point in the ground's frame, as in the [surroundings](crate::world::Surroundings).
     pub const fn names(self) -> &'static [&'static str] {
         match self {
             Self::Plane => &["along", "above"],

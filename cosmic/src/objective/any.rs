@@ -11,7 +11,7 @@ use autodiff::{DoubleDouble, Dual, Real, Var};
 use super::{Errand, Loss, Objective};
 use crate::registry::Registry;
 use crate::scene::{GoalKind, ItemName, Scene, TaskKind};
-use crate::simulator::Trajectory;
+use crate::world::{Robot, Span, Trajectory, World};
 
 /// A loss for trajectories whose numbers have the type `R`. Unlike [`Loss`], it can be a trait object.
 pub trait LossOf<R> {
@@ -49,6 +49,41 @@ impl Registry {
         let loss: Arc<dyn AnyLoss> = Arc::new(loss);
         self.with(ItemName::LOSS, &[], name, loss)
     }
+}
+
+/// Simulates robots. The trajectories hold the states and the nodes that the loss reads. `span` says when the walks begin and
+/// end.
+///
+/// # Panics
+/// Like [`World::run`].
+pub fn walks<R: Real>(
+    world: &World,
+    robots: &[Robot<R>],
+    loss: &(impl Loss + ?Sized),
+    span: &Span,
+) -> Vec<Trajectory<R>> {
+    let of_markers = robots.iter().map(|robot| robot.body.marker.nodes());
+    let steps = span.steps().min(world.physics.steps);
+    let span = Span {
+        nodes: of_markers.fold(loss.nodes(), usize::max),
+        metered: loss.reads_efforts(),
+        ..span.observing(loss.observed(steps))
+    };
+    world.run(robots, &span)
+}
+
+/// Simulates a robot and returns its loss; see [`walks`].
+///
+/// # Panics
+/// Like [`World::run`].
+pub fn loss_of<R: Real>(
+    world: &World,
+    robot: &Robot<R>,
+    loss: &(impl Loss + LossOf<R> + ?Sized),
+    span: &Span,
+) -> R {
+    let walks = walks(world, std::slice::from_ref(robot), loss, span);
+    loss.loss_of(&walks[0])
 }
 
 /// The loss that a scene names; if it names none, the loss of the scene's task.

@@ -6,7 +6,7 @@ use autodiff::Real;
 use super::Loss;
 use crate::geometry::Ground;
 use crate::scene::{LossKind, LossSettings};
-use crate::simulator::Trajectory;
+use crate::world::Trajectory;
 
 /// The loss that rewards distance: minus the [position](Trajectory::position) of the payload, or of the body that the
 /// scene names, along the ground, `-(s . x_0)`. The position is taken at the end, as in the paper, or averaged over the

@@ -8,7 +8,7 @@ use autodiff::Real;
 use super::Loss;
 use crate::geometry::Ground;
 use crate::scene::{GoalsSettings, LossSettings, Scene};
-use crate::simulator::Trajectory;
+use crate::world::Trajectory;
 
 /// The loss of the task "reach" if goals are inputs of a rollout: the share of the way to a goal that is left when its
 /// time ends, as a mean over the goals of a rollout. 0 means that the robot is at its goal and stays there, 1 that it

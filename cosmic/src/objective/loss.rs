@@ -2,7 +2,7 @@
 
 use autodiff::Real;
 
-use crate::simulator::Trajectory;
+use crate::world::Trajectory;
 
 /// A number to minimise, computed from states of a rollout.
 ///

@@ -8,7 +8,7 @@ mod tasks;
 mod errand;
 mod any;
 
-pub use any::{AnyLoss, LossOf, of_scene};
+pub use any::{AnyLoss, LossOf, loss_of, of_scene, walks};
 pub use augmented::{AugmentedLagrangian, violations};
 pub use displacement::Displacement;
 pub use errand::Errand;

@@ -9,7 +9,7 @@ use super::{Displacement, Loss};
 use crate::design::Material;
 use crate::geometry::Vector;
 use crate::scene::{ObjectiveSettings, Scene, TaskKind};
-use crate::simulator::Trajectory;
+use crate::world::Trajectory;
 
 /// The loss of the task that a scene chooses.
 #[derive(Clone, Debug, PartialEq)]

@@ -102,6 +102,9 @@ pub(super) struct Part {
     pub(super) shape: Shape,
 }
 
+/// The name of the block of given activations. The blocks of policies are identifiers, so none has this name.
+const GIVEN: &str = "given activations";
+
 /// The parameters of a robot's policy: named blocks of one flat vector.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Controller<R> {
@@ -130,6 +133,22 @@ impl<R> Controller<R> {
             "there must be one number for each entry of the blocks"
         );
         Self { layout, numbers }
+    }
+
+    /// Activations that are given in place of a policy, as in trajectory optimisation and reinforcement learning: a number from
+    /// -1 to 1 for each step of a walk and each edge, step by step, or one for each edge if the activations stay constant.
+    pub fn given(activations: Vec<R>) -> Self {
+        let part = Part {
+            name: Cow::Borrowed(GIVEN),
+            shape: Shape::Vector(activations.len()),
+        };
+        Self::of_parts(Arc::new([part]), activations)
+    }
+
+    /// The [given](Self::given) activations; `None` if a policy computes them.
+    pub fn activations(&self) -> Option<&[R]> {
+        let is_given = self.layout.iter().any(|part| part.name == GIVEN);
+        is_given.then_some(&self.numbers)
     }
 
     /// The number of parameters in all blocks.

@@ -10,7 +10,7 @@ use crate::error::{Error, Result, go_on, in_shell};
 use crate::lattice::Lattice;
 use crate::numbers::finite;
 use crate::scene::Scene;
-use crate::simulator::{Energy, Loads};
+use crate::world::{Energy, Loads};
 use crate::verdict::{HalfStep, Measured, bars};
 use serde::{Deserialize, Serialize};
 use std::io;

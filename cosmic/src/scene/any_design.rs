@@ -54,7 +54,7 @@ impl<'a> AnyDesign<'a> {
     /// largest `2 k / (density l)` of the edges at node `i`, and at most the sum of their stiffnesses divided by
     /// `physics.node_mass`. Other forces add [their own bound](Force::any_design).
     ///
-    /// [`Vibration::edge_bound`]: crate::simulator::stability::Vibration::edge_bound
+    /// [`Vibration::edge_bound`]: crate::world::stability::Vibration::edge_bound
     pub fn frequency(&self) -> f64 {
         self.frequencies_in_steps(f64::INFINITY)[0]
     }

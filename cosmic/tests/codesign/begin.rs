@@ -6,7 +6,7 @@ use cosmic::error::Result;
 use cosmic::objective::Loss;
 use cosmic::policy::Controller;
 use cosmic::scene::{GradientPrecision, LossKind, TaskKind};
-use cosmic::simulator::Trajectory;
+use cosmic::world::Trajectory;
 
 /// A caller's loss gives the same bits as the built-in loss with the same formula, in both precisions.
 #[test]

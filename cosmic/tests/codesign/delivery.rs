@@ -6,11 +6,11 @@ use cosmic::codesign::{
     Schedule, VARIED, settle,
 };
 use cosmic::design::{Design, Material};
-use cosmic::domain::{Domain, draw};
+use cosmic::world::{Domain, draw};
 use cosmic::objective::{Loss, of_scene};
 use cosmic::random::{Purpose, stream};
 use cosmic::scene::{Integrator, LossKind, PhysicsSettings, Scene, SelectionSettings, TaskKind};
-use cosmic::simulator::{BarLoad, EdgeMoments, Span, Trajectory};
+use cosmic::world::{BarLoad, EdgeMoments, Span, Trajectory};
 use std::cell::Cell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};

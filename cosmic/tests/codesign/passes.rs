@@ -3,7 +3,7 @@ use autodiff::Real;
 use cosmic::codesign::{CoDesign, Record};
 use cosmic::objective::Loss;
 use cosmic::scene::{BinarisationMethod, ClockKind, GradientPrecision, Scene};
-use cosmic::simulator::Trajectory;
+use cosmic::world::Trajectory;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 

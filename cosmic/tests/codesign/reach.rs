@@ -1,6 +1,6 @@
 use crate::small::{MOBILE_ROBOT, begun, tiny};
 use cosmic::codesign::{CoDesign, Quantiles, Schedule, VARIED, first_best};
-use cosmic::domain::{Domain, draw};
+use cosmic::world::{Domain, draw};
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::random::{Purpose, stream};

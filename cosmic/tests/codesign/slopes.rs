@@ -5,8 +5,8 @@ use cosmic::inputs::{CONTROLLER, DESIGN, Inputs};
 use cosmic::objective::{AnyLoss, LossOf};
 use cosmic::projection::Projection;
 use cosmic::scene::{GradientPrecision, MovedBody, Named, Scene, TaskKind};
-use cosmic::simulator::{Span, stability::Vibration};
-use cosmic::task::{Horizon, Task};
+use cosmic::world::{Span, stability::Vibration};
+use cosmic::world::{Horizon, Task};
 
 /// The loss of the robot with which the optimisation of a scene begins, as a function of its inputs.
 fn loss_at<R: Real>(evaluator: &Evaluator, inputs: &Inputs<R>, horizon: &Horizon) -> R

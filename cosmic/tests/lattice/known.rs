@@ -7,7 +7,7 @@ use cosmic::case::Case;
 use cosmic::design::{Material, filled};
 use cosmic::lattice::{Lattice, Truss};
 use cosmic::scene::{AnyDesign, Scene};
-use cosmic::simulator::Span;
+use cosmic::world::Span;
 
 /// Two struts across a square, held together by four ropes that are 5 % shorter than its sides.
 const TENSEGRITY: &str = r#"{"format": "cosmic-truss", "version": 1,

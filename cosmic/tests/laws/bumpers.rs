@@ -3,7 +3,7 @@ use cosmic::geometry::Vector;
 use cosmic::lattice::{Body, Lattice};
 use cosmic::policy::Controller;
 use cosmic::scene::Scene;
-use cosmic::simulator::{Simulator, Span};
+use cosmic::world::{Simulator, Span};
 
 /// Throws the horizontal bar [0, 1] at the middle of the upright bar [2, 5], in a world without ground and gravity.
 /// Returns the momentum along x before and after (kg m/s), and in how many states the tip of the first bar is beyond the

@@ -2,7 +2,7 @@ use cosmic::geometry::{Ground, Vector};
 use cosmic::lattice::State;
 use cosmic::objective::{Displacement, Loss};
 use cosmic::scene::{LossKind, LossSettings};
-use cosmic::simulator::Trajectory;
+use cosmic::world::Trajectory;
 
 fn displacement(kind: LossKind) -> Displacement {
     Displacement {

@@ -2,7 +2,7 @@ use cosmic::geometry::{Dimension, Vector};
 use cosmic::lattice::{Body, Marker, State};
 use cosmic::objective::{Loss, Objective};
 use cosmic::scene::{Named, Scene, TaskKind};
-use cosmic::simulator::{Effort, Efforts, Trajectory};
+use cosmic::world::{Effort, Efforts, Trajectory};
 
 fn objective(task: TaskKind) -> Objective {
     let text = "

@@ -7,7 +7,7 @@ use cosmic::design::Material::{self, Actuator, Skeleton, Void};
 use cosmic::lattice::{Body, Lattice};
 use cosmic::laws::Stops;
 use cosmic::scene::{BarNumbers, MaterialSettings, Scene};
-use cosmic::simulator::{BarLoad, Loads, Simulator, Span, Trajectory};
+use cosmic::world::{BarLoad, Loads, Simulator, Span, Trajectory};
 use std::f64::consts::PI;
 use std::fs;
 use std::path::Path;

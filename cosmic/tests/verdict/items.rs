@@ -5,7 +5,7 @@ use cosmic::design::{Design, Material, Structure};
 use cosmic::lattice::Lattice;
 use cosmic::policy::Controller;
 use cosmic::scene::Scene;
-use cosmic::simulator::{Energy, Loads, Magnitude};
+use cosmic::world::{Energy, Loads, Magnitude};
 use cosmic::verdict::{
     BATTERY, BRUSHES, ENDURANCES, EULER_SAFETIES, MUSCLE_POWERS, SKELETON_STRAINS, STROKES,
 };

@@ -2,7 +2,7 @@
 
 use super::items::{level, robot, sound, walking};
 use cosmic::scene::Scene;
-use cosmic::simulator::{Energy, Loads, Magnitude};
+use cosmic::world::{Energy, Loads, Magnitude};
 use cosmic::verdict::{HalfStep, Level, Measured, Verdict};
 
 /// A robot whose loads at half the time step are `half`, and whose power there is `power`, W.

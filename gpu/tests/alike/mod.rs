@@ -6,7 +6,7 @@ use cosmic::geometry::Vector;
 use cosmic::lattice::{Body, State};
 use cosmic::policy::Controller;
 use cosmic::scene::Scene;
-use cosmic::simulator::{
+use cosmic::world::{
     PrintedRobots, Robots, Simulator, Span, Surroundings, Trajectory, Wanted, Workgroup,
 };
 use cosmic_gpu::{Gpu, GpuError, Losses, Member, RobotsOnGpu, WORKGROUP};

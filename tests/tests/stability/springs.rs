@@ -8,7 +8,7 @@ use cosmic::geometry::Vector;
 use cosmic::lattice::State;
 use cosmic::projection::softmax;
 use cosmic::scene::phase_limit;
-use cosmic::simulator::stability::Vibration;
+use cosmic::world::stability::Vibration;
 use cosmic_tests::{Bare, assert_near, number, numbers};
 
 pub(super) fn saturates(case: &StabilityCase) {

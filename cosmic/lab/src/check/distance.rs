@@ -11,7 +11,7 @@ use cosmic::case::Case;
 use cosmic::codesign::{LEAST_WALK, Quantiles, STEADY};
 use cosmic::lattice::State;
 use cosmic::numbers::{brief, fixed};
-use cosmic::task::together;
+use cosmic::world::together;
 use cosmic::verdict::{Item, Level};
 
 /// The number of perturbed starts. Single distances of a chaotic robot differ with every change; their median does not.
@@ -88,7 +88,7 @@ fn trial<R: Real + Into<f64>>(
         let moved = marker.place(&start.x, &end[0]) - start.x[marker.payload];
         match end[0].is_absurd() {
             true => f64::NAN,
-            false => probe.task.ground().along(moved),
+            false => probe.world.ground().along(moved),
         }
     };
     let distances: Vec<f64> = starts.iter().zip(&ends).map(along).collect();

@@ -13,7 +13,7 @@ use cosmic::codesign::Quantiles;
 use cosmic::design::Material;
 use cosmic::lattice::State;
 use cosmic::numbers::{brief, short};
-use cosmic::simulator::BarLoad;
+use cosmic::world::BarLoad;
 use cosmic::verdict::{Item, Level};
 
 /// The number of perturbed starts. Peaks of single walks differ; their median differs less.
@@ -76,14 +76,8 @@ fn loads(case: &Case, fraction: f64, start: &State<f64>) -> [f64; 3] {
     let here = Method::of(case).applied(case, fraction, case.scene.physics.steps);
     let all = || vec![Material::Actuator; case.lattice.edges.len()];
     let layout = case.design.layout().map_or_else(all, <[_]>::to_vec);
-    let (simulator, body) = (here.task().simulator, here.body());
-    let bars = simulator.loads(
-        &layout,
-        &body,
-        &here.controller,
-        start,
-        here.scene.physics.steps,
-    );
+    let robot = here.robot().from(start);
+    let bars = (here.world()).loads(&layout, &robot, here.scene.physics.steps);
     let largest = |of: fn(&BarLoad) -> f64| most(bars.iter().flatten().map(of));
     let actuators = bars
         .iter()

@@ -12,7 +12,7 @@ use cosmic::lattice::Body;
 use cosmic::numbers::rounded;
 use cosmic::policy::Network;
 use cosmic::scene::{AnyDesign, ClockKind, Named, Senses, VoidEdges};
-use cosmic::simulator::rounded_down;
+use cosmic::world::rounded_down;
 use cosmic::verdict::{Item, Level};
 
 /// A term of a rollout.

@@ -4,14 +4,12 @@ use autodiff::Real;
 
 use cosmic::case::Case;
 use cosmic::design::{Design, Mixture};
-use cosmic::domain::{Domain, perturbed, rollouts};
 use cosmic::geometry::Vector;
 use cosmic::inputs::Inputs;
 use cosmic::lattice::State;
 use cosmic::random::{Purpose, stream};
-use cosmic::simulator::stability::Vibration;
-use cosmic::simulator::{Span, StepLimit};
-use cosmic::task::Task;
+use cosmic::world::stability::Vibration;
+use cosmic::world::{Span, StepLimit, Variation, World, perturbed};
 
 /// The distance, as a share of the lattice's scale, by which every coordinate of a start is moved to make a perturbed
 /// start.
@@ -21,7 +19,7 @@ const MOVED: f64 = 1e-9;
 #[derive(Clone)]
 pub(super) struct Probe<'a> {
     pub(super) case: &'a Case,
-    pub(super) task: Task,
+    pub(super) world: World,
     pub(super) inputs: Inputs<f64>,
     /// The design, computed in f64 and then converted, so that every number type runs the same robot.
     design: Design<Mixture<f64>>,
@@ -32,7 +30,7 @@ impl<'a> Probe<'a> {
     pub(super) fn new(case: &'a Case) -> Self {
         Self {
             case,
-            task: case.task(),
+            world: case.world(),
             inputs: case.inputs(),
             design: case.own_design(),
         }
@@ -45,11 +43,17 @@ impl<'a> Probe<'a> {
         starts: &[State<f64>],
         observed: &[usize],
     ) -> Vec<Vec<State<f64>>> {
-        let (design, controller) = (self.design.lift(), self.case.controller.map(R::lit));
-        let domain = |start: &State<f64>| Domain::of(&self.task, start.clone());
-        let domains: Vec<Domain> = starts.iter().map(domain).collect();
+        let world = &self.world;
+        let nominal = world.nominal(&self.case.start);
+        let from = |start: &State<f64>| Variation {
+            start: start.clone(),
+            ..nominal.clone()
+        };
+        let variations: Vec<Variation> = starts.iter().map(from).collect();
+        let robots: Vec<_> = variations.iter().map(|v| (&self.design, v)).collect();
+        let robots = world.robots::<R>(&robots, &self.case.controller);
         let span = Span::from_start(observed.to_vec());
-        let seen = rollouts(&[design], &controller, &domains, &span);
+        let seen = world.run(&robots, &span);
         let states =
             |states: Vec<State<R>>| states.iter().map(|state| state.map(R::into)).collect();
         seen.into_iter().map(|seen| states(seen.states)).collect()

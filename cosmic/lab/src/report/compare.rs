@@ -14,7 +14,7 @@ use cosmic::record::Summary;
 use cosmic::record::run::{DESIGN, SCENE, read_scene, read_summary};
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::trajectory_file::TRAJECTORY;
-use cosmic::simulator::{Energy, Loads};
+use cosmic::world::{Energy, Loads};
 use cosmic::verdict::{Item, Verdict};
 use serde::Serialize;
 use serde_json::Value;

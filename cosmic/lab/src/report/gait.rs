@@ -16,7 +16,7 @@ use cosmic::geometry::Range;
 use cosmic::lattice::State;
 use cosmic::numbers::{fixed, rounded};
 use cosmic::record::run::DESIGN;
-use cosmic::simulator::{BarLoad, EdgeMoments, Trajectory};
+use cosmic::world::{BarLoad, EdgeMoments, Trajectory};
 
 /// How many periods of the clock a page shows: the last ones of the rollout.
 const PERIODS: f64 = 3.0;
@@ -44,8 +44,7 @@ impl<'r> Gait<'r> {
         let case = run.robot.case(&path)?;
         let kept = &run.trajectory;
         let trajectory = Trajectory::new(kept.steps.clone(), kept.states.clone());
-        let simulator = case.task().simulator;
-        let moments = simulator.moments(&case.body(), &case.controller, &trajectory);
+        let moments = case.world().moments(&case.robot(), &trajectory);
         let kept = &run.trajectory.bars;
         let load = |edge: usize| match kept.get(edge) {
             Some(bar) => bar.unwrap_or_default(),

@@ -2,7 +2,7 @@ use crate::small::small;
 use cosmic::case::Case;
 use cosmic::geometry::{Dimension, Vector};
 use cosmic::scene::{Integrator, Scene};
-use cosmic::simulator::Grade;
+use cosmic::world::Grade;
 use cosmic_lab::check::stability::{Found, Outcome, Trial, case_trials, extreme_trials};
 use rayon::prelude::*;
 

@@ -6,7 +6,7 @@ use cosmic::geometry::{Ground, Vector};
 use cosmic::lattice::State;
 use cosmic::policy::{Goals, Layer, Network};
 use cosmic::scene::Scene;
-use cosmic::simulator::Span;
+use cosmic::world::Span;
 use cosmic_lab::export::mujoco::{self, MujocoSettings};
 use serde::Deserialize;
 use std::fs;

@@ -2,7 +2,7 @@
 
 use crate::geometry::{Dimension, Vector};
 use crate::lattice::State;
-use crate::simulator::Trajectory;
+use crate::world::Trajectory;
 use serde::{Deserialize, Serialize};
 
 /// The number of moments per second at which the motion of a robot is sampled.

@@ -10,7 +10,7 @@ use crate::record::snapshot::{RunPlan, SNAPSHOT, Snapshot};
 use crate::record::summary::{self, DIVERGED, SUMMARY, Summary};
 use crate::record::trajectory_file::{self, TRAJECTORY, TrajectoryFile};
 use crate::scene::SelectionSettings;
-use crate::simulator::{Grade, Trajectory};
+use crate::world::{Grade, Trajectory};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
@@ -132,7 +132,7 @@ impl Run {
         sweep(folder)?;
         keep_scene(folder, &plan.scene)?;
         if progress.entered == Some(progress.iteration) {
-            let lattice = &codesign.task().lattice;
+            let lattice = &codesign.world().lattice;
             let materials = codesign.evaluator().design(&progress).materials();
             let start =
                 DesignFile::new(lattice, &progress.design, &materials, &progress.controller);
@@ -292,7 +292,7 @@ impl Run {
         let physics = &self.plan.scene.physics;
         let moments = Frames::moments(physics.steps, physics.dt);
         let seen = self.codesign.evaluator().watch(&self.progress, moments)?;
-        let spacing = self.codesign.task().lattice.spacing;
+        let spacing = self.codesign.world().lattice.spacing;
         Frames::of_moments(&seen, physics.dt, spacing)
     }
 
@@ -424,7 +424,7 @@ impl Run {
     fn write_design(&self, delivery: &Delivery) -> Result<()> {
         let folder = self.lock.folder();
         let design = DesignFile::new(
-            &self.codesign.task().lattice,
+            &self.codesign.world().lattice,
             &delivery.design,
             &delivery.materials,
             &delivery.controller,

@@ -15,10 +15,10 @@ use cosmic::case::Case;
 use cosmic::design::{Design, Mixture};
 use cosmic::geometry::Ground;
 use cosmic::inputs::{ALL, Block, Inputs, Part};
-use cosmic::objective::{AnyLoss, Displacement, LossOf, of_scene};
+use cosmic::objective::{AnyLoss, Displacement, LossOf, loss_of, of_scene};
 use cosmic::projection::Projection;
 use cosmic::scene::{Integrator, Scene};
-use cosmic::task::Horizon;
+use cosmic::world::Span;
 
 /// If the rounding error of the slopes exceeds this fraction of the slopes, the output mentions it.
 const WORN: f64 = 1e-6;
@@ -426,7 +426,8 @@ impl<'a> CaseLoss<'a> {
     where
         dyn AnyLoss + 'a: LossOf<R>,
     {
-        let horizon = Horizon::of_steps(self.probe.case.scene.physics.steps);
-        (self.probe.task).loss(design, inputs, self.of, &horizon)
+        let world = &self.probe.world;
+        let span = Span::of_steps(world.physics.steps);
+        loss_of(world, &inputs.robot(world, design), self.of, &span)
     }
 }

@@ -1,6 +1,6 @@
 //! The extreme robots to try.
 
-use super::trial::{Trial, World};
+use super::trial::{Trial, Setting};
 use crate::check::probe::most;
 use cosmic::case::Case;
 use cosmic::design::{Design, Material};
@@ -30,8 +30,8 @@ pub fn case_trials(case: &Case) -> Vec<Trial> {
         (EdgeVector::of(&case.start, edge).length(case.lattice.softening()) / rest - 1.0).abs()
     });
     let starts_at_rest = most(strains) < LINEAR;
-    let own = Trial::new("scene", "its own time step", case.clone(), World::Driven);
-    let free = starts_at_rest.then(|| Trial::new("scene", "without its world", case, World::Free));
+    let own = Trial::new("scene", "its own time step", case.clone(), Setting::Driven);
+    let free = starts_at_rest.then(|| Trial::new("scene", "without its world", case, Setting::Free));
     let around = free.iter().flat_map(around);
     std::iter::once(own).chain(around).collect()
 }
@@ -55,7 +55,7 @@ impl Trials {
     fn free(&mut self, group: &'static str, what: &str, change: impl FnOnce(&mut Case)) {
         let mut case = robot(self.dimension, 3);
         change(&mut case);
-        let trial = Trial::new(group, what, case, World::Free);
+        let trial = Trial::new(group, what, case, Setting::Free);
         self.all.extend(around(&trial));
     }
 
@@ -63,7 +63,7 @@ impl Trials {
     fn own(&mut self, group: &'static str, what: &str, change: impl FnOnce(&mut Case)) {
         let mut case = robot(self.dimension, 3);
         change(&mut case);
-        self.all.push(Trial::new(group, what, case, World::Driven));
+        self.all.push(Trial::new(group, what, case, Setting::Driven));
     }
 }
 
@@ -75,7 +75,7 @@ pub fn extreme_trials(dimension: Dimension) -> Vec<Trial> {
     integrators(&mut trials);
     trials.all.extend(implicit(dimension));
     let what = "on the ground, actuated";
-    let driven = Trial::new("time step", what, robot(dimension, 3), World::Driven);
+    let driven = Trial::new("time step", what, robot(dimension, 3), Setting::Driven);
     trials.all.extend(around(&driven));
     layouts_and_controllers(&mut trials);
     let (sides, times): (&[usize], _) = match dimension {
@@ -182,7 +182,7 @@ fn implicit(dimension: Dimension) -> Vec<Trial> {
                 set_masses(&mut case, mass, 0.0);
                 (case.scene.physics.integrator, case.scene.physics.dt) = (Integrator::Implicit, dt);
                 let what = format!("{stiffness:e} N/m, {mass:e} kg a node, dt {dt:e} s");
-                trials.push(Trial::new("implicit", &what, case, World::Free));
+                trials.push(Trial::new("implicit", &what, case, Setting::Free));
             }
         }
     }

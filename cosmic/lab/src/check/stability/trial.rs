@@ -6,7 +6,7 @@ use cosmic::lattice::{EdgeVector, State};
 use cosmic::laws::ContactLaw;
 use cosmic::random::{Purpose, stream, symmetric};
 use cosmic::scene::Integrator;
-use cosmic::simulator::{Divergence, Grade, IdleEnergy, Span};
+use cosmic::world::{Divergence, Grade, IdleEnergy, Span};
 
 /// At the start, the nodes of a free robot are moved by this fraction of its shortest edge. The move is so small that
 /// springs respond linearly, but large compared with rounding errors and with the softening of lengths (D4).
@@ -20,7 +20,7 @@ const SPEED: f64 = 10.0;
 
 /// The surroundings of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum World {
+pub(super) enum Setting {
     /// A world without ground, gravity and actuation. The energy of the robot's vibrations is watched. If a force has
     /// no energy, their speed is watched instead.
     Free,
@@ -38,7 +38,7 @@ pub struct Trial {
     pub what: String,
     /// The robot.
     pub case: Case,
-    world: World,
+    world: Setting,
     /// The angular frequency at rest that limits the time step, in 1/s.
     frequency: f64,
     /// The limit of stability: the smallest unstable time step, in seconds; infinite if nothing vibrates.
@@ -90,8 +90,8 @@ impl Found {
 
 impl Trial {
     /// Makes a trial of a case with the case's time step. The actuators of a free robot are switched off.
-    pub(super) fn new(group: &'static str, what: &str, mut case: Case, world: World) -> Self {
-        if world == World::Free {
+    pub(super) fn new(group: &'static str, what: &str, mut case: Case, world: Setting) -> Self {
+        if world == Setting::Free {
             // Actuators get no stroke, because a stroke would stretch springs that stiffen.
             case.scene.materials.max_strain = [0.0; 3];
             case.controller = case.controller.map(|_| 0.0);
@@ -118,16 +118,15 @@ impl Trial {
     /// Runs the trial and returns its result.
     pub fn run(&self) -> Found {
         let case = self.prepared();
-        let (task, design) = (case.task(), case.own_design());
+        let (world, design) = (case.world(), case.own_design());
         // The time step is checked for the lattice at rest, even if its nodes start elsewhere.
-        let any_design = task.stable_step_of_any_design(1.0);
-        let check = task.step_check(&design, &case.lattice.positions, 1.0, any_design);
+        let any_design = world.stable_step_of_any_design(1.0);
+        let check = world.step_check(&design, &case.lattice.positions, 1.0, any_design);
         let span = Span::from_start((0..=case.scene.physics.steps).collect());
-        let guarded =
-            (task.simulator).guarded(&task.body(&design), &case.controller, &case.start, &span);
+        let guarded = world.guarded(&case.robot(), &span);
         let states = &guarded.trajectory.states;
         // Rounding strains the bars of an implicit step with a very long time step, so their energy has no meaning.
-        let has_energy = self.world == World::Free && !self.is_implicit();
+        let has_energy = self.world == Setting::Free && !self.is_implicit();
         let growth = has_energy.then(|| energy_growth(&case, states)).flatten();
         let growth = growth.unwrap_or_else(|| self.speed_growth(&case, states));
         let finite = states.iter().all(is_finite);
@@ -154,7 +153,7 @@ impl Trial {
         let mut case = self.case.clone();
         // Without a bound, the speed may grow until the guard stops the rollout.
         case.scene.physics.speed_bound = None;
-        if self.world == World::Driven {
+        if self.world == Setting::Driven {
             return case;
         }
         (case.scene.physics.gravity, case.scene.physics.contact) = (0.0, ContactLaw::none());

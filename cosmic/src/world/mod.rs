@@ -1,7 +1,8 @@
-//! The simulator: computes a trajectory from a body, a controller and an initial state.
+//! The simulator. A [`World`] is built once from a scene. [`World::run`] lets [`Robot`]s walk over a [`Span`] of steps and
+//! returns a [`Trajectory`] of each.
 //!
-//! The physics is in [`laws`](crate::laws). The modules `robot` and `mechanics` combine the laws to a step, which is
-//! written once for all number types. A rollout computes in the ground's frame: there, a node is below flat ground if
+//! The physics is in [`laws`](crate::laws). The modules `step` and `mechanics` combine the laws to a step, which is
+//! written once for all number types. A walk computes in the ground's frame: there, a node is below flat ground if
 //! its second coordinate is negative. Callers pass and get states in the world's frame.
 
 mod surroundings;
@@ -9,14 +10,17 @@ mod parameters;
 mod effort;
 mod implicit;
 mod mechanics;
-mod robot;
+mod step;
 mod energy;
 pub mod stability;
 mod step_check;
 mod trajectory;
-mod prepare;
+mod span;
+mod base;
+mod robot;
+mod draws;
 mod plan;
-mod rollout;
+mod run;
 #[cfg(feature = "wgsl")]
 mod printed;
 mod blame;
@@ -27,15 +31,18 @@ mod economy;
 
 pub use blame::Cause;
 pub use divergence::{Divergence, GuardedRollout};
+pub(crate) use draws::{FRICTION, draw_goal, draw_many};
+pub use draws::{draw, draw_goals, perturbed};
 pub use economy::Energy;
 pub use effort::{Effort, Efforts};
 pub use energy::IdleEnergy;
 pub use loads::{BarLoad, EdgeMoments, Loads};
 pub use magnitude::{Largest, Magnitude};
-pub use plan::Robots;
-pub use prepare::{Simulator, Span};
 #[cfg(feature = "wgsl")]
 pub use printed::{PrintedRobots, Wanted, Workgroup};
+pub use robot::{Robot, Variation};
+pub use span::Span;
 pub use step_check::{Grade, StepCheck, StepLimit, rounded_down};
 pub use surroundings::Surroundings;
 pub use trajectory::{PayloadState, Trajectory};
+pub use base::{KEEP_EVERY, LoadsAndEnergy, World, kept_steps, together};

@@ -1,5 +1,7 @@
 //! The parameters of a robot's steps: the numbers that a step reads and that stay constant during a rollout.
 
+use std::sync::Arc;
+
 use autodiff::Real;
 use autodiff_programs::{Array, Program};
 
@@ -108,8 +110,8 @@ impl ParameterSink for Program {
 /// The numbers of the parameters, collected in the order of declaration. Each parameter has one list of numbers per
 /// robot, or one list that all robots share.
 pub(super) struct Filled<'a, R> {
-    pub(super) bodies: &'a [Body<R>],
-    pub(super) surroundings: &'a [Surroundings<R>],
+    pub(super) bodies: &'a [Arc<Body<R>>],
+    pub(super) surroundings: &'a [Arc<Surroundings<R>>],
     /// The numbers that the caller gives for each start: those of all steps, one step after the other.
     pub(super) of_steps: Vec<Vec<R>>,
     pub(super) numbers: Vec<Vec<Vec<R>>>,
@@ -120,7 +122,8 @@ impl<R: Real> ParameterSink for Filled<'_, R> {
     type Array = ();
 
     fn of_body(&mut self, _: usize, numbers: impl Fn(&Body<R>) -> Vec<R>) {
-        self.numbers.push(self.bodies.iter().map(numbers).collect());
+        let bodies = self.bodies.iter().map(|body| numbers(body));
+        self.numbers.push(bodies.collect());
     }
     fn of_surroundings(&mut self, inputs: &[StepInput], numbers: impl Fn(&[R]) -> Vec<R>) {
         let values = |own: &Surroundings<R>| -> Vec<R> {

@@ -6,12 +6,13 @@ use std::ops::ControlFlow;
 use serde::{Deserialize, Serialize};
 
 use super::magnitude::{Largest, Magnitude};
-use super::{Effort, Simulator, Trajectory};
+use super::robot::Robot;
+use super::base::World;
+use super::{Effort, Trajectory};
 use crate::design::Material;
 use crate::geometry::{Range, crossings};
 use crate::lattice::{Body, EdgeVector, State};
 use crate::laws::Pose;
-use crate::policy::Controller;
 use crate::scene::MaterialSettings;
 
 /// The number of states whose activations are computed together.
@@ -123,34 +124,32 @@ pub struct EdgeMoments {
     pub elastic: f64,
 }
 
-impl Simulator {
+impl World {
     /// The loads and the motion of the edges in each state of a trajectory.
     pub fn moments(
         &self,
-        body: &Body<f64>,
-        controller: &Controller<f64>,
+        robot: &Robot<f64>,
         trajectory: &Trajectory<f64>,
     ) -> Vec<EdgeMoments> {
         let states = trajectory.steps.iter().zip(&trajectory.states);
         let states: Vec<_> = states.map(|(&step, state)| (step, state)).collect();
         let blocks = states.chunks(BLOCK);
         blocks
-            .flat_map(|block| self.moments_of(body, controller, block))
+            .flat_map(|block| self.moments_of(robot, block))
             .collect()
     }
 
     /// The loads and the motion of the edges in several states. Each state is given with the number of steps before it.
     fn moments_of(
         &self,
-        body: &Body<f64>,
-        controller: &Controller<f64>,
+        robot: &Robot<f64>,
         states: &[(usize, &State<f64>)],
     ) -> Vec<EdgeMoments> {
-        let time = |step: usize| step as f64 * self.dt;
+        let time = |step: usize| step as f64 * self.physics.dt;
         let moments: Vec<_> = states.iter().map(|&(step, s)| (s, time(step))).collect();
-        let activations = self.activations(body, controller, &moments);
+        let activations = self.activations(robot, &moments);
         let both = states.iter().zip(activations);
-        both.map(|(&(step, state), activation)| self.moment(body, state, time(step), activation))
+        both.map(|(&(step, state), activation)| self.moment(&robot.body, state, time(step), activation))
             .collect()
     }
 
@@ -163,7 +162,7 @@ impl Simulator {
         activation: Vec<f64>,
     ) -> EdgeMoments {
         let edges = 0..self.lattice.edges.len();
-        let forces = &self.robot.mechanics.forces;
+        let forces = &self.step.mechanics.forces;
         let pose = self.pose(body, state, time, &activation);
         let motion = edges.clone().map(|edge| self.motion(state, edge));
         let (strain, rate) = motion.map(|[strain, rate]| (strain, rate)).unzip();
@@ -193,7 +192,7 @@ impl Simulator {
 
     /// The force with which the bar of an edge pulls its ends together, N.
     fn pull(&self, pose: &Pose, edge: usize) -> f64 {
-        let forces = self.robot.mechanics.forces.iter();
+        let forces = self.step.mechanics.forces.iter();
         forces.map(|force| force.tension(pose, edge)).sum()
     }
 
@@ -205,11 +204,10 @@ impl Simulator {
     pub fn loads(
         &self,
         layout: &[Material],
-        body: &Body<f64>,
-        controller: &Controller<f64>,
-        start: &State<f64>,
+        robot: &Robot<f64>,
         steps: usize,
     ) -> Vec<Option<BarLoad>> {
+        let (body, start) = (&robot.body, &robot.start);
         let gathered = |m: &Material| m.is_solid().then(|| Gathered::over(steps + 1, steps));
         let mut bars: Vec<Option<Gathered>> = layout.iter().map(gathered).collect();
         let of_all = |bars: &mut [Option<Gathered>], see: &dyn Fn(&mut Gathered, usize)| {
@@ -222,10 +220,10 @@ impl Simulator {
         of_all(&mut bars, &|bar, edge| {
             bar.see_state(self.strain(start, edge));
         });
-        let is_implicit = self.robot.mechanics.is_implicit();
+        let is_implicit = self.step.mechanics.is_implicit();
         let see_end = |bars: &mut [Option<Gathered>], step: usize, state: &State<f64>| {
             let ends = self
-                .moments_of(body, controller, &[(step, state)])
+                .moments_of(robot, &[(step, state)])
                 .remove(0)
                 .tension;
             of_all(bars, &|bar, edge| bar.see_end(ends[edge]));
@@ -237,7 +235,7 @@ impl Simulator {
         let show = |step: usize, state: State<f64>, effort: Option<Effort<f64>>| {
             let effort = effort.expect("the steps are metered");
             if !is_implicit {
-                let time = (step - 1) as f64 * self.dt;
+                let time = (step - 1) as f64 * self.physics.dt;
                 let pose = self.pose(body, &before, time, &effort.activation);
                 of_all(&mut bars, &|bar, edge| bar.see_end(self.pull(&pose, edge)));
             }
@@ -253,13 +251,13 @@ impl Simulator {
             before = state;
             ControlFlow::Continue(())
         };
-        self.each_state(body, controller, start, 0..steps, true, show);
+        self.each_state(robot, 0..steps, true, show);
         if !is_implicit {
             see_end(&mut bars, steps, &before);
         }
-        let seconds = steps as f64 * self.dt;
+        let seconds = steps as f64 * self.physics.dt;
         let bars = bars.into_iter().zip(&self.lattice.rest_length);
-        bars.map(|(bar, length)| bar.map(|bar| bar.load([length / seconds, length / self.dt])))
+        bars.map(|(bar, length)| bar.map(|bar| bar.load([length / seconds, length / self.physics.dt])))
             .collect()
     }
 
@@ -284,13 +282,12 @@ impl Simulator {
         layout: &[Material],
         bars: &[Option<BarLoad>],
         trajectory: &Trajectory<f64>,
-        materials: &MaterialSettings,
     ) -> Loads {
         let mut loads = Loads::default();
         for (edge, (bar, &material)) in bars.iter().zip(layout).enumerate() {
             let Some(bar) = bar else { continue };
             loads.compression = loads.compression.max(bar.compression);
-            let safety = bar.euler_safety(materials, material, self.lattice.rest_length[edge]);
+            let safety = bar.euler_safety(&self.materials, material, self.lattice.rest_length[edge]);
             let both = loads.euler_safety.into_iter().chain(safety);
             loads.euler_safety = both.reduce(f64::min);
             if material == Material::Skeleton {
@@ -314,7 +311,7 @@ impl Simulator {
     }
 }
 
-impl Simulator {
+impl World {
     /// For each state, the number of pairs of bars that cross but do not cross at rest.
     fn tangles(&self, layout: &[Material], trajectory: &Trajectory<f64>) -> Vec<usize> {
         let bars = (self.lattice.edges.iter().zip(layout)).filter(|(_, m)| m.is_solid());

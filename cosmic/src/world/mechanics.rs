@@ -104,14 +104,6 @@ impl Mechanics {
         self.ground.vector_to_ground(pushed)
     }
 
-    /// The same mechanics with another coefficient of friction.
-    pub(super) fn with_friction(&self, friction: f64) -> Self {
-        Self {
-            contact: self.contact.with_friction(friction).into(),
-            ..self.clone()
-        }
-    }
-
     /// True if bars pull with the forces that they have at the end of a step.
     pub(super) fn is_implicit(&self) -> bool {
         self.passes.is_some()

@@ -3,7 +3,7 @@ use cosmic::geometry::{Range, Vector};
 use cosmic::lattice::{Body, Lattice, State};
 use cosmic::policy::Controller;
 use cosmic::scene::Scene;
-use cosmic::simulator::{BarLoad, Largest, Magnitude, Simulator, Trajectory};
+use cosmic::world::{BarLoad, Largest, Magnitude, Simulator, Trajectory};
 
 #[test]
 fn a_magnitude_has_the_peak_and_the_99_percent_quantile() {

@@ -2,11 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Simulator;
+use super::World;
 use super::loads::BarLoad;
 use crate::design::{Material, is_in_use};
 use crate::lattice::Body;
-use crate::scene::MaterialSettings;
 
 crate::keys! {
     /// The mass of a robot, and the energy that its actuators give while it walks, without their losses.
@@ -49,14 +48,13 @@ impl Energy {
     }
 }
 
-impl Simulator {
-    /// The energy of a robot from the loads of its bars in a rollout of `steps` steps that moves it by `displacement`, m.
+impl World {
+    /// The energy of a robot from the loads of its bars in a walk of `steps` steps that moves it by `displacement`, m.
     pub fn energy_of(
         &self,
         layout: &[Material],
         bars: &[Option<BarLoad>],
         body: &Body<f64>,
-        materials: &MaterialSettings,
         steps: usize,
         displacement: f64,
     ) -> Energy {
@@ -70,15 +68,15 @@ impl Simulator {
         let in_use = nodes.filter(|(_, is_in_use)| *is_in_use);
         let mass: f64 = in_use.map(|(mass, _)| mass).sum();
         let moves = displacement.abs() >= self.lattice.least_walk();
-        let per_metre = moves.then(|| power * steps as f64 * self.dt / displacement.abs());
-        let weight = mass * self.robot.mechanics.gravity.abs();
-        let air = materials.parts.air(of_actuators(|bar| bar.travel));
+        let per_metre = moves.then(|| power * steps as f64 * self.physics.dt / displacement.abs());
+        let weight = mass * self.step.mechanics.gravity.abs();
+        let air = self.materials.parts.air(of_actuators(|bar| bar.travel));
         Energy {
             mass,
             power,
             net_power: of_actuators(|bar| bar.net),
             air,
-            air_power: air.map(|air| materials.parts.air_power(air)),
+            air_power: air.map(|air| self.materials.parts.air_power(air)),
             per_metre,
             cost_of_transport: per_metre
                 .filter(|_| weight > 0.0)

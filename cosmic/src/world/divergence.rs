@@ -9,13 +9,13 @@ use std::ops::{ControlFlow, Range};
 
 use super::blame::Cause;
 use super::effort::Effort;
-use super::plan::Robots;
-use super::prepare::{Simulator, Span};
+use super::robot::Robot;
+use super::span::Span;
 use super::trajectory::{AbsentNodes, Trajectory, WATCHED};
+use super::base::World;
 use crate::error::Error;
 use crate::geometry::Vector;
-use crate::lattice::{Body, State};
-use crate::policy::Controller;
+use crate::lattice::State;
 
 /// The number of states that the repeated rollout keeps in memory at a time.
 const BLOCK: usize = 64;
@@ -42,7 +42,7 @@ pub struct Divergence {
 /// The result of a guarded rollout: the observed states, and the first state that is absurd or too fast.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GuardedRollout {
-    /// The observed states, with the same bits as those of [`Simulator::rollout`].
+    /// The observed states, with the same bits as those of [`World::run`].
     pub trajectory: Trajectory<f64>,
     /// The first state that is absurd or too fast, whether or not it is observed. The start is not checked.
     pub divergence: Option<Divergence>,
@@ -60,24 +60,22 @@ impl From<&Divergence> for Error {
     }
 }
 
-impl Simulator {
+impl World {
     /// Simulates a rollout and detects every state that is absurd or too fast. If there is none, the extra cost is one
     /// comparison per number of each state. If there is one, the extra cost is up to two more rollouts.
     ///
     /// # Panics
-    /// Like [`rollout`](Simulator::rollout).
+    /// Like [`rollout`](World::run).
     pub fn guarded(
         &self,
-        body: &Body<f64>,
-        controller: &Controller<f64>,
-        start: &State<f64>,
+        robot: &Robot<f64>,
         span: &Span,
     ) -> GuardedRollout {
         let watched = Span {
             watched: true,
             ..span.clone()
         };
-        let seen = self.rollout(body, controller, start, &watched);
+        let seen = self.run_one(robot, &watched);
         if seen.states.last().is_none_or(|last| self.is_cleared(last)) {
             return GuardedRollout {
                 trajectory: seen,
@@ -86,8 +84,8 @@ impl Simulator {
         }
         let steps = span.first..span.first + span.steps();
         GuardedRollout {
-            trajectory: self.rollout(body, controller, start, span),
-            divergence: self.divergence(body, controller, start, steps),
+            trajectory: self.run_one(robot, span),
+            divergence: self.divergence(robot, steps),
         }
     }
 
@@ -97,12 +95,12 @@ impl Simulator {
     pub(super) fn watched(&self) -> f64 {
         // If both components of a velocity are below this number, the speed is below the bound.
         let component = |bound: f64| bound / 2f64.sqrt();
-        self.speed_bound
+        self.physics.speed_bound
             .map_or(WATCHED, |bound| component(bound).min(WATCHED))
     }
 
     /// Decides by the last state of a watched rollout whether all of its states are fine. Returns false if a state may
-    /// have been absurd or too fast; [`guarded`](Simulator::guarded) then checks every state.
+    /// have been absurd or too fast; [`guarded`](World::guarded) then checks every state.
     pub fn is_cleared(&self, last: &State<f64>) -> bool {
         !last.is_absurd()
     }
@@ -111,20 +109,18 @@ impl Simulator {
     /// absurd or too fast state, or `None`. The start is not checked.
     ///
     /// # Panics
-    /// Like [`rollout`](Simulator::rollout).
+    /// Like [`rollout`](World::run).
     pub fn divergence(
         &self,
-        body: &Body<f64>,
-        controller: &Controller<f64>,
-        start: &State<f64>,
+        robot: &Robot<f64>,
         steps: Range<usize>,
     ) -> Option<Divergence> {
-        let mut last = VecDeque::from([(steps.start, start.clone())]);
+        let mut last = VecDeque::from([(steps.start, robot.start.clone())]);
         let mut found = None;
-        self.each_state(body, controller, start, steps, false, |step, state, _| {
+        self.each_state(robot, steps, false, |step, state, _| {
             let absurd = state.absurd_node().map(|node| (node, None));
             let too_fast = || {
-                let bound = self.speed_bound?;
+                let bound = self.physics.speed_bound?;
                 let (node, speed) = state.too_fast(bound)?;
                 Some((node, Some(Cause::TooFast { speed, bound })))
             };
@@ -139,7 +135,7 @@ impl Simulator {
             ControlFlow::Continue(())
         });
         let (node, bound) = found?;
-        Some(self.diagnose(body, controller, node, bound, last))
+        Some(self.diagnose(robot, node, bound, last))
     }
 
     /// Simulates the steps of the range `steps`. After each step, calls `show` with the number of steps so far and the
@@ -147,21 +143,21 @@ impl Simulator {
     /// Keeps only a block of states in memory at a time.
     pub(super) fn each_state(
         &self,
-        body: &Body<f64>,
-        controller: &Controller<f64>,
-        start: &State<f64>,
+        robot: &Robot<f64>,
         steps: Range<usize>,
         metered: bool,
         mut show: impl FnMut(usize, State<f64>, Option<Effort<f64>>) -> ControlFlow<()>,
     ) {
-        let of_nodes = self.robot.numbers_of_nodes();
-        let surroundings = self.surroundings();
-        let robot = Robots::one(&surroundings, body, controller);
-        let planned = self.planned(&robot, &[start], metered);
+        let of_nodes = self.step.numbers_of_nodes();
+        let whole = Span {
+            metered,
+            ..Span::of_steps(BLOCK)
+        };
+        let planned = self.planned(std::slice::from_ref(robot), &whole);
         let size = of_nodes + planned.model.meters();
-        let still = AbsentNodes::of(body, start);
+        let still = AbsentNodes::of(&robot.body, &robot.start);
         // States are kept as flat arrays in the ground's frame, so that the next block continues from identical bits.
-        let mut flat = self.flatten(start);
+        let mut flat = self.flatten(&robot.start);
         for first in steps.clone().step_by(BLOCK) {
             let span = Span {
                 first,
@@ -185,8 +181,7 @@ impl Simulator {
     /// bound.
     fn diagnose(
         &self,
-        body: &Body<f64>,
-        controller: &Controller<f64>,
+        robot: &Robot<f64>,
         node: usize,
         bound: Option<Cause>,
         last: VecDeque<(usize, State<f64>)>,
@@ -201,7 +196,7 @@ impl Simulator {
             node,
             position: after.x[node],
             velocity: after.v[node],
-            term: bound.unwrap_or_else(|| self.blame(body, controller, before, step, node)),
+            term: bound.unwrap_or_else(|| self.blame(robot, before, step, node)),
             last: Trajectory::new(steps, states),
         }
     }

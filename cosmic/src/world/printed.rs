@@ -6,19 +6,18 @@ use autodiff::Real;
 use autodiff_programs::wgsl::{self, Options, Printed, Refused};
 
 use super::parameters::ParameterSink;
-use super::plan::Robots;
-use super::prepare::{Simulator, Span};
-use super::robot::Robot;
-use super::surroundings::Surroundings;
+use super::base::World;
+use super::robot::{Robot, shared};
+use super::span::Span;
+use super::step::RobotStep;
 use super::trajectory::Trajectory;
-use crate::lattice::{Body, State};
+use crate::lattice::Body;
 use crate::laws::StepInput;
-use crate::policy::Controller;
 
 /// A population of robots on one lattice, for rollouts on a GPU. Its members may differ in body, controller,
-/// surroundings and start; each of the first three has one entry that all members share, or one for each member.
+/// surroundings and start; what all of them share is shared on the GPU too.
 ///
-/// [`Simulator::printed`] makes it. It prints the step once, and converts robots to the numbers that the printed program
+/// [`World::printed`] makes it. It prints the step once, and converts robots to the numbers that the printed program
 /// reads, and back: `cosmic-gpu` has the devices.
 #[derive(Clone, Debug)]
 pub struct PrintedRobots {
@@ -28,8 +27,8 @@ pub struct PrintedRobots {
     pub inputs: Arc<[f64]>,
     /// For each parameter, whether all members share it.
     common: Vec<bool>,
-    simulator: Simulator,
-    robot: Robot,
+    world: World,
+    step: RobotStep,
     span: Span,
 }
 
@@ -63,7 +62,7 @@ impl From<usize> for Workgroup {
     }
 }
 
-impl Simulator {
+impl World {
     /// Prints the step of these robots for a GPU. The numbers of a later population may be others, but the edges without
     /// stiffness or stroke in all of these bodies are left out, and what these robots share stays shared. With one member
     /// nothing counts as different.
@@ -72,27 +71,28 @@ impl Simulator {
     /// If the step cannot be printed. An implicit step cannot, because it solves linear equations.
     ///
     /// # Panics
-    /// Like [`rollouts`](Simulator::rollouts).
+    /// Like [`run`](World::run).
     pub fn printed(
         &self,
-        robots: &Robots<f64>,
+        robots: &[Robot<f64>],
         span: &Span,
         wanted: Wanted,
         workgroup: impl Into<Workgroup>,
     ) -> Result<PrintedRobots, Refused> {
         let workgroup = workgroup.into();
-        self.check(robots.bodies, &[]);
+        self.check(robots);
+        let bodies = shared(robots.iter().map(|robot| Arc::clone(&robot.body)));
         // A part without stiffness or strain has derivatives with respect to these numbers.
-        let robot = match wanted.bodies {
-            true => self.robot.for_all_edges(robots.bodies),
-            false => self.robot.for_bodies(robots.bodies),
+        let step = match wanted.bodies {
+            true => self.step_of(robots).for_all_edges(&bodies),
+            false => self.step_of(robots).for_bodies(&bodies),
         };
-        let robot = robot.metered(span.metered);
-        let plan = self.plan(robot.clone(), span);
-        let numbers = self.numbers(&robot, robots, Vec::new());
+        let step = step.metered(span.metered);
+        let plan = self.plan(step.clone(), span);
+        let numbers = self.numbers(&step, robots, span.steps());
         let common: Vec<bool> = numbers.iter().map(|lists| lists.len() == 1).collect();
         let mut kinds = Kinds(Vec::new());
-        robot.parameters(&mut kinds);
+        step.parameters(&mut kinds);
         let kind = |k: usize| kinds.0.get(k).copied().unwrap_or(Kind::Controller);
         let is_wanted = |k: &usize| match kind(*k) {
             Kind::Body => wanted.bodies,
@@ -113,11 +113,11 @@ impl Simulator {
             ..Options::default()
         };
         Ok(PrintedRobots {
-            program: wgsl::print(&robot, &options)?,
+            program: wgsl::print(&step, &options)?,
             inputs: plan.inputs,
             common,
-            simulator: self.clone(),
-            robot,
+            world: self.clone(),
+            step,
             span: span.clone(),
         })
     }
@@ -129,8 +129,8 @@ impl PrintedRobots {
     ///
     /// # Panics
     /// If the robots do not fit those with which the program was printed.
-    pub fn numbers<R: Real>(&self, robots: &Robots<R>) -> Vec<Vec<R>> {
-        let numbers = self.simulator.numbers(&self.robot, robots, Vec::new());
+    pub fn numbers<R: Real>(&self, robots: &[Robot<R>]) -> Vec<Vec<R>> {
+        let numbers = self.world.numbers(&self.step, robots, self.span.steps());
         let fits = numbers
             .iter()
             .map(|lists| lists.len() == 1)
@@ -143,35 +143,23 @@ impl PrintedRobots {
     }
 
     /// The numbers of the parameters of a single member: a list for each, in the order of [`Printed::parameters`].
-    pub fn numbers_of_one<R: Real>(
-        &self,
-        surroundings: &Surroundings<R>,
-        body: &Body<R>,
-        controller: &Controller<R>,
-    ) -> Vec<Vec<R>> {
-        let one = Robots::one(surroundings, body, controller);
-        let numbers = self.simulator.numbers(&self.robot, &one, Vec::new());
+    pub fn numbers_of_one<R: Real>(&self, robot: &Robot<R>) -> Vec<Vec<R>> {
+        let one = std::slice::from_ref(robot);
+        let numbers = self.world.numbers(&self.step, one, self.span.steps());
         numbers.into_iter().flatten().collect()
     }
 
     /// The states at the start as the numbers of the program, one member after the other.
-    pub fn starts<R: Real>(&self, starts: &[State<R>]) -> Vec<R> {
+    pub fn starts<R: Real>(&self, robots: &[Robot<R>]) -> Vec<R> {
+        let starts = robots.iter();
         starts
-            .iter()
-            .flat_map(|start| self.robot.started(self.simulator.flatten(start)))
+            .flat_map(|robot| self.step.started(self.world.flatten(&robot.start)))
             .collect()
     }
 
     /// The trajectory of a member, from the numbers that the program has observed of it.
-    pub fn trajectory<R: Real>(
-        &self,
-        seen: &[R],
-        surroundings: &Surroundings<R>,
-        body: &Body<R>,
-        start: &State<R>,
-    ) -> Trajectory<R> {
-        self.simulator
-            .trajectory(seen, &self.span, surroundings, body, start)
+    pub fn trajectory<R: Real>(&self, seen: &[R], robot: &Robot<R>) -> Trajectory<R> {
+        self.world.trajectory(seen, &self.span, robot)
     }
 
     /// The span of the rollouts.

@@ -3,7 +3,7 @@ use autodiff::{Function, Real};
 use cosmic::case::Case;
 use cosmic::design::Design;
 use cosmic::scene::Scene;
-use cosmic::simulator::{Robots, Span, Trajectory};
+use cosmic::world::{Robots, Span, Trajectory};
 
 /// The activations that the tests give to edges: full, zero and in between, with both signs.
 const HELD: [f64; 6] = [0.0, 0.7, -0.7, 0.2, -1.0, 1.0];

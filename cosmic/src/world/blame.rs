@@ -1,11 +1,11 @@
 //! Finds the cause of a divergence: the part of a step that gave a node most of its velocity, or the speed bound that
 //! the node exceeded.
 
-use super::prepare::Simulator;
+use super::robot::Robot;
+use super::base::World;
 use crate::geometry::Vector;
 use crate::lattice::{Body, State};
 use crate::laws::{Pose, Pull};
-use crate::policy::Controller;
 
 /// The cause of a divergence at one node. The text of a cause is the end of a sentence about the node.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -35,21 +35,19 @@ pub enum Cause {
     },
 }
 
-impl Simulator {
+impl World {
     /// Finds the part of a step that gave a node most of its velocity, or a part that is NaN. The step is the first
     /// substep after the state `before`. Contact with the ground is not considered, because it only reduces velocities.
     pub(super) fn blame(
         &self,
-        body: &Body<f64>,
-        controller: &Controller<f64>,
+        robot: &Robot<f64>,
         before: &State<f64>,
         step: usize,
         node: usize,
     ) -> Cause {
-        let time = step as f64 * self.dt;
-        let activation = self
-            .activations(body, controller, &[(before, time)])
-            .remove(0);
+        let body = &robot.body;
+        let time = step as f64 * self.physics.dt;
+        let activation = self.activations(robot, &[(before, time)]).remove(0);
         let edges = self.pulling_edges(body, node);
         // The activation of an edge with strain 0 has no effect, even if it is NaN.
         let is_misled = |&&e: &&usize| activation[e].is_nan() && body.strain[e] != 0.0;
@@ -58,7 +56,7 @@ impl Simulator {
         }
         // `abs` clears the sign bit of NaN; otherwise `total_cmp` could rank NaN lowest.
         let size = |vector: Vector<f64>| vector.norm().abs();
-        let mechanics = &self.robot.mechanics;
+        let mechanics = &self.step.mechanics;
         let pose = Pose {
             activation: &activation,
             time,

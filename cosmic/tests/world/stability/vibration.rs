@@ -5,8 +5,8 @@ use cosmic::lattice::{Body, Lattice, Marker};
 use cosmic::scene::{
     Integrator, LatticeKind, LatticeSettings, MaterialSettings, PhysicsSettings, stable_step,
 };
-use cosmic::simulator::StepLimit;
-use cosmic::simulator::stability::Vibration;
+use cosmic::world::StepLimit;
+use cosmic::world::stability::Vibration;
 use nalgebra::{DMatrix, DVector};
 
 /// The largest frequency, 1/s, from all eigenvalues of the dense matrix.

@@ -8,6 +8,7 @@ use autodiff_programs::{Array, Graph, Model, Program};
 use super::effort::{Effort, Meter};
 use super::mechanics::{Actuation, Mechanics};
 use super::parameters::{Named, ParameterSink, Parameters};
+use super::surroundings::goal_inputs;
 use crate::geometry::{Axes, Dimension, Ground};
 use crate::lattice::{Body, Lattice, Mirror};
 use crate::laws::{Motion, StepInput};
@@ -17,14 +18,14 @@ use crate::policy::{
 };
 use crate::scene::{ControllerSettings, GoalKind, PhysicsSettings};
 
-/// The robot as a [`Model`] of `autodiff`. The model declares these arrays, in this order:
+/// The step of the robots of a world, as a [`Model`]. The model declares these arrays, in this order:
 ///
 /// - Parameters: the fields of [`Parameters`], then the input of [`Turn`] if the clock is learned, then the parameters
 ///   of the policy.
 /// - State: the components of the positions of all nodes, then those of the velocities, in the ground's frame.
-/// - Inputs: the [pairs](Robot::pairs) of the clock and of the goals, and `t` if a force reads it.
+/// - Inputs: the [pairs](RobotStep::pairs) of the clock and of the goals, and `t` if a force reads it.
 #[derive(Clone, Debug)]
-pub(super) struct Robot {
+pub(super) struct RobotStep {
     pub(super) graph: Graph,
     /// The mirror image of the robot, if the robot is its own image.
     mirror: Option<Arc<Mirror>>,
@@ -35,9 +36,10 @@ pub(super) struct Robot {
     pub(super) drive: Drive,
     /// The scene's section `controller`.
     pub(super) settings: ControllerSettings,
-    /// The goals of a rollout without others; `None` if the goal is a number of the controller.
-    pub(super) goals: Option<Goals>,
-    /// The names and values of the surroundings: those of the mechanics, then the goals.
+    /// The goals of the robots, which may be at other places but change at the same steps; `None` if the goal is a number
+    /// of the controller.
+    goals: Option<Goals>,
+    /// The names of the numbers of the surroundings that the mechanics read, and their values in the scene.
     pub(super) inputs: Arc<[StepInput]>,
     /// True if bodies state the presence (weight) of their nodes.
     weighs: bool,
@@ -70,7 +72,7 @@ pub(super) struct Driver {
     given: Arc<[Given]>,
 }
 
-impl Robot {
+impl RobotStep {
     pub(super) fn new(
         lattice: &Lattice,
         physics: &PhysicsSettings,
@@ -99,7 +101,10 @@ impl Robot {
             is_metered: false,
         };
         robot.drive = Drive::Policy(robot.driver(blocks_of(controller, lattice)));
-        robot.with_inputs()
+        let mut named = Named::default();
+        robot.mechanics.parameters(&mut named);
+        robot.inputs = named.0.into();
+        robot
     }
 
     /// The policy that the settings choose, with its blocks. It is recorded once here, to find out which parameters it
@@ -126,7 +131,7 @@ impl Robot {
 
     /// A copy of this robot without the parts that none of these bodies needs: the edges without stiffness, which never
     /// pull, and the outputs of the policy for edges without stiffness or with a strain of 0.
-    pub(super) fn for_bodies<R: Real>(&self, bodies: &[Body<R>]) -> Self {
+    pub(super) fn for_bodies<R: Real>(&self, bodies: &[Arc<Body<R>>]) -> Self {
         let mut robot = self.for_all_edges(bodies);
         let slack = |edge: usize| bodies.iter().all(|body| body.stiffness[edge].is_zero());
         let slack: Vec<bool> = (0..self.graph.slot_of_edge().len()).map(slack).collect();
@@ -143,7 +148,7 @@ impl Robot {
 
     /// A copy of this robot with all of its edges, and with the largest strain of these bodies. If one of them states the
     /// presence (weight) of its nodes or the rest lengths of its edges, the steps use them.
-    pub(super) fn for_all_edges<R: Real>(&self, bodies: &[Body<R>]) -> Self {
+    pub(super) fn for_all_edges<R: Real>(&self, bodies: &[Arc<Body<R>>]) -> Self {
         Self {
             weighs: bodies.iter().any(|body| !body.presence.is_empty()),
             has_rest_lengths: bodies.iter().any(|body| !body.rest_length.is_empty()),
@@ -204,44 +209,32 @@ impl Robot {
         Motion { x, v }
     }
 
-    /// A copy of this robot with other mechanics.
-    pub(super) fn with_mechanics(&self, mechanics: Mechanics) -> Self {
-        let robot = Self {
-            mechanics,
-            ..self.clone()
-        };
-        robot.with_inputs()
-    }
-
-    /// A copy of this robot with other goals.
-    pub(super) fn with_goals(&self, goals: Goals) -> Self {
-        let robot = Self {
-            goals: Some(goals),
-            ..self.clone()
-        };
-        robot.with_inputs()
-    }
-
-    /// This robot with the names of the surroundings that its steps read.
-    fn with_inputs(self) -> Self {
-        let mut named = Named::default();
-        self.parameters(&mut named);
+    /// A copy of this robot whose goals change at the steps of these.
+    pub(super) fn with_goals<R: Real>(&self, goals: Option<Goals<R>>) -> Self {
         Self {
-            inputs: named.0.into(),
-            ..self
+            goals: goals.map(|goals| goals.map(R::primal)),
+            ..self.clone()
         }
     }
 
+    /// True if the goals of the other robot change at the same steps.
+    pub(super) fn changes_with(&self, other: &Self) -> bool {
+        match (&self.goals, &other.goals) {
+            (Some(own), Some(other)) => own.change_with(other),
+            (own, other) => own.is_none() && other.is_none(),
+        }
+    }
+
+    /// The numbers of the surroundings that a step reads.
+    pub(super) fn surroundings(&self) -> Vec<StepInput> {
+        let of_laws = self.inputs.iter().cloned();
+        of_laws.chain(self.goal_inputs().flatten()).collect()
+    }
+
     /// The components of each goal, as numbers of the surroundings.
-    pub(super) fn goal_inputs(&self) -> Vec<Vec<StepInput>> {
-        let dimension = self.mechanics.dimension;
+    fn goal_inputs(&self) -> impl Iterator<Item = Vec<StepInput>> {
         let goals = self.goals.iter().flat_map(Goals::iter).enumerate();
-        let inputs = goals.map(|(k, goal)| {
-            let components = (dimension.names().iter()).zip(dimension.components(goal));
-            let input = |(name, value)| StepInput::new(format!("goal.{k}.{name}"), value);
-            components.map(input).collect()
-        });
-        inputs.collect()
+        goals.map(|(k, goal)| goal_inputs(self.mechanics.dimension, k, goal))
     }
 
     /// The pairs of numbers that a step gets at the time `time` (s), after `steps` steps: the [ticks](ticks()) of the
@@ -262,6 +255,18 @@ impl Robot {
         2 * self.pairs() + usize::from(self.mechanics.needs_time())
     }
 
+    /// The inputs of every step of a walk, one step after the other.
+    pub(super) fn inputs_of_steps(&self, dt: f64, steps: usize) -> Arc<[f64]> {
+        let timed = self.mechanics.needs_time();
+        let inputs = |step: usize| {
+            // Each time is a product. A running sum would have growing rounding errors, and the phase reaches 164 rad.
+            let time = step as f64 * dt;
+            let pairs = self.pairs_at(time, step).into_iter().flatten();
+            pairs.chain(timed.then_some(time))
+        };
+        (0..steps).flat_map(inputs).collect()
+    }
+
     fn outputs(&self) -> Outputs<'_> {
         Outputs {
             graph: &self.graph,
@@ -276,7 +281,7 @@ impl Robot {
         let (graph, slots, nodes) = (&self.graph, self.graph.slots(), self.graph.nodes());
         let inverse = |mass: &P::Number| mass.recip();
         let mechanics = self.mechanics.parameters(p);
-        let goals = self.goal_inputs().into_iter();
+        let goals = self.goal_inputs();
         let goals = goals.map(|goal| p.of_surroundings(&goal, <[P::Number]>::to_vec));
         Parameters {
             goals: goals.collect(),
@@ -401,7 +406,7 @@ impl Driver {
     }
 }
 
-impl Model for Robot {
+impl Model for RobotStep {
     fn record(&self, p: &mut Program) {
         let given = self.parameters(p);
         let state = self.state(p);
@@ -435,7 +440,7 @@ impl Model for Robot {
 /// every slot of the graph. A step replaces the numbers of the slots by their activations; everything else stays the
 /// same.
 #[derive(Clone, Debug)]
-pub(super) struct Activations(pub(super) Robot);
+pub(super) struct Activations(pub(super) RobotStep);
 
 impl Model for Activations {
     fn record(&self, p: &mut Program) {

@@ -100,7 +100,7 @@ impl<'a> Vibration<'a> {
 
     /// A bound on the vibrations that only those forces cause that do not act along bars, of robots that vibrate `faster`
     /// times as fast.
-    pub(in crate::simulator) fn off_bars(&self, faster: f64) -> OffBars {
+    pub(in crate::world) fn off_bars(&self, faster: f64) -> OffBars {
         let mass = &self.body.mass;
         let square = |node: usize| self.stiffness.nodes[node].largest_eigenvalue() / mass[node];
         let node = (0..mass.len()).max_by(|&i, &j| square(i).total_cmp(&square(j)).then(j.cmp(&i)));
@@ -231,11 +231,11 @@ impl<'a> Vibration<'a> {
 /// Vibrations that are caused by forces off the bars: on single nodes, and between nodes and bars. An implicit step does
 /// not solve for these forces.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::simulator) struct OffBars {
+pub(in crate::world) struct OffBars {
     /// A bound on the angular frequencies, 1/s.
-    pub(in crate::simulator) frequency: f64,
+    pub(in crate::world) frequency: f64,
     /// A bound on the rate at which these forces dampen a vibration, 1/s.
-    pub(in crate::simulator) damping: f64,
+    pub(in crate::world) damping: f64,
     /// The node that determines the bound.
-    pub(in crate::simulator) node: usize,
+    pub(in crate::world) node: usize,
 }

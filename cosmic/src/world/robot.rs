@@ -1,0 +1,162 @@
+//! [`Robot`]: a robot in its surroundings. [`Variation`]: how it differs from its design and from the scene.
+
+use std::sync::Arc;
+
+use autodiff::Real;
+
+use super::surroundings::Surroundings;
+use super::base::World;
+use crate::design::{Design, Mixture};
+use crate::lattice::{Body, State};
+use crate::policy::Controller;
+
+/// A robot in its surroundings, at the start of a [walk](World::run). A batch is a slice of robots. What they share is an
+/// [`Arc`]: robots that share a controller walk together in SIMD lanes, and what all robots of a batch share is computed once.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Robot<R> {
+    /// Stiffnesses, strains and masses.
+    pub body: Arc<Body<R>>,
+    /// The controller, or the activations themselves ([`Controller::given`]).
+    pub controller: Arc<Controller<R>>,
+    /// Gravity, friction, the settings of laws, and the goals.
+    pub surroundings: Arc<Surroundings<R>>,
+    /// Initial positions and velocities in the world's frame.
+    pub start: State<R>,
+}
+
+impl<R: Real> Robot<R> {
+    /// This robot from another start.
+    #[must_use]
+    pub fn from(&self, start: &State<R>) -> Self {
+        Self {
+            start: start.clone(),
+            ..self.clone()
+        }
+    }
+
+    /// This robot with these surroundings.
+    #[must_use]
+    pub fn in_surroundings(self, surroundings: impl Into<Arc<Surroundings<R>>>) -> Self {
+        Self {
+            surroundings: surroundings.into(),
+            ..self
+        }
+    }
+
+    /// A copy of this robot with `f` applied to every number. Copies share nothing with one another.
+    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Robot<S> {
+        Robot {
+            body: Arc::new(self.body.map(&f)),
+            controller: Arc::new(self.controller.map(&f)),
+            surroundings: Arc::new(self.surroundings.map(&f)),
+            start: self.start.map(&f),
+        }
+    }
+
+    /// True if the other robot can walk in the same lanes: the two share one controller, or both have given activations,
+    /// and their goals change at the same steps.
+    pub(super) fn walks_with(&self, other: &Self) -> bool {
+        let is_given = [self, other].map(|robot| robot.controller.activations().is_some());
+        let share = Arc::ptr_eq(&self.controller, &other.controller) || is_given == [true; 2];
+        share
+            && self.surroundings.change_with(&other.surroundings)
+            && self.body.largest_strain == other.body.largest_strain
+    }
+}
+
+/// One for each robot, or a single one if all robots share it.
+pub(super) fn shared<T>(of_robots: impl Iterator<Item = Arc<T>>) -> Vec<Arc<T>> {
+    let mut all: Vec<Arc<T>> = of_robots.collect();
+    if all.windows(2).all(|pair| Arc::ptr_eq(&pair[0], &pair[1])) {
+        all.truncate(1);
+    }
+    all
+}
+
+/// How a robot and its surroundings differ from the design and from the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variation {
+    /// The factor on the stiffness of each edge. Empty for a robot with the stiffnesses of its design.
+    pub stiffness: Vec<f64>,
+    /// The factor on the mass of each node. Empty for a robot with the masses of its design.
+    pub mass: Vec<f64>,
+    /// The numbers of the surroundings.
+    pub surroundings: Arc<Surroundings<f64>>,
+    /// Initial positions and velocities.
+    pub start: State<f64>,
+}
+
+impl Variation {
+    /// True if the robot is built as designed.
+    fn is_as_designed(&self) -> bool {
+        self.stiffness.is_empty() && self.mass.is_empty()
+    }
+}
+
+impl World {
+    /// A robot in the surroundings of the scene.
+    pub fn robot<R: Real>(
+        &self,
+        body: impl Into<Arc<Body<R>>>,
+        controller: impl Into<Arc<Controller<R>>>,
+        start: &State<R>,
+    ) -> Robot<R> {
+        Robot {
+            body: body.into(),
+            controller: controller.into(),
+            surroundings: Arc::new(self.surroundings()),
+            start: start.clone(),
+        }
+    }
+
+    /// No variation: the design as it is, in the surroundings of the scene, from this start.
+    pub fn nominal(&self, start: &State<f64>) -> Variation {
+        Variation {
+            stiffness: Vec::new(),
+            mass: Vec::new(),
+            surroundings: Arc::new(self.surroundings()),
+            start: start.clone(),
+        }
+    }
+
+    /// A robot of this design, with a variation.
+    pub fn varied<R: Real>(
+        &self,
+        design: &Design<Mixture<R>>,
+        controller: &Arc<Controller<R>>,
+        variation: &Variation,
+    ) -> Robot<R> {
+        Robot {
+            body: Arc::new(self.varied_body(design, variation)),
+            controller: Arc::clone(controller),
+            surroundings: Arc::new(variation.surroundings.map(R::lit)),
+            start: variation.start.map(R::lit),
+        }
+    }
+
+    /// Robots with one controller, each with its design and its variation, in the number type `R`. Neighbours share what is
+    /// the same.
+    pub fn robots<R: Real>(
+        &self,
+        pairs: &[(&Design<Mixture<f64>>, &Variation)],
+        controller: &Controller<f64>,
+    ) -> Vec<Robot<R>> {
+        let controller = Arc::new(controller.map(R::lit));
+        let mut robots: Vec<Robot<R>> = Vec::new();
+        for (k, (design, variation)) in pairs.iter().enumerate() {
+            let mut robot = self.varied(&design.lift(), &controller, variation);
+            if let Some(before) = robots.last() {
+                let (other, same) = pairs[k - 1];
+                if Arc::ptr_eq(&same.surroundings, &variation.surroundings) {
+                    robot.surroundings = Arc::clone(&before.surroundings);
+                }
+                let are_as_designed = same.is_as_designed() && variation.is_as_designed();
+                if std::ptr::eq(other, *design) && are_as_designed {
+                    robot.body = Arc::clone(&before.body);
+                }
+            }
+            robots.push(robot);
+        }
+        robots
+    }
+}
