@@ -8,7 +8,7 @@
 //!   through another one, name the path: `#[autodiff(crate = "other::autodiff")]` below the `derive`.
 //! - The struct may also have lifetime and constant parameters, but no other type parameters.
 //! - Bounds on the number type must follow from [`Real`].
-//! - Fields may be numbers, other structs with `Parameters`, and `Vec`s, arrays and `Option`s of these. With
+//! - Fields may be numbers, other structs with `Parameters`, and `Vec`s, arrays, `Option`s and `Arc`s of these. With
 //!   the feature `nalgebra` they may be elements, matrices and vectors.
 //! - Fields whose type does not mention the number type are copied, also into a gradient.
 //!
@@ -57,6 +57,7 @@
 //! ```
 
 use std::fmt::Write;
+use std::sync::Arc;
 
 use crate::drivers;
 use crate::real::Real;
@@ -73,6 +74,14 @@ pub trait Parameters<R: Real> {
     /// Returns the structure with every number replaced by `walk`, in a fixed order. If you implement this method
     /// yourself, call [`Walk::field`] for each part.
     fn map_numbers<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S>;
+
+    /// Returns the structure with `f` applied to every number, for example [`Real::lit`] to lift a structure of `f64`.
+    fn map<S: Real>(&self, mut f: impl FnMut(R) -> S) -> Self::With<S>
+    where
+        Self: Sized,
+    {
+        self.map_numbers(&mut Walk::new(&mut |_: &[Step<'_>], number| f(number)))
+    }
 
     /// Returns all numbers in the order of [`map_numbers`](Self::map_numbers).
     fn flatten(&self) -> Vec<R> {
@@ -212,6 +221,14 @@ impl<R: Real, P: Parameters<R>> Parameters<R> for Option<P> {
     type With<S: Real> = Option<P::With<S>>;
     fn map_numbers<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S> {
         self.as_ref().map(|part| part.map_numbers(walk))
+    }
+}
+
+/// Structures that shared a part have a copy of it each afterwards.
+impl<R: Real, P: Parameters<R>> Parameters<R> for Arc<P> {
+    type With<S: Real> = Arc<P::With<S>>;
+    fn map_numbers<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Self::With<S> {
+        Arc::new((**self).map_numbers(walk))
     }
 }
 

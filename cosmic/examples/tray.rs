@@ -4,9 +4,9 @@ use autodiff::Real;
 use cosmic::codesign::CoDesign;
 use cosmic::design::Design;
 use cosmic::inputs::CONTROLLER;
-use cosmic::scene::Scene;
 use cosmic::objective::{Loss, loss_of};
 use cosmic::projection::Projection;
+use cosmic::scene::Scene;
 use cosmic::world::{Span, Trajectory};
 
 /// The mean square of the difference in height of two nodes.

@@ -8,12 +8,12 @@ use crate::design::{Design, Mixture};
 use crate::lattice::State;
 use crate::policy::Controller;
 use crate::world::{Robot, World};
-use autodiff::{Dual, Real, Tape, Var};
+use autodiff::{Dual, Parameters, Real, Tape, Var};
 use std::borrow::Cow;
 use std::ops::Range;
 
 /// All numbers with respect to which a rollout can be differentiated.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Inputs<R> {
     /// Design vectors, one per edge.
     pub z: Vec<[R; 3]>,
@@ -136,15 +136,6 @@ impl<R: Real> Inputs<R> {
             numbers.extend_from_slice(&self.block(block));
         }
         numbers
-    }
-
-    /// A copy of the inputs with `f` applied to every number.
-    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Inputs<S> {
-        Inputs {
-            z: self.z.iter().map(|z| z.map(&f)).collect(),
-            controller: self.controller.map(&f),
-            start: self.start.map(&f),
-        }
     }
 
     /// The value of `f` and its gradient with respect to the numbers of `blocks`. The gradient has the order of

@@ -11,8 +11,8 @@ use crate::objective::{Displacement, loss_of, measures};
 use crate::policy::Weights;
 use crate::projection::{Projection, Projector};
 use crate::world::{
-    Divergence, GuardedRollout, KEEP_EVERY, LoadsAndEnergy, Robot, Span, StepCheck, Trajectory, World,
-    kept_steps,
+    Divergence, GuardedRollout, KEEP_EVERY, LoadsAndEnergy, Robot, Span, StepCheck, Trajectory,
+    World, kept_steps,
 };
 
 impl Case {

@@ -1,6 +1,7 @@
 //! The delivery, which ends an optimisation: it chooses the controller of the robot and measures the robot's
 //! displacement.
 
+use autodiff::Parameters;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -402,7 +403,11 @@ impl Evaluator {
             .flat_map(|c| domains.chunks(count).map(move |group| (*c, group)))
             .collect();
         let reach = |(controller, group): &(&Controller<f64>, &[Variation])| {
-            self.reach_many(&robots_of(design, group), controller, GradientPrecision::F64)
+            self.reach_many(
+                &robots_of(design, group),
+                controller,
+                GradientPrecision::F64,
+            )
         };
         let reached: Vec<Vec<Reached>> = jobs.par_iter().map(reach).collect();
         let reached = reached.concat();

@@ -140,12 +140,7 @@ impl Evaluator {
     }
 
     /// These domains, each with a sequence of goals; unchanged if goals are fixed.
-    fn on_errands(
-        &self,
-        domains: Vec<Variation>,
-        seed: u64,
-        purpose: Purpose,
-    ) -> Vec<Variation> {
+    fn on_errands(&self, domains: Vec<Variation>, seed: u64, purpose: Purpose) -> Vec<Variation> {
         match self.scene.controller.goals {
             GoalKind::Fixed => domains,
             GoalKind::Given => {

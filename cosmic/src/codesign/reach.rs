@@ -1,6 +1,6 @@
 //! Full rollouts of robots: their displacement, and their merit, which is the number by which robots are ranked.
 
-use autodiff::Real;
+use autodiff::{Parameters, Real};
 use rayon::prelude::*;
 
 use super::evaluator::Evaluator;

@@ -188,7 +188,9 @@ impl Evaluator {
         let mut short = self.world.clone();
         short.physics.steps = steps;
         let design = variables.design(&self.world, &at.inputs.z);
-        let again = self.in_world(short).reached(&[design], &at.inputs.controller)[0];
+        let again = self
+            .in_world(short)
+            .reached(&[design], &at.inputs.controller)[0];
         match again.along().is_nan() {
             true => f64::NAN,
             false => displacement,

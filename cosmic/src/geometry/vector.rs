@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::fmt;
 
-use autodiff::Real;
+use autodiff::{Parameters, Real};
 
 /// A vector or a point with `D` components. By default it is one of space: along the ground, across, and above. The points
 /// of a planar robot are 0 across. Kernels, which compute with as few numbers as possible, take vectors of two components
@@ -11,7 +11,7 @@ use autodiff::Real;
 ///
 /// Kernels can call all methods for components of the type [`Real`]: the methods are loops and marked
 /// `#[inline(always)]`; see [`kernel`](macro@crate::kernel).
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq, Eq, Parameters)]
 pub struct Vector<T, const D: usize = 3>(pub(super) [T; D]);
 
 impl<T, const D: usize> Vector<T, D> {

@@ -1,12 +1,12 @@
 //! The types [`Body`], stiffnesses, strains and masses of a robot, and [`Marker`], the point whose displacement counts.
 
-use autodiff::Real;
+use autodiff::{Parameters, Real};
 
 use super::State;
 use crate::geometry::{Vector, weighted_mean};
 
 /// The numbers of a robot that stay constant during a rollout.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Body<R> {
     /// The stiffness of each edge, in N/m.
     pub stiffness: Vec<R>,
@@ -30,66 +30,12 @@ pub struct Body<R> {
 ///
 /// The weights may depend on the design. Because the point always begins at the payload, a design gains nothing if it
 /// only moves weight to nodes that are farther ahead.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Parameters)]
 pub struct Marker<R> {
     /// The node of the payload.
     pub payload: usize,
     /// The weight of each node, in kg for the centre of mass. Empty if the point is the payload.
     pub weights: Vec<R>,
-}
-
-impl<R: Copy> Body<R> {
-    /// A copy of the body with `f` applied to every number.
-    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Body<S> {
-        let each = |numbers: &[R]| numbers.iter().map(|&x| f(x)).collect();
-        Body {
-            stiffness: each(&self.stiffness),
-            strain: each(&self.strain),
-            largest_strain: self.largest_strain,
-            rest_length: each(&self.rest_length),
-            mass: each(&self.mass),
-            presence: each(&self.presence),
-            marker: self.marker.map(f),
-        }
-    }
-
-    /// All numbers of the body: stiffnesses, strains, rest lengths, masses, presences and the weights of the marker.
-    pub fn numbers(&self) -> Vec<R> {
-        [
-            &self.stiffness[..],
-            &self.strain,
-            &self.rest_length,
-            &self.mass,
-            &self.presence,
-            &self.marker.weights,
-        ]
-        .concat()
-    }
-
-    /// The body with these numbers, in the order of [`numbers`](Self::numbers).
-    ///
-    /// # Panics
-    /// If there are fewer numbers.
-    pub fn with_numbers<S: Copy>(&self, numbers: &[S]) -> Body<S> {
-        let mut rest = numbers;
-        let mut next = |like: &[R]| {
-            let (list, others) = rest.split_at(like.len());
-            rest = others;
-            list.to_vec()
-        };
-        Body {
-            stiffness: next(&self.stiffness),
-            strain: next(&self.strain),
-            largest_strain: self.largest_strain,
-            rest_length: next(&self.rest_length),
-            mass: next(&self.mass),
-            presence: next(&self.presence),
-            marker: Marker {
-                payload: self.marker.payload,
-                weights: next(&self.marker.weights),
-            },
-        }
-    }
 }
 
 /// The names of the numbers that [`Body::scale`] multiplies: those of all edges (`bars`) and of all nodes.
@@ -120,16 +66,6 @@ impl<R: Real> Body<R> {
             *number *= factor;
         }
         true
-    }
-}
-
-impl<R: Copy> Marker<R> {
-    /// This marker with `f` applied to every weight.
-    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Marker<S> {
-        Marker {
-            payload: self.payload,
-            weights: self.weights.iter().map(|&w| f(w)).collect(),
-        }
     }
 }
 

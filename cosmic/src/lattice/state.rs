@@ -1,13 +1,13 @@
 //! The state of a robot: positions and velocities, which change in a rollout.
 
-use autodiff::Real;
+use autodiff::{Parameters, Real};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::geometry::{Dimension, Ground, Row, Vector};
 
 /// Positions (m) and velocities (m/s) of the nodes. In files, each is a list of two or three numbers per node.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct State<R> {
     /// Whether the nodes are in the plane or in space.
     pub dimension: Dimension,
@@ -82,15 +82,6 @@ impl<R: Copy> State<R> {
     /// The positions and the velocities, each as one list, node by node.
     pub fn to_flat(&self) -> [Vec<R>; 2] {
         [&self.x, &self.v].map(|points| self.dimension.flat(points))
-    }
-
-    /// A copy of the state with `f` applied to every number.
-    pub fn map<S>(&self, f: impl Fn(R) -> S) -> State<S> {
-        State {
-            dimension: self.dimension,
-            x: self.x.iter().map(|x| x.map(&f)).collect(),
-            v: self.v.iter().map(|v| v.map(&f)).collect(),
-        }
     }
 }
 

@@ -4,6 +4,8 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 
+use autodiff::Parameters;
+
 /// The shape of a block: a vector or a matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
@@ -106,7 +108,7 @@ pub(super) struct Part {
 const GIVEN: &str = "given activations";
 
 /// The parameters of a robot's policy: named blocks of one flat vector.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Controller<R> {
     layout: Arc<[Part]>,
     numbers: Vec<R>,
@@ -193,15 +195,5 @@ impl<R> Controller<R> {
     pub fn block_mut(&mut self, name: &str) -> &mut [R] {
         let range = self.range(name);
         &mut self.numbers[range]
-    }
-}
-
-impl<R: Copy> Controller<R> {
-    /// A copy of the controller with `f` applied to every number.
-    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Controller<S> {
-        Controller {
-            layout: Arc::clone(&self.layout),
-            numbers: self.numbers.iter().map(|&x| f(x)).collect(),
-        }
     }
 }

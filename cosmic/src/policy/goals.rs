@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use autodiff::Real;
+use autodiff::parameters::Walk;
+use autodiff::{Parameters, Real};
 use autodiff_programs::Kernel;
 
 use crate::geometry::{Dimension, Vector, is_rare_in};
@@ -20,16 +21,21 @@ pub struct Goals<R = f64> {
     pub later: Vec<(usize, Vector<R>)>,
 }
 
-impl<R: Copy> Goals<R> {
-    /// These goals with `f` applied to every number.
-    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Goals<S> {
-        let later = self.later.iter();
+impl<R: Real> Parameters<R> for Goals<R> {
+    type With<S: Real> = Goals<S>;
+    fn map_numbers<S: Real>(&self, walk: &mut Walk<'_, R, S>) -> Goals<S> {
+        let first = walk.field("first", &self.first);
+        let later = self.later.iter().enumerate();
         Goals {
-            first: self.first.map(&f),
-            later: later.map(|&(steps, goal)| (steps, goal.map(&f))).collect(),
+            first,
+            later: later
+                .map(|(k, (steps, goal))| (*steps, walk.element(k, goal)))
+                .collect(),
         }
     }
+}
 
+impl<R: Copy> Goals<R> {
     /// A goal that does not change.
     pub fn at(goal: Vector<R>) -> Self {
         Self {

@@ -142,7 +142,12 @@ impl World {
         if self.physics.void_edges == VoidEdges::Drop {
             materials.stiffness[Material::Void as usize] = 0.0;
         }
-        self.built(&Design::of_shares(shares), Some(layout), &materials, [&[]; 2])
+        self.built(
+            &Design::of_shares(shares),
+            Some(layout),
+            &materials,
+            [&[]; 2],
+        )
     }
 
     /// The body of a design, which is known to have or to be near `layout`. `factors` are those of the stiffness of each edge

@@ -1,8 +1,8 @@
 //! Finds the cause of a divergence: the part of a step that gave a node most of its velocity, or the speed bound that
 //! the node exceeded.
 
-use super::robot::Robot;
 use super::base::World;
+use super::robot::Robot;
 use crate::geometry::Vector;
 use crate::lattice::{Body, State};
 use crate::laws::{Pose, Pull};

@@ -7,12 +7,12 @@
 use std::collections::VecDeque;
 use std::ops::{ControlFlow, Range};
 
+use super::base::World;
 use super::blame::Cause;
 use super::effort::Effort;
 use super::robot::Robot;
 use super::span::Span;
 use super::trajectory::{AbsentNodes, Trajectory, WATCHED};
-use super::base::World;
 use crate::error::Error;
 use crate::geometry::Vector;
 use crate::lattice::State;
@@ -66,11 +66,7 @@ impl World {
     ///
     /// # Panics
     /// Like [`rollout`](World::run).
-    pub fn guarded(
-        &self,
-        robot: &Robot<f64>,
-        span: &Span,
-    ) -> GuardedRollout {
+    pub fn guarded(&self, robot: &Robot<f64>, span: &Span) -> GuardedRollout {
         let watched = Span {
             watched: true,
             ..span.clone()
@@ -95,7 +91,8 @@ impl World {
     pub(super) fn watched(&self) -> f64 {
         // If both components of a velocity are below this number, the speed is below the bound.
         let component = |bound: f64| bound / 2f64.sqrt();
-        self.physics.speed_bound
+        self.physics
+            .speed_bound
             .map_or(WATCHED, |bound| component(bound).min(WATCHED))
     }
 
@@ -110,11 +107,7 @@ impl World {
     ///
     /// # Panics
     /// Like [`rollout`](World::run).
-    pub fn divergence(
-        &self,
-        robot: &Robot<f64>,
-        steps: Range<usize>,
-    ) -> Option<Divergence> {
+    pub fn divergence(&self, robot: &Robot<f64>, steps: Range<usize>) -> Option<Divergence> {
         let mut last = VecDeque::from([(steps.start, robot.start.clone())]);
         let mut found = None;
         self.each_state(robot, steps, false, |step, state, _| {

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use rand::rngs::ChaCha8Rng;
 
-use super::robot::Variation;
 use super::base::World;
+use super::robot::Variation;
 use crate::geometry::Vector;
 use crate::lattice::State;
 use crate::policy::Goals;

@@ -3,10 +3,10 @@
 
 use std::sync::Arc;
 
-use autodiff::Real;
+use autodiff::{Parameters, Real};
 use autodiff_programs::{Array, Graph, Kernel, Program};
 
-use super::parameters::Parameters;
+use super::parameters::StepParameters;
 use crate::geometry::{Axes, Vector, is_rare_in};
 use crate::lattice::Body;
 use crate::laws::{Force, Push, Step, Tensions};
@@ -14,7 +14,7 @@ use crate::{in_both_dimensions, in_dimension, kernel};
 
 /// What the bars of a robot do in the step that ends at an observed state. Each list has a number for every edge. At the
 /// start of a rollout all numbers are 0.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Effort<R> {
     /// The controller's output, from -1 to 1; 0 for an edge without an actuator.
     pub activation: Vec<R>,
@@ -50,21 +50,10 @@ impl<R: Copy> Effort<R> {
             net: list(3),
         }
     }
-
-    /// A copy with `f` applied to every number.
-    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Effort<S> {
-        let each = |numbers: &[R]| numbers.iter().map(|&x| f(x)).collect();
-        Effort {
-            activation: each(&self.activation),
-            tension: each(&self.tension),
-            work: each(&self.work),
-            net: each(&self.net),
-        }
-    }
 }
 
 /// The efforts of a rollout, with what a loss needs to judge them.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Efforts<R> {
     /// The efforts: one for each state of the trajectory.
     pub of_states: Vec<Effort<R>>,
@@ -72,17 +61,6 @@ pub struct Efforts<R> {
     pub body: Body<R>,
     /// The length of a step, s.
     pub dt: f64,
-}
-
-impl<R: Copy> Efforts<R> {
-    /// A copy with `f` applied to every number.
-    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Efforts<S> {
-        Efforts {
-            of_states: self.of_states.iter().map(|effort| effort.map(&f)).collect(),
-            body: self.body.map(&f),
-            dt: self.dt,
-        }
-    }
 }
 
 /// The efforts of every bar while a step is recorded, as arrays over the slots of the graph.
@@ -120,7 +98,7 @@ pub(super) fn tension(
     p: &mut Program,
     step: &Step,
     forces: &[Arc<dyn Force>],
-    given: &Parameters<Array>,
+    given: &StepParameters<Array>,
 ) -> Array {
     let sum = forces
         .iter()

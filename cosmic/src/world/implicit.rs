@@ -10,7 +10,7 @@ use autodiff::Real;
 use autodiff_programs::{Array, Kernel, Program};
 
 use super::effort::{BarTension, Meter};
-use super::parameters::Parameters;
+use super::parameters::StepParameters;
 use crate::geometry::{Axes, Dimension, Vector, inputs, is_rare_in, outputs};
 use crate::laws::{
     AnyContact, Equation, FindGround, FirstPass, Flat, Force, FreeEquation, GroundBelow, Impulse,
@@ -26,7 +26,7 @@ pub(super) struct Implicit<'a> {
     pub(super) forces: &'a [Arc<dyn Force>],
     /// The number of passes, each of which solves linear equations.
     pub(super) passes: usize,
-    pub(super) given: &'a Parameters<Array>,
+    pub(super) given: &'a StepParameters<Array>,
     /// The nodes at the start of the step, and what forces read besides. Its `dt` is the duration of the step.
     pub(super) step: &'a Step<'a>,
 }

@@ -5,9 +5,9 @@ use std::ops::ControlFlow;
 
 use serde::{Deserialize, Serialize};
 
+use super::base::World;
 use super::magnitude::{Largest, Magnitude};
 use super::robot::Robot;
-use super::base::World;
 use super::{Effort, Trajectory};
 use crate::design::Material;
 use crate::geometry::{Range, crossings};
@@ -126,11 +126,7 @@ pub struct EdgeMoments {
 
 impl World {
     /// The loads and the motion of the edges in each state of a trajectory.
-    pub fn moments(
-        &self,
-        robot: &Robot<f64>,
-        trajectory: &Trajectory<f64>,
-    ) -> Vec<EdgeMoments> {
+    pub fn moments(&self, robot: &Robot<f64>, trajectory: &Trajectory<f64>) -> Vec<EdgeMoments> {
         let states = trajectory.steps.iter().zip(&trajectory.states);
         let states: Vec<_> = states.map(|(&step, state)| (step, state)).collect();
         let blocks = states.chunks(BLOCK);
@@ -140,17 +136,15 @@ impl World {
     }
 
     /// The loads and the motion of the edges in several states. Each state is given with the number of steps before it.
-    fn moments_of(
-        &self,
-        robot: &Robot<f64>,
-        states: &[(usize, &State<f64>)],
-    ) -> Vec<EdgeMoments> {
+    fn moments_of(&self, robot: &Robot<f64>, states: &[(usize, &State<f64>)]) -> Vec<EdgeMoments> {
         let time = |step: usize| step as f64 * self.physics.dt;
         let moments: Vec<_> = states.iter().map(|&(step, s)| (s, time(step))).collect();
         let activations = self.activations(robot, &moments);
         let both = states.iter().zip(activations);
-        both.map(|(&(step, state), activation)| self.moment(&robot.body, state, time(step), activation))
-            .collect()
+        both.map(|(&(step, state), activation)| {
+            self.moment(&robot.body, state, time(step), activation)
+        })
+        .collect()
     }
 
     /// The loads and the motion of the edges in a state. `time` is the time of the state (s).
@@ -222,10 +216,7 @@ impl World {
         });
         let is_implicit = self.step.mechanics.is_implicit();
         let see_end = |bars: &mut [Option<Gathered>], step: usize, state: &State<f64>| {
-            let ends = self
-                .moments_of(robot, &[(step, state)])
-                .remove(0)
-                .tension;
+            let ends = self.moments_of(robot, &[(step, state)]).remove(0).tension;
             of_all(bars, &|bar, edge| bar.see_end(ends[edge]));
         };
         if is_implicit {
@@ -257,8 +248,10 @@ impl World {
         }
         let seconds = steps as f64 * self.physics.dt;
         let bars = bars.into_iter().zip(&self.lattice.rest_length);
-        bars.map(|(bar, length)| bar.map(|bar| bar.load([length / seconds, length / self.physics.dt])))
-            .collect()
+        bars.map(|(bar, length)| {
+            bar.map(|bar| bar.load([length / seconds, length / self.physics.dt]))
+        })
+        .collect()
     }
 
     /// The strain of an edge in a state.
@@ -287,7 +280,8 @@ impl World {
         for (edge, (bar, &material)) in bars.iter().zip(layout).enumerate() {
             let Some(bar) = bar else { continue };
             loads.compression = loads.compression.max(bar.compression);
-            let safety = bar.euler_safety(&self.materials, material, self.lattice.rest_length[edge]);
+            let safety =
+                bar.euler_safety(&self.materials, material, self.lattice.rest_length[edge]);
             let both = loads.euler_safety.into_iter().chain(safety);
             loads.euler_safety = both.reduce(f64::min);
             if material == Material::Skeleton {

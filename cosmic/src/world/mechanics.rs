@@ -8,7 +8,7 @@ use autodiff_programs::{Array, Graph, Program};
 
 use super::effort::{self, BarImpulse, MeanVelocity, Meter};
 use super::implicit::Implicit;
-use super::parameters::{MechanicsParameters, ParameterSink, Parameters};
+use super::parameters::{MechanicsParameters, ParameterSink, StepParameters};
 use crate::geometry::{Axes, Dimension, Ground, Vector, inputs};
 use crate::in_dimension;
 use crate::lattice::Lattice;
@@ -154,7 +154,7 @@ impl Mechanics {
         p: &mut Program,
         graph: &Graph,
         mut nodes: Motion,
-        given: &Parameters<Array>,
+        given: &StepParameters<Array>,
         Actuation { activation, time }: Actuation,
         mut meter: Option<&mut Meter>,
     ) -> Motion {
@@ -221,7 +221,7 @@ impl Mechanics {
         drift: Drift,
         [zero, zeros, one]: [Array; 3],
         nodes: Motion,
-        given: &Parameters<Array>,
+        given: &StepParameters<Array>,
     ) -> Motion {
         let pushed = FlightInputs {
             nodes,
@@ -242,7 +242,7 @@ impl Mechanics {
         &self,
         p: &mut Program,
         step: &Step,
-        given: &Parameters<Array>,
+        given: &StepParameters<Array>,
         impulses: Axes<Array>,
         before: Meter,
     ) -> Meter {

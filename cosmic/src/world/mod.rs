@@ -29,6 +29,7 @@ mod magnitude;
 mod loads;
 mod economy;
 
+pub use base::{KEEP_EVERY, LoadsAndEnergy, World, kept_steps, together};
 pub use blame::Cause;
 pub use divergence::{Divergence, GuardedRollout};
 pub(crate) use draws::{FRICTION, draw_goal, draw_many};
@@ -45,4 +46,3 @@ pub use span::Span;
 pub use step_check::{Grade, StepCheck, StepLimit, rounded_down};
 pub use surroundings::Surroundings;
 pub use trajectory::{PayloadState, Trajectory};
-pub use base::{KEEP_EVERY, LoadsAndEnergy, World, kept_steps, together};

@@ -11,7 +11,7 @@ use crate::lattice::Body;
 use crate::laws::{ForceParameters, StepInput};
 
 /// The parameters of a robot's steps, except the parameters of its policy. `A` is the type of an array.
-pub(super) struct Parameters<A> {
+pub(super) struct StepParameters<A> {
     /// Stiffness of the edge in every slot of the graph, N/m.
     pub(super) stiffness: A,
     /// Rest length of the edge in every slot, m.

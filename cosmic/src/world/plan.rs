@@ -5,11 +5,11 @@ use std::sync::Arc;
 use autodiff::Real;
 use autodiff_programs::{Given, Model, Rollout};
 
+use super::base::World;
 use super::parameters::Filled;
 use super::robot::{Robot, shared};
 use super::span::Span;
 use super::step::RobotStep;
-use super::base::World;
 
 /// The unit of the cotangents of efforts in the bound on cotangents: so large that they do not count.
 const NEGLIGIBLE: f64 = 1e30;

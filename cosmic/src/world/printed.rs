@@ -5,8 +5,8 @@ use std::sync::Arc;
 use autodiff::Real;
 use autodiff_programs::wgsl::{self, Options, Printed, Refused};
 
-use super::parameters::ParameterSink;
 use super::base::World;
+use super::parameters::ParameterSink;
 use super::robot::{Robot, shared};
 use super::span::Span;
 use super::step::RobotStep;

@@ -2,17 +2,17 @@
 
 use std::sync::Arc;
 
-use autodiff::Real;
+use autodiff::{Parameters, Real};
 
-use super::surroundings::Surroundings;
 use super::base::World;
+use super::surroundings::Surroundings;
 use crate::design::{Design, Mixture};
 use crate::lattice::{Body, State};
 use crate::policy::Controller;
 
 /// A robot in its surroundings, at the start of a [walk](World::run). A batch is a slice of robots. What they share is an
 /// [`Arc`]: robots that share a controller walk together in SIMD lanes, and what all robots of a batch share is computed once.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Robot<R> {
     /// Stiffnesses, strains and masses.
     pub body: Arc<Body<R>>,
@@ -40,16 +40,6 @@ impl<R: Real> Robot<R> {
         Self {
             surroundings: surroundings.into(),
             ..self
-        }
-    }
-
-    /// A copy of this robot with `f` applied to every number. Copies share nothing with one another.
-    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Robot<S> {
-        Robot {
-            body: Arc::new(self.body.map(&f)),
-            controller: Arc::new(self.controller.map(&f)),
-            surroundings: Arc::new(self.surroundings.map(&f)),
-            start: self.start.map(&f),
         }
     }
 
@@ -129,7 +119,7 @@ impl World {
         Robot {
             body: Arc::new(self.varied_body(design, variation)),
             controller: Arc::clone(controller),
-            surroundings: Arc::new(variation.surroundings.map(R::lit)),
+            surroundings: variation.surroundings.map(R::lit),
             start: variation.start.map(R::lit),
         }
     }

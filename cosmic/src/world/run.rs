@@ -3,13 +3,13 @@
 use autodiff::Real;
 use autodiff_programs::Rollout;
 
+use super::base::World;
 use super::effort::{Effort, Efforts};
 use super::plan::{run_together, slices};
 use super::robot::Robot;
 use super::span::Span;
 use super::step::Activations;
 use super::trajectory::{AbsentNodes, Trajectory};
-use super::base::World;
 use crate::lattice::State;
 
 impl World {

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use autodiff::Real;
+use autodiff::{Parameters, Real};
 use autodiff_programs::{Array, Graph, Model, Program};
 
 use super::effort::{Effort, Meter};
 use super::mechanics::{Actuation, Mechanics};
-use super::parameters::{Named, ParameterSink, Parameters};
+use super::parameters::{Named, ParameterSink, StepParameters};
 use super::surroundings::goal_inputs;
 use crate::geometry::{Axes, Dimension, Ground};
 use crate::lattice::{Body, Lattice, Mirror};
@@ -20,7 +20,7 @@ use crate::scene::{ControllerSettings, GoalKind, PhysicsSettings};
 
 /// The step of the robots of a world, as a [`Model`]. The model declares these arrays, in this order:
 ///
-/// - Parameters: the fields of [`Parameters`], then the input of [`Turn`] if the clock is learned, then the parameters
+/// - Parameters: the fields of [`StepParameters`], then the input of [`Turn`] if the clock is learned, then the parameters
 ///   of the policy.
 /// - State: the components of the positions of all nodes, then those of the velocities, in the ground's frame.
 /// - Inputs: the [pairs](RobotStep::pairs) of the clock and of the goals, and `t` if a force reads it.
@@ -277,13 +277,13 @@ impl RobotStep {
 
     /// Lists the parameters of the robot in `p`, in the order of declaration. The parameters of the policy are not
     /// included; they come after these.
-    pub(super) fn parameters<P: ParameterSink>(&self, p: &mut P) -> Parameters<P::Array> {
+    pub(super) fn parameters<P: ParameterSink>(&self, p: &mut P) -> StepParameters<P::Array> {
         let (graph, slots, nodes) = (&self.graph, self.graph.slots(), self.graph.nodes());
         let inverse = |mass: &P::Number| mass.recip();
         let mechanics = self.mechanics.parameters(p);
         let goals = self.goal_inputs();
         let goals = goals.map(|goal| p.of_surroundings(&goal, <[P::Number]>::to_vec));
-        Parameters {
+        StepParameters {
             goals: goals.collect(),
             mechanics,
             stiffness: p.of_body(slots, |body| graph.to_slots(&body.stiffness)),
@@ -342,7 +342,7 @@ impl RobotStep {
     pub(super) fn activation(
         &self,
         p: &mut Program,
-        given: &Parameters<Array>,
+        given: &StepParameters<Array>,
         state: Motion,
         clock: &[Array],
     ) -> Array {

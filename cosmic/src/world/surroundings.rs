@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use autodiff::Real;
+use autodiff::{Parameters, Real};
 
 use super::step::RobotStep;
 use crate::geometry::{Dimension, Vector};
@@ -39,7 +39,7 @@ use crate::policy::Goals;
 /// assert!(by_friction.is_finite() && by_gravity.is_finite());
 /// # Ok::<(), cosmic::Error>(())
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Surroundings<R> {
     /// The name of each number, and its value in the scene.
     inputs: Arc<[StepInput]>,
@@ -64,7 +64,9 @@ impl<R: Real> Surroundings<R> {
             dimension,
             changes: None,
         };
-        goals.map_or(of_laws.clone(), |goals| of_laws.and_goals(&goals.map(R::lit)))
+        goals.map_or(of_laws.clone(), |goals| {
+            of_laws.and_goals(&goals.map(R::lit))
+        })
     }
 
     /// The name and value of each number.
@@ -165,16 +167,6 @@ impl<R: Real> Surroundings<R> {
                 names.join(", ")
             )
         })
-    }
-
-    /// A copy of the surroundings with `f` applied to every number.
-    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Surroundings<S> {
-        Surroundings {
-            inputs: Arc::clone(&self.inputs),
-            numbers: self.numbers.iter().map(|&x| f(x)).collect(),
-            dimension: self.dimension,
-            changes: self.changes.clone(),
-        }
     }
 
     /// True if the surroundings have the numbers that a step reads.

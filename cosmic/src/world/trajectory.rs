@@ -1,6 +1,6 @@
 //! The type [`Trajectory`], which has the observed states of a rollout, and the test whether a state is absurd.
 
-use autodiff::Real;
+use autodiff::{Parameters, Real};
 
 use super::effort::{Effort, Efforts};
 use crate::geometry::Vector;
@@ -15,7 +15,7 @@ const ABSURD: f64 = 1e6;
 pub(super) const WATCHED: f64 = 0.5 * ABSURD;
 
 /// The observed states of a rollout, in the world's frame.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Trajectory<R> {
     /// The number of steps before each state, ascending. A state with 0 steps before it is the start.
     pub steps: Vec<usize>,
@@ -120,18 +120,6 @@ impl<R: Copy> Trajectory<R> {
             efforts.dt *= finer as f64;
         }
         self
-    }
-
-    /// This trajectory with `f` applied to every number.
-    pub fn map<S>(&self, f: impl Fn(R) -> S) -> Trajectory<S> {
-        Trajectory {
-            steps: self.steps.clone(),
-            states: self.states.iter().map(|state| state.map(&f)).collect(),
-            marker: self.marker.map(&f),
-            start: self.start.iter().map(|x| x.map(&f)).collect(),
-            goals: self.goals.as_ref().map(|goals| goals.map(&f)),
-            efforts: self.efforts.as_ref().map(|efforts| efforts.map(&f)),
-        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Simulates a case repeatedly, in f32 or f64. Also contains small functions on vectors.
 
-use autodiff::Real;
+use autodiff::{Parameters, Real};
 
 use cosmic::case::Case;
 use cosmic::design::{Design, Mixture};

@@ -1,5 +1,7 @@
 //! The extreme robots to try.
 
+use autodiff::Parameters;
+
 use super::trial::{Trial, Setting};
 use crate::check::probe::most;
 use cosmic::case::Case;

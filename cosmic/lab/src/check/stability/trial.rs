@@ -1,5 +1,7 @@
 //! A trial runs a robot with a time step and watches whether its energy or its speed grows.
 
+use autodiff::Parameters;
+
 use crate::check::probe::{most, step_limits};
 use cosmic::case::Case;
 use cosmic::lattice::{EdgeVector, State};
