@@ -14,9 +14,8 @@
 //!   scene; its verb [`run`](world::World::run) lets [`Robot`](world::Robot)s walk over a [`Span`](world::Span) of steps.
 //!   [`objective`] computes losses from their trajectories. [`inputs`] has the numbers with respect to which losses are
 //!   differentiated. [`case`] is one walk with all its numbers in a file.
-//! - The search for a good robot: [`optimiser`] is the package `cosmic-optimiser`, which does not depend on
-//!   robots. [`codesign`] is the paper's algorithm 1.
-//! - [`verdict`] judges in plain words whether a robot could be built.
+//! - [`judge`] says what a robot is worth: how far it walks, how surely, and in plain words whether it could be built.
+//!   [`search`] is the paper's algorithm 1. [`optimiser`] is the package `cosmic-optimiser`, which does not depend on robots.
 //! - On disk: [`record`] reads and writes the folder of a run. This module (except for the text of a design) and
 //!   [`parallel`] need the feature `files`, which is on by default. Without this feature the crate needs no file system
 //!   and no threads, and also builds for `wasm32-unknown-unknown`.
@@ -44,8 +43,8 @@ pub mod objective;
 pub mod inputs;
 pub mod case;
 pub mod shop;
-pub mod codesign;
-pub mod verdict;
+pub mod judge;
+pub mod search;
 pub mod record;
 
 #[doc(inline)]

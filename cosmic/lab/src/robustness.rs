@@ -8,7 +8,8 @@ use serde::Serialize;
 
 use crate::table::{Column, Table};
 use cosmic::Registry;
-use cosmic::codesign::{CoDesign, Evaluator, Quantiles};
+use cosmic::judge::{Evaluator, Quantiles};
+use cosmic::search::CoDesign;
 use cosmic::error::Result;
 use cosmic::numbers::finite;
 use cosmic::random::{Purpose, stream};

@@ -1,6 +1,6 @@
 //! Statistics of a sample with the standard error of the median.
 
-use cosmic::codesign::Quantiles;
+use cosmic::judge::Quantiles;
 use cosmic::numbers::finite;
 
 /// The statistics of a sample of runs. A number is `None` if it depends on a diverged run.

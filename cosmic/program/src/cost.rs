@@ -1,7 +1,7 @@
 //! The cost of an optimisation, which is announced before the work begins.
 
 use crate::output::note;
-use cosmic::codesign::CoDesign;
+use cosmic::search::CoDesign;
 use cosmic::error::Result;
 use cosmic::lattice::Lattice;
 use cosmic::numbers::counted;

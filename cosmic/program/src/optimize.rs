@@ -6,7 +6,7 @@ use crate::runs;
 use crate::source::{design_of, name_of, robot};
 use clap::Args;
 use cosmic::Registry;
-use cosmic::codesign::CoDesign;
+use cosmic::search::CoDesign;
 use cosmic::error::{Error, Result};
 use cosmic::record::run::{SCENE, read_scene, read_summary};
 use cosmic::record::{RunPlan, optimise, optimise_with};

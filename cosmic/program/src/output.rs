@@ -1,10 +1,10 @@
 //! Standard output and standard error.
 
 use crate::arguments::Output;
-use cosmic::codesign::Reliability;
+use cosmic::judge::Reliability;
 use cosmic::error::{Error, Result, in_shell};
 use cosmic::numbers::fixed;
-use cosmic::verdict::{Item, Level};
+use cosmic::judge::verdict::{Item, Level};
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 

@@ -2,7 +2,7 @@
 
 use crate::arguments::Output;
 use crate::output::{metres, note, reached};
-use cosmic::codesign::{Phase, Record};
+use cosmic::search::{Phase, Record};
 use cosmic::keys::Keyed;
 use cosmic::numbers::{clock, counted};
 use cosmic::record::{Observer, Run};

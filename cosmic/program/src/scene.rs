@@ -5,7 +5,7 @@ use crate::cost::{Cost, announce};
 use crate::output::{note, print, print_as, print_json};
 use clap::{Args, Subcommand};
 use cosmic::Registry;
-use cosmic::codesign::Review;
+use cosmic::search::Review;
 use cosmic::error::{Error, Result};
 use cosmic::numbers::shortened;
 use cosmic::scene::{Builtin, Finding, Scene, Setting};

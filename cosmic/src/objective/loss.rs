@@ -7,7 +7,7 @@ use crate::world::Trajectory;
 /// A number to minimise, computed from states of a rollout.
 ///
 /// A loss is written once, for any number type [`Real`]. Its gradient is computed by automatic differentiation, so no
-/// adjoint has to be written. [`CoDesign::with_loss`](crate::codesign::CoDesign::with_loss) designs robots that
+/// adjoint has to be written. [`CoDesign::with_loss`](crate::search::CoDesign::with_loss) designs robots that
 /// minimise the loss, on several threads at once. `cosmic_lab::check::check_gradients_of` checks that the gradient is
 /// the derivative of the values. A `floor` or a branch on a value can make the gradient wrong.
 pub trait Loss: Send + Sync {

@@ -6,7 +6,7 @@ use super::multistart;
 use super::run::{Observer, Run, SCENE, begin, keep_scene, read_scene, read_summary, take_up};
 use super::snapshot::{RunPlan, SNAPSHOT, Snapshot};
 use super::summary::Summary;
-use crate::codesign::{CoDesign, Progress};
+use crate::search::{CoDesign, Progress};
 use crate::error::{Error, Result};
 use crate::registry::Registry;
 use crate::scene::UnstableStep;

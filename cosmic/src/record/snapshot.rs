@@ -2,7 +2,7 @@
 
 use super::files::{no_run, read_json, write_json};
 use super::format::{Format, parse_json};
-use crate::codesign::{CoDesign, Progress};
+use crate::search::{CoDesign, Progress};
 use crate::design::Design;
 use crate::error::{Error, Result};
 use crate::lattice::Truss;

@@ -11,7 +11,7 @@ use cosmic::case::Case;
 use cosmic::lattice::State;
 use cosmic::numbers::{fixed, rounded};
 use cosmic::scene::{Integrator, Named};
-use cosmic::verdict::{Item, Level};
+use cosmic::judge::verdict::{Item, Level};
 
 /// Positions are compared at two times, called the marks. This is the number of the scene's steps before the last mark;
 /// if the rollout is shorter, the last mark is at its end.

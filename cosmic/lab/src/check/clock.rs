@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use cosmic::codesign::Quantiles;
+use cosmic::judge::Quantiles;
 #[cfg(not(windows))]
 use cpu_time::ThreadTime as Clock;
 // Windows counts the processor time of a thread in ticks of 16 ms. Wall time is more precise there.

@@ -13,7 +13,7 @@ use cosmic::numbers::rounded;
 use cosmic::policy::Network;
 use cosmic::scene::{AnyDesign, ClockKind, Named, Senses, VoidEdges};
 use cosmic::world::rounded_down;
-use cosmic::verdict::{Item, Level};
+use cosmic::judge::verdict::{Item, Level};
 
 /// A term of a rollout.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use cosmic::geometry::{Range, Vector};
 use cosmic::record::TrajectoryFile;
-use cosmic::verdict::SKELETON_STRAINS;
+use cosmic::judge::verdict::SKELETON_STRAINS;
 use gif::{Encoder, Frame, Repeat};
 use tiny_skia::{Pixmap, PremultipliedColorU8};
 

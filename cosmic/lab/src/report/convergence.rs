@@ -3,7 +3,7 @@
 use super::files::RunFiles;
 use super::gait::four_digits;
 use crate::table::Cell;
-use cosmic::codesign::Record;
+use cosmic::search::Record;
 use serde::Serialize;
 
 /// A chart of numbers over the iterations.

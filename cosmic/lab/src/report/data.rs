@@ -10,7 +10,7 @@ use cosmic::design::Design;
 use cosmic::geometry::{Range, Vector};
 use cosmic::lattice::State;
 use cosmic::record::history::{DesignRow, Frames};
-use cosmic::verdict::SKELETON_STRAINS;
+use cosmic::judge::verdict::SKELETON_STRAINS;
 
 /// Seconds between two frames on a page with one robot.
 const FRAME: f64 = 0.04;

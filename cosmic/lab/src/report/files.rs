@@ -2,7 +2,7 @@
 
 use cosmic::Registry;
 use cosmic::case::Case;
-use cosmic::codesign::Record;
+use cosmic::search::Record;
 use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::{Error, Result, fits};
 use cosmic::lattice::Lattice;
@@ -15,7 +15,7 @@ use cosmic::record::history::{self, DesignRow};
 use cosmic::record::summary::result_of;
 use cosmic::record::{DesignFile, Summary, TrajectoryFile, run, trajectory_file};
 use cosmic::scene::Scene;
-use cosmic::verdict::Verdict;
+use cosmic::judge::verdict::Verdict;
 use std::path::{Path, PathBuf};
 
 /// A design and its scene.

@@ -11,7 +11,7 @@ use cosmic::lattice::State;
 use cosmic::policy::Goals;
 use cosmic::record::TrajectoryFile;
 use cosmic::scene::{GoalKind, Scene};
-use cosmic::verdict::SKELETON_STRAINS;
+use cosmic::judge::verdict::SKELETON_STRAINS;
 
 /// The colour of skeleton bars without strain.
 pub const SKELETON: Colour = Colour::hex(0x262b33);

@@ -5,7 +5,7 @@ use crate::files::write_texts;
 use crate::table::{Emphasis, Table, aligned, escape, prose};
 use cosmic::error::{Error, Result};
 use cosmic::record::files::make_folder;
-use cosmic::verdict::{Item, Level};
+use cosmic::judge::verdict::{Item, Level};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};

@@ -6,7 +6,7 @@ use cosmic::error::Result;
 use cosmic::lattice::Lattice;
 use cosmic::record::Summary;
 use cosmic::record::run::read_scene;
-use cosmic::verdict::{Item, Verdict};
+use cosmic::judge::verdict::{Item, Verdict};
 use std::path::Path;
 
 /// Returns a verdict as a paragraph of HTML. Every item has the colour of its level.

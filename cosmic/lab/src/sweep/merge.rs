@@ -4,7 +4,7 @@ use super::{Plan, Trial};
 use crate::files::write_text;
 use crate::statistics::Statistics;
 use crate::table::{Cell, Column, Table};
-use cosmic::codesign::Quantiles;
+use cosmic::judge::Quantiles;
 use cosmic::error::{Error, Result};
 use cosmic::record::Summary;
 use cosmic::record::run::read_summary;

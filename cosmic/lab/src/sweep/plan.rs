@@ -1,7 +1,7 @@
 //! The trials and seeds of a sweep.
 
 use cosmic::Registry;
-use cosmic::codesign::CoDesign;
+use cosmic::search::CoDesign;
 use cosmic::error::{Error, Result};
 use cosmic::record::files::{Format, is_used, make_folder, read_json, write_json};
 use cosmic::record::snapshot::SavedScene;

@@ -1,7 +1,7 @@
 //! The lines of `history.jsonl` and `designs.jsonl`.
 
 use super::frames::Frames;
-use crate::codesign::Record;
+use crate::search::Record;
 use crate::error::Result;
 use crate::reading::read_whole;
 use crate::record::format::{Format, parse_stamped};

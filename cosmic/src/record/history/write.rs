@@ -1,7 +1,7 @@
 //! [`History`], which writes the history of a run.
 
 use super::rows::{DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, design_rows};
-use crate::codesign::Record;
+use crate::search::Record;
 use crate::error::{Error, Result};
 use crate::record::files::begin_again;
 use std::fs::{File, OpenOptions};

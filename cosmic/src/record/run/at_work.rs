@@ -1,7 +1,8 @@
 //! [`Run`], which does the iterations of a run, records them in the folder, saves snapshots, and writes the result.
 
 use super::folder::{Lock, begin, keep_scene};
-use crate::codesign::{CoDesign, Delivery, Measurements, Measuring, Progress, Record};
+use crate::judge::{Delivery, Measurements, Measuring};
+use crate::search::{CoDesign, Progress, Record};
 use crate::error::{Error, Result};
 use crate::record::design_file::{DESIGN, DesignFile};
 use crate::record::files::{sweep, write_atomic, write_json};

@@ -1,12 +1,12 @@
 //! One iteration of the paper's algorithm 1, and the loop over all iterations.
 
 use super::begin::CoDesign;
-use super::delivery::Delivery;
 use super::polish::polish;
 use super::progress::{Progress, Record};
 use super::schedule::{Pass, Phase, Schedule};
 use crate::design::{Design, alternatives, attract, flips, snap};
 use crate::error::Result;
+use crate::judge::Delivery;
 use crate::objective::{measures, violations};
 
 impl CoDesign {

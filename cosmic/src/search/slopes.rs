@@ -5,11 +5,11 @@ use std::sync::Arc;
 use autodiff::{Real, Var};
 use autodiff_programs::CotangentBound;
 
-use super::evaluator::Evaluator;
 use super::progress::Progress;
 use super::schedule::Schedule;
 use super::slope::{GradientPoint, Slope};
 use crate::design::{Design, Mixture};
+use crate::judge::Evaluator;
 use crate::inputs::{Block, CONTROLLER, DESIGN, Inputs, NOTHING};
 use crate::objective::{AnyLoss, LossOf, walks};
 use crate::projection::Projection;

@@ -5,10 +5,9 @@
 //! distance. Such updates help to get away from poor controllers. But because of them, it is a matter of chance whether
 //! the last controller is good. So the last iterations return to the best controller and stay close to it.
 
-use super::evaluator::Evaluator;
 use super::progress::{Progress, Settled};
-use super::reach::first_best;
 use super::schedule::Schedule;
+use crate::judge::{Evaluator, first_best};
 use crate::scene::SelectionKind;
 
 /// An update is taken back if the merit (displacement or minus the loss) falls by more than this share.

@@ -4,7 +4,6 @@ use autodiff::{Parameters, Real};
 use rayon::prelude::*;
 
 use super::evaluator::Evaluator;
-use super::progress::Progress;
 use super::quantiles::Quantiles;
 use super::reliability::Merit;
 use crate::design::{Design, Material, Mixture};
@@ -34,20 +33,11 @@ impl Reached {
 }
 
 impl Evaluator {
-    /// Ranks the current robot in full rollouts, in the precision of gradients, and returns the result.
-    pub fn evaluate(&self, progress: &Progress) -> Reached {
-        self.ranked(
-            &[self.design(progress)],
-            &progress.controller,
-            progress.seed,
-        )[0]
-    }
-
     /// Simulates robots in full rollouts from the unperturbed start, in the precision of gradients, and returns their
     /// results. In a scene that [selects](SelectionKind) by robust displacements, other rollouts vary the robots a
     /// little. The merit of a robot is the 10 % quantile over all of its rollouts, or the merit of the unperturbed one
     /// if that is lower. The seed determines the variations.
-    pub(super) fn ranked(
+    pub(crate) fn ranked(
         &self,
         designs: &[Design<Mixture<f64>>],
         controller: &Controller<f64>,
@@ -72,18 +62,9 @@ impl Evaluator {
         designs.par_iter().map(alone).collect()
     }
 
-    /// Simulates the current robot from the unperturbed start, in the precision of gradients, and returns its states
-    /// after the numbers of steps in `steps`; `None` if the robot diverges.
-    pub fn watch(&self, progress: &Progress, steps: Vec<usize>) -> Option<Trajectory<f64>> {
-        let precision = self.scene.gradient.precision;
-        let robot = (&self.design(progress), &self.nominal());
-        self.watched(&[robot], &progress.controller, steps, precision)
-            .remove(0)
-    }
-
     /// [Ranks](Self::ranked) a layout and its alternatives (`others`). Returns the best layout and the result of its
     /// rollout. Of equally good layouts, it returns the first. A layout without alternatives needs no rollout.
-    pub(super) fn best_layout(
+    pub(crate) fn best_layout(
         &self,
         layout: Vec<Material>,
         others: impl IntoIterator<Item = Vec<Material>>,
@@ -103,7 +84,7 @@ impl Evaluator {
     /// The results of robots with one controller in full rollouts from the unperturbed start, in the order of the designs.
     /// The rollouts run in parallel, in the precision of gradients. For perturbed starts, call
     /// [`reach_many`](Self::reach_many) with f64, because rounding to f32 would remove a perturbation of a nanometre.
-    pub(super) fn reached(
+    pub(crate) fn reached(
         &self,
         designs: &[Design<Mixture<f64>>],
         controller: &Controller<f64>,
@@ -128,7 +109,7 @@ impl Evaluator {
     }
 
     /// The kind of merit by which robots of this scene are ranked.
-    pub(super) fn merit(&self) -> Merit {
+    pub(crate) fn merit(&self) -> Merit {
         let scale = self.world.lattice.scale;
         match (self.loss.is_far(), self.scene.controller.goals) {
             (true, _) => Merit::Distance { scale },
@@ -175,7 +156,7 @@ impl Evaluator {
     /// Displacement of the payload, or of the body that the scene names, from `start` to the end of a trajectory in
     /// metres: first the component along the ground, then the component normal to it. Both are NaN if the last state is
     /// [absurd](State::is_absurd).
-    pub(super) fn between<R: Real>(&self, start: &State<f64>, seen: &Trajectory<R>) -> Vector<f64> {
+    pub(crate) fn between<R: Real>(&self, start: &State<f64>, seen: &Trajectory<R>) -> Vector<f64> {
         let last = seen.last_step();
         if seen.at(last).map(R::primal).is_absurd() {
             return Vector::NAN;
@@ -190,7 +171,7 @@ impl Evaluator {
 
     /// Simulates robots in `precision`, and returns the states of each robot after the numbers of steps in `observed`; `None`
     /// for a robot that diverges.
-    pub(super) fn watched(
+    pub(crate) fn watched(
         &self,
         robots: &[Entry],
         controller: &Controller<f64>,
@@ -228,10 +209,10 @@ impl Evaluator {
 }
 
 /// The design of a robot, and how the robot differs from it.
-pub(super) type Entry<'a> = (&'a Design<Mixture<f64>>, &'a Variation);
+pub(crate) type Entry<'a> = (&'a Design<Mixture<f64>>, &'a Variation);
 
 /// Robots of one design.
-pub(super) fn robots_of<'a>(
+pub(crate) fn robots_of<'a>(
     design: &'a Design<Mixture<f64>>,
     variations: &'a [Variation],
 ) -> Vec<Entry<'a>> {

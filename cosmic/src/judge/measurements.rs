@@ -18,7 +18,7 @@ impl Measurements {
     }
 
     /// Forgets all results, because the robot has changed.
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.0.clear();
     }
 }

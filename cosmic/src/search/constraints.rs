@@ -2,9 +2,9 @@
 
 use autodiff::Real;
 
-use super::evaluator::Evaluator;
 use super::progress::Progress;
 use super::schedule::Schedule;
+use crate::judge::Evaluator;
 use crate::inputs::{DESIGN, Inputs};
 use crate::objective::{Measures, measures};
 use crate::projection::Projection;

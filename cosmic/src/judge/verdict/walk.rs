@@ -1,7 +1,7 @@
 //! The items of a verdict about the walk: how fast and how straight it is, and what it needs from the ground.
 
 use super::{HEADING, Item, Level, Measured, SURE_FOOTED, WALKS};
-use crate::codesign::{LOW_FRICTION, Reliability, Standstill};
+use crate::judge::{LOW_FRICTION, Reliability, Standstill};
 use crate::numbers::brief;
 
 impl Measured<'_> {

@@ -2,12 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::measurements::Measurements;
-use super::quantiles::Quantiles;
 use super::schedule::{Pass, Phase};
 use super::slope::Slope;
 use crate::design::Design;
 use crate::error::{Error, Result, fits};
+use crate::judge::{Candidate, Measurements};
 use crate::objective::AugmentedLagrangian;
 use crate::optimiser::{AdamState, MmaDiagnostics, MmaState};
 use crate::policy::Controller;
@@ -169,22 +168,6 @@ impl Progress {
 
 fn is_zero(count: &usize) -> bool {
     *count == 0
-}
-
-/// A controller from the fine-tuning that may become the controller of the result.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Candidate {
-    /// The iteration that produced the controller.
-    pub iteration: usize,
-    /// The merit in one full rollout, or with `robust` the 10 % quantile of several: the displacement along the ground in
-    /// metres; for tasks other than distance, minus the loss.
-    #[serde(rename = "along")]
-    pub merit: f64,
-    /// The controller.
-    pub controller: Controller<f64>,
-    /// Quantiles of the merit over the domains in which controllers are compared. `None` if they were not measured, or
-    /// if the 10 % quantile is not finite because rollouts diverged.
-    pub spread: Option<Quantiles>,
 }
 
 /// The good controller to which the end of the fine-tuning returns after a bad update.

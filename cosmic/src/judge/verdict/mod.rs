@@ -13,7 +13,7 @@ pub use steps::HalfStep;
 
 use serde::Serialize;
 
-use crate::codesign::{Delivery, Reliability, Standstill};
+use super::{Delivery, Reliability, Standstill};
 use crate::design::{Material, Structure, VolumeBounds};
 use crate::geometry::Dimension;
 use crate::lattice::Lattice;
@@ -49,7 +49,7 @@ pub const BATTERY: f64 = 0.2 * 150.0 * 3600.0;
 /// The angle between the way of a robot in space and its heading up to which the heading is sound, degrees. From 10
 /// degrees on, a robot is more than a sixth of its way off its line.
 pub const HEADING: f64 = 10.0;
-/// The share of its distance that a sound robot still covers with [less friction](crate::codesign::LOW_FRICTION).
+/// The share of its distance that a sound robot still covers with [less friction](crate::judge::LOW_FRICTION).
 pub const SURE_FOOTED: f64 = 0.5;
 
 /// How good an item of a verdict is.
@@ -205,7 +205,7 @@ pub struct Measured<'m> {
     pub displacement: Option<f64>,
     /// The 10 % and the 90 % quantile of its displacement across, m; `None` for a planar robot.
     pub across: Option<(f64, f64)>,
-    /// The median displacement along the ground with [less friction](crate::codesign::LOW_FRICTION), m; `None` if it is not known.
+    /// The median displacement along the ground with [less friction](crate::judge::LOW_FRICTION), m; `None` if it is not known.
     pub low_friction: Option<f64>,
     /// The length of the robot, m.
     pub length: f64,

@@ -3,18 +3,17 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use super::evaluator::Evaluator;
-use super::measurements::Measurements;
 use super::progress::Progress;
+use super::schedule::Schedule;
 use crate::design::{Design, LayoutRules, Material, Mixture, start};
 use crate::error::{Error, Result};
+use crate::judge::{Evaluator, Measurements};
 use crate::objective::{AnyLoss, AugmentedLagrangian, Loss, measures, of_scene};
 use crate::optimiser::{Adam, Mma, MmaSettings};
 use crate::policy::Controller;
 use crate::projection::Projection;
 use crate::scene::{BinarisationSettings, Scene};
-use crate::world::StepCheck;
-use crate::world::World;
+use crate::world::{StepCheck, World};
 
 /// Largest change of a design variable in an update of MMA, as a share of its range (found by experiment).
 const MOVE_LIMIT: f64 = 0.02;
@@ -107,6 +106,7 @@ impl CoDesign {
 
     fn of_loss(scene: &Scene, loss: Arc<dyn AnyLoss>) -> Result<Self> {
         let evaluator = Evaluator::new(scene, loss)?;
+        check_loss(&*evaluator.loss, scene)?;
         let lattice = &evaluator.world.lattice;
         let variables = 3 * lattice.edges.len();
         let (lower, upper) = (vec![0.0; variables], vec![1.0; variables]);
@@ -312,4 +312,28 @@ impl CoDesign {
             .projected(Projection::Performance, &start);
         Ok(self.evaluator.step_check_of(&design))
     }
+}
+
+/// Refuses a loss that observes no node, and a loss whose observed steps do not ascend or do not end with the last
+/// step.
+fn check_loss(loss: &dyn AnyLoss, scene: &Scene) -> Result<()> {
+    let horizon = |iteration| Schedule { scene, iteration }.horizon();
+    let mut lengths: Vec<_> = (1..=scene.schedule.iterations).map(horizon).collect();
+    lengths.push(scene.physics.steps);
+    lengths.dedup();
+    for steps in lengths {
+        let observed = loss.observed(steps);
+        if !observed.is_sorted() || observed.last() != Some(&steps) {
+            return Err(Error::Usage(format!(
+                "in a rollout of {steps} steps the loss observes {observed:?}; expected steps that ascend \
+                 and end with {steps}"
+            )));
+        }
+    }
+    if loss.nodes() == 0 {
+        return Err(Error::Usage(
+            "the loss observes no node; it must observe at least one".into(),
+        ));
+    }
+    Ok(())
 }

@@ -1,7 +1,7 @@
 //! The loads and the energy at half the time step: a verdict judges the worse, and doubts a robot whose loads change.
 
 use super::{Item, Level, Measured};
-use crate::codesign::STEADY;
+use crate::judge::STEADY;
 use crate::numbers::{brief, percent};
 use crate::world::{Energy, Loads};
 

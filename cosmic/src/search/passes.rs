@@ -2,12 +2,12 @@
 
 use super::begin::CoDesign;
 use super::progress::{Progress, Record};
-use super::reach::Reached;
 use super::schedule::{Phase, Schedule};
 use super::settle::settle;
 use super::slope::{GradientPoint, Slope};
 use super::slopes::Variables;
 use crate::design::{Design, clamp};
+use crate::judge::Reached;
 use crate::optimiser::{Linearisation, bound_norm};
 use crate::projection::Projection;
 use crate::scene::ClockKind;

@@ -2,10 +2,8 @@
 
 use std::sync::Arc;
 
-use super::progress::Progress;
-use super::schedule::Schedule;
 use crate::design::{Design, Mixture};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::lattice::{Lattice, State};
 use crate::objective::AnyLoss;
 use crate::projection::Projection;
@@ -26,7 +24,7 @@ pub struct Evaluator {
     pub start: State<f64>,
     /// What all rollouts have in common: the memory that gradients may use, the flag that stops rollouts, and whether robots
     /// have feedback. Its steps are not read.
-    pub(super) rollouts: Span,
+    pub(crate) rollouts: Span,
     /// The time step, s, below which every design of the lattice is stable.
     stable_step_of_any_design: f64,
 }
@@ -35,11 +33,10 @@ impl Evaluator {
     /// Creates the evaluator of a scene for the given loss.
     ///
     /// # Errors
-    /// The errors of [`Scene::check`]; [`Error::Usage`] for a loss that observes no node, or steps that do not ascend.
+    /// The errors of [`Scene::check`].
     pub fn new(scene: &Scene, loss: Arc<dyn AnyLoss>) -> Result<Self> {
         // A run writes its scene and reads it again, so the scene must be valid as a file.
         scene.check()?;
-        check_loss(&*loss, scene)?;
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let start = lattice.state_at_rest();
         let world = World::new(lattice, scene);
@@ -57,7 +54,7 @@ impl Evaluator {
     }
 
     /// A copy of this evaluator that simulates robots in another world, such as one with shorter time steps.
-    pub(super) fn in_world(&self, world: World) -> Self {
+    pub(crate) fn in_world(&self, world: World) -> Self {
         Self {
             world,
             ..self.clone()
@@ -77,40 +74,15 @@ impl Evaluator {
         self.loss.is_far()
     }
 
-    /// The design in the form that is simulated. Before the snap, this is the design vectors after the performance
-    /// projection; after the snap, it is the layout (D7).
-    pub fn design(&self, progress: &Progress) -> Design<Mixture<f64>> {
-        (self.world.projector).projected(Projection::Performance, &progress.design)
+    /// The form of a design that is simulated: its design vectors after the performance projection, or its layout (D7).
+    pub fn simulated(&self, design: &Design<[f64; 3]>) -> Design<Mixture<f64>> {
+        (self.world.projector).projected(Projection::Performance, design)
     }
 
     /// Compares the time step with the vibrations of a design. Random variations of the robot, which domain
     /// randomisation may draw, are included.
-    pub(super) fn step_check_of(&self, design: &Design<Mixture<f64>>) -> StepCheck {
+    pub(crate) fn step_check_of(&self, design: &Design<Mixture<f64>>) -> StepCheck {
         let (faster, any_design) = (self.scene.robust.faster(), self.stable_step_of_any_design);
         (self.world).step_check(design, &self.start.x, faster, any_design)
     }
-}
-
-/// Refuses a loss that observes no node, and a loss whose observed steps do not ascend or do not end with the last
-/// step.
-fn check_loss(loss: &dyn AnyLoss, scene: &Scene) -> Result<()> {
-    let horizon = |iteration| Schedule { scene, iteration }.horizon();
-    let mut lengths: Vec<_> = (1..=scene.schedule.iterations).map(horizon).collect();
-    lengths.push(scene.physics.steps);
-    lengths.dedup();
-    for steps in lengths {
-        let observed = loss.observed(steps);
-        if !observed.is_sorted() || observed.last() != Some(&steps) {
-            return Err(Error::Usage(format!(
-                "in a rollout of {steps} steps the loss observes {observed:?}; expected steps that ascend \
-                 and end with {steps}"
-            )));
-        }
-    }
-    if loss.nodes() == 0 {
-        return Err(Error::Usage(
-            "the loss observes no node; it must observe at least one".into(),
-        ));
-    }
-    Ok(())
 }

@@ -1,5 +1,4 @@
-//! The delivery, which ends an optimisation: it chooses the controller of the robot and measures the robot's
-//! displacement.
+//! The delivery, which ends an optimisation: the controller of the robot is chosen, and the robot is measured.
 
 use autodiff::Parameters;
 use rayon::prelude::*;
@@ -7,10 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::domains::{PERTURBED_ROLLOUTS, VARIED};
 use super::evaluator::Evaluator;
-use super::measurements::{Measurements, Measuring};
+use super::measurements::Measuring;
 use super::observed::ObservedRollout;
 use super::other_steps::OtherSteps;
-use super::progress::{Candidate, Progress};
 use super::quantiles::Quantiles;
 use super::reach::{Reached, first_best, robots_of};
 use super::reliability::Reliability;
@@ -20,7 +18,7 @@ use crate::design::{Design, Material, Mixture};
 use crate::geometry::{Dimension, Vector};
 use crate::policy::Controller;
 use crate::random::Purpose;
-use crate::scene::{GoalKind, GradientPrecision, SelectionKind, SelectionSettings};
+use crate::scene::{GoalKind, GradientPrecision, SelectionKind};
 use crate::world::{Energy, LoadsAndEnergy, Variation, together};
 
 /// The result of an optimisation: a robot and its measured displacement.
@@ -85,35 +83,37 @@ pub struct Delivery {
     pub sensitivities: Vec<Sensitivity>,
 }
 
+/// A controller that may become that of the delivered robot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Candidate {
+    /// The iteration that produced the controller.
+    pub iteration: usize,
+    /// The merit in one full rollout, or with `robust` the 10 % quantile of several: the displacement along the ground in
+    /// metres; for tasks other than distance, minus the loss.
+    #[serde(rename = "along")]
+    pub merit: f64,
+    /// The controller.
+    pub controller: Controller<f64>,
+    /// Quantiles of the merit over the domains in which controllers are compared. `None` if they were not measured, or
+    /// if the 10 % quantile is not finite because rollouts diverged.
+    pub spread: Option<Quantiles>,
+}
+
+/// A design, and the controllers among which that of the delivered robot is chosen.
+pub(crate) struct Entrants<'a> {
+    pub(crate) design: &'a Design<[f64; 3]>,
+    /// The controllers: that of the last iteration first, without duplicates.
+    pub(crate) controllers: Vec<Candidate>,
+    /// The seed of the domains.
+    pub(crate) seed: u64,
+}
+
 impl Evaluator {
-    /// Chooses the controller to deliver and measures the robot in full rollouts. If the optimisation ended before the
-    /// snap, the edges of the simulated robot are mixtures of materials.
-    pub fn deliver(&self, progress: &Progress) -> Delivery {
-        self.deliver_over(progress, SelectionSettings::FINAL_ROLLOUTS)
-    }
-
-    /// Like [`deliver`](Self::deliver), with this number of rollouts, at least eight, for each of the quantiles. The
-    /// delivered robot does not depend on this number.
-    ///
-    /// # Panics
-    /// If there are fewer than eight rollouts.
-    pub fn deliver_over(&self, progress: &Progress, rollouts: usize) -> Delivery {
-        let mut measuring = Measuring {
-            rollouts,
-            known: Measurements::default(),
-            is_stopped: &|| false,
-            keep: &mut |_| (),
-        };
-        let delivery = self.deliver_unless(progress, &mut measuring);
-        delivery.expect("`is_stopped` is always false")
-    }
-
-    /// Like [`deliver`](Self::deliver), but can be stopped: asks `measuring.is_stopped` several times during the work, and
-    /// returns `None` as soon as that returns true. A later call with the same progress and the measurements that
-    /// `measuring.known` then holds goes on where this one stopped.
-    pub fn deliver_unless(
+    /// Chooses a controller, and measures the robot in full rollouts. Asks `measuring.is_stopped` several times during the
+    /// work, and returns `None` as soon as that returns true.
+    pub(crate) fn delivered(
         &self,
-        progress: &Progress,
+        entrants: &Entrants,
         measuring: &mut Measuring,
     ) -> Option<Delivery> {
         let Measuring {
@@ -122,19 +122,21 @@ impl Evaluator {
             ..
         } = *measuring;
         let go_on = || (!is_stopped()).then_some(());
-        let design = self.design(progress);
-        let entrants = self.entrants(progress);
-        let selections = measuring.known_or("selections", || self.selections(progress, &entrants));
+        let design = self.simulated(entrants.design);
+        let (controllers, seed) = (&entrants.controllers, entrants.seed);
+        let selections = measuring.known_or("selections", || {
+            self.selections(&design, controllers, seed)
+        });
         go_on()?;
         // The controller of the last iteration comes first, so it wins a tie.
-        let ranked = selections.iter().zip(&entrants);
+        let ranked = selections.iter().zip(controllers);
         let best = first_best(ranked.map(|(spread, entrant)| self.rank(spread, entrant)));
-        let (chosen, selection) = (&entrants[best], selections[best]);
+        let (chosen, selection) = (&controllers[best], selections[best]);
         let controller = &chosen.controller;
 
-        let domains = self.perturbed_starts(progress.seed, Purpose::Judgement, rollouts);
+        let domains = self.perturbed_starts(seed, Purpose::Judgement, rollouts);
         let eight = &domains[..PERTURBED_ROLLOUTS];
-        let last = (best > 0).then_some(&progress.controller);
+        let last = (best > 0).then_some(&controllers[0].controller);
         let judged: Vec<_> = std::iter::once(controller).chain(last).collect();
         let spreads = measuring.known_or("spreads", || {
             let reached = self.reached_over(&design, &judged, &domains);
@@ -152,9 +154,9 @@ impl Evaluator {
             self.clock_alone(&design, controller, &domains)
         });
         go_on()?;
-        let varied_domains = self.varied(progress.seed, Purpose::Variation, rollouts);
+        let varied_domains = self.varied(seed, Purpose::Variation, rollouts);
         let ([robust, varied], robust_energy) = measuring.known_or("varied", || {
-            self.of_varied(&design, controller, progress.seed, &varied_domains)
+            self.of_varied(&design, controller, seed, &varied_domains)
         });
         go_on()?;
         let other_steps = measuring.known_or("other_steps", || {
@@ -183,7 +185,7 @@ impl Evaluator {
         let [own, own_of_eight] = &spreads[0];
         let unsteady = self.unsteady(own_of_eight, &other_steps);
         Some(Delivery {
-            design: progress.design.clone(),
+            design: entrants.design.clone(),
             materials: design.materials(),
             controller: controller.clone(),
             iteration: chosen.iteration,
@@ -289,7 +291,7 @@ impl Evaluator {
 
     /// Two numbers by which controllers are ranked: the score of the controller's `spread`, and the median, which
     /// breaks ties.
-    pub(super) fn rank(&self, spread: &Quantiles, candidate: &Candidate) -> [f64; 2] {
+    pub(crate) fn rank(&self, spread: &Quantiles, candidate: &Candidate) -> [f64; 2] {
         [self.score(spread, candidate.merit), spread.p50]
     }
 
@@ -331,48 +333,18 @@ impl Evaluator {
         spreads[0].displacement
     }
 
-    /// The controllers among which one is chosen: the controller of the last iteration, then the candidates, without
-    /// duplicates.
-    pub fn entrants(&self, progress: &Progress) -> Vec<Candidate> {
-        let candidates = progress.candidates.iter().cloned();
-        let (same, others): (Vec<_>, Vec<_>) =
-            candidates.partition(|c| c.controller == progress.controller);
-        let is_chosen = self.scene.selection.kind != SelectionKind::Last && !others.is_empty();
-        let merit = match same.first() {
-            Some(candidate) => candidate.merit,
-            None if is_chosen => self.evaluate(progress).merit,
-            // There is no other candidate to compare with.
-            None => f64::NAN,
-        };
-        let mut entrants = vec![Candidate {
-            iteration: progress.iteration,
-            merit,
-            controller: progress.controller.clone(),
-            spread: same.first().and_then(|c| c.spread),
-        }];
-        if is_chosen {
-            entrants.extend(others);
-        }
-        entrants
-    }
-
-    /// Measures the quantiles of every candidate's merit (displacement or minus the loss) over the domains in which a
-    /// controller is chosen.
-    pub fn judge_candidates(&self, progress: &mut Progress) {
-        let spreads = self.selections(progress, &progress.candidates);
-        for (candidate, spread) in progress.candidates.iter_mut().zip(spreads) {
-            // Quantiles over diverged rollouts are minus infinity, which JSON cannot store.
-            candidate.spread = Some(spread).filter(|s| s.p10.is_finite());
-        }
-    }
-
     /// The quantiles of the merit of each controller in `entrants` over the [selecting
     /// domains](Self::selecting_domains). Quantiles that are already known are not measured again.
-    fn selections(&self, progress: &Progress, entrants: &[Candidate]) -> Vec<Quantiles> {
-        let domains = self.selecting_domains(progress.seed);
+    pub(crate) fn selections(
+        &self,
+        design: &Design<Mixture<f64>>,
+        entrants: &[Candidate],
+        seed: u64,
+    ) -> Vec<Quantiles> {
+        let domains = self.selecting_domains(seed);
         let unknown = entrants.iter().filter(|e| e.spread.is_none());
         let unknown: Vec<_> = unknown.map(|e| &e.controller).collect();
-        let mut found = (self.spreads(&self.design(progress), &unknown, &domains)).into_iter();
+        let mut found = self.spreads(design, &unknown, &domains).into_iter();
         let spread = |e: &Candidate| e.spread.or_else(|| found.next().map(|s| s.merit));
         entrants.iter().map_while(spread).collect()
     }

@@ -6,13 +6,12 @@
 //! to the shares of the materials selects some changes, short rollouts select a quarter of these, and full rollouts
 //! choose the best one.
 
-use super::evaluator::Evaluator;
 use super::progress::Progress;
-use super::reach::Reached;
 use super::schedule::Schedule;
 use super::slope::Slope;
 use super::slopes::Variables;
 use crate::design::{Design, LayoutRules, Material, flipped};
+use crate::judge::{Evaluator, Reached};
 
 /// Of the layouts that took a short rollout, the best ones take a full rollout: one in every this many.
 const HEAT: usize = 4;

@@ -2,11 +2,11 @@
 //!
 //! [`CoDesign::iterate`] does one iteration. It updates a [`Progress`], which is the whole state of an
 //! optimisation, and returns a [`Record`] of the iteration. Its random numbers depend only on the seed and the
-//! iteration. It neither reads nor writes files. At the end, [`Evaluator::deliver`] chooses the controller and
-//! measures the robot. [`CoDesign::optimise`] does everything from start to result:
+//! iteration. It neither reads nor writes files. At the end,
+//! [`Evaluator::deliver`](crate::judge::Evaluator::deliver) chooses the controller and measures the robot. [`CoDesign::optimise`] does everything from start to result:
 //!
 //! ```
-//! use cosmic::codesign::CoDesign;
+//! use cosmic::search::CoDesign;
 //! use cosmic::scene::Scene;
 //!
 //! let scene = Scene::parse("tiny", "
@@ -34,22 +34,12 @@
 //! ```
 
 mod schedule;
-mod quantiles;
-mod reliability;
-mod measurements;
-mod progress;
-mod evaluator;
-mod reach;
-mod domains;
 mod slope;
+mod progress;
+mod current;
+mod variations;
 mod slopes;
 mod constraints;
-mod standstill;
-mod observed;
-mod other_steps;
-mod sensitivity;
-mod low_friction;
-mod delivery;
 mod begin;
 mod review;
 mod settle;
@@ -58,21 +48,9 @@ mod passes;
 mod iterate;
 
 pub use begin::CoDesign;
-pub use delivery::Delivery;
-pub use domains::VARIED;
-pub use evaluator::Evaluator;
-pub use low_friction::LOW_FRICTION;
-pub use measurements::{Measurements, Measuring};
-pub use observed::ObservedRollout;
-pub use other_steps::{Medians, OtherSteps};
-pub use progress::{Candidate, Progress, Record, Settled};
-pub use quantiles::Quantiles;
-pub use reach::{Reached, first_best};
-pub use reliability::{LEAST_WALK, Merit, Reliability, STEADY};
+pub use progress::{Progress, Record, Settled};
 pub use review::Review;
 pub use schedule::{Pass, Phase, Schedule};
-pub use sensitivity::Sensitivity;
 pub use settle::settle;
 pub use slope::{GradientPoint, Slope};
 pub use slopes::Variables;
-pub use standstill::Standstill;

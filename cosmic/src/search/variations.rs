@@ -1,0 +1,84 @@
+//! The variations over which gradients are averaged.
+
+use rand::RngExt;
+use rand::rngs::ChaCha8Rng;
+use rayon::prelude::*;
+
+use super::progress::Progress;
+use super::schedule::Schedule;
+use crate::judge::{Evaluator, robots_of, with_goals};
+use crate::random::{Purpose, stream_of};
+use crate::scene::{GoalKind, GoalsSettings};
+use crate::world::{Variation, draw_goal, draw_many, together};
+
+impl Evaluator {
+    /// The domains over which an iteration averages its gradients, and the number of steps on the clock at their starts.
+    /// Empty for a scene without domain randomisation and without given goals. They depend only on the robot, the seed and
+    /// the iteration, so that a resumed run draws the same domains.
+    pub fn domains(&self, progress: &Progress, now: &Schedule) -> (usize, Vec<Variation>) {
+        let (robust, goals) = (&self.scene.robust, self.scene.controller.goals);
+        let number = now.iteration as u64;
+        let stream = |purpose| stream_of(progress.seed, purpose, number);
+        let count = match goals {
+            GoalKind::Fixed => robust.samples,
+            GoalKind::Given => GoalsSettings::SAMPLES,
+        };
+        let domains = match robust.samples {
+            0 => vec![self.nominal(); count],
+            _ => {
+                let stream = stream(Purpose::DomainRandomisation);
+                draw_many(&self.world, &robust.scatter(), count, stream)
+            }
+        };
+        match goals {
+            GoalKind::Fixed => (0, domains),
+            GoalKind::Given => {
+                let rest = self.scene.physics.steps.saturating_sub(now.horizon());
+                self.with_a_goal(domains, progress, rest, stream(Purpose::Goals))
+            }
+        }
+    }
+
+    /// These domains, each with one goal: half of the goals are ahead, half behind. In one of
+    /// [`COUNT`](GoalsSettings::COUNT) iterations, robots begin at rest, as in a sequence of goals. In the others they
+    /// are on their way to a goal before, for the number of steps that is returned, at most `rest`.
+    fn with_a_goal(
+        &self,
+        domains: Vec<Variation>,
+        progress: &Progress,
+        rest: usize,
+        mut stream: ChaCha8Rng,
+    ) -> (usize, Vec<Variation>) {
+        let goals = &self.scene.goals;
+        let whole = (self.scene.physics.steps / GoalsSettings::COUNT).min(rest);
+        let steps = match progress.iteration % GoalsSettings::COUNT {
+            0 => 0,
+            _ => stream.random_range(whole / 2..=whole),
+        };
+        let mut with_one = |domains: Vec<Variation>, in_turn: usize| {
+            with_goals(domains, |k, domain| {
+                let ahead = (k / in_turn).is_multiple_of(2);
+                draw_goal(&self.world, &domain.start, goals, ahead, &mut stream)
+            })
+        };
+        let mut domains = with_one(domains, 1);
+        if steps == 0 {
+            return (0, domains);
+        }
+        let (design, controller) = (self.design(progress), &progress.controller);
+        let precision = self.scene.gradient.precision;
+        let walk = |domains: &[Variation]| {
+            let robots = robots_of(&design, domains);
+            self.watched(&robots, controller, vec![steps], precision)
+        };
+        let chunks = domains.par_chunks(together(domains.len()));
+        let walked: Vec<_> = chunks.flat_map_iter(walk).collect();
+        for (domain, walked) in domains.iter_mut().zip(walked) {
+            if let Some(mut walked) = walked {
+                domain.start = walked.states.remove(0);
+            }
+        }
+        // The goals ahead and behind follow goals ahead and behind equally often.
+        (steps, with_one(domains, 2))
+    }
+}
