@@ -26,7 +26,6 @@ mod design {
     mod tilt;
     mod vectors;
 }
-mod domain;
 mod error;
 mod geometry {
     mod ground;
@@ -91,17 +90,18 @@ mod scene_builtin;
 mod scene_reader;
 mod scene_unread;
 mod scene_values;
-mod simulator {
-    mod driven;
-    mod loads;
-    mod stability {
-        mod vibration;
-    }
-}
 mod small;
 mod verdict {
     mod hints;
     mod items;
     mod walk;
     mod steps;
+}
+mod world {
+    mod draws;
+    mod driven;
+    mod loads;
+    mod stability {
+        mod vibration;
+    }
 }

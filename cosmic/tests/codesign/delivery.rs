@@ -6,11 +6,10 @@ use cosmic::codesign::{
     Schedule, VARIED, settle,
 };
 use cosmic::design::{Design, Material};
-use cosmic::world::{Domain, draw};
 use cosmic::objective::{Loss, of_scene};
 use cosmic::random::{Purpose, stream};
 use cosmic::scene::{Integrator, LossKind, PhysicsSettings, Scene, SelectionSettings, TaskKind};
-use cosmic::world::{BarLoad, EdgeMoments, Span, Trajectory};
+use cosmic::world::{BarLoad, EdgeMoments, Span, Trajectory, Variation, draw};
 use std::cell::Cell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -124,21 +123,18 @@ fn delivered_loads_cover_every_step() {
     let (codesign, progress) = after(&scene, 9, 1);
     let delivery = codesign.evaluator().deliver(&progress);
     let design = codesign.evaluator().design(&progress);
-    let task = codesign.task();
+    let (world, start) = (codesign.world(), &codesign.evaluator().start);
+    let robot = world.robot(world.body(&design), delivery.controller.clone(), start);
     let moments = |every: usize| {
         let observed = (0..=scene.physics.steps).step_by(every).collect();
-        let span = Span::from_start(observed);
-        let (simulator, start) = (&task.simulator, &codesign.evaluator().start);
-        let body = task.body(&design);
-        let seen = simulator.rollout(&body, &delivery.controller, start, &span);
-        simulator.moments(&body, &delivery.controller, &seen)
+        world.moments(&robot, &world.run_one(&robot, &Span::from_start(observed)))
     };
     let [all, some] = [1, 16].map(moments);
     // The largest change of the length between two moments, divided by the time between them.
     let fastest = |edge: usize, moments: &[EdgeMoments], every: usize| {
         let change = |pair: &[EdgeMoments]| (pair[1].strain[edge] - pair[0].strain[edge]).abs();
         let most = moments.windows(2).map(change).fold(0.0, f64::max);
-        most * task.lattice.rest_length[edge] / (every as f64 * scene.physics.dt)
+        most * world.lattice.rest_length[edge] / (every as f64 * scene.physics.dt)
     };
     for (edge, (bar, material)) in (delivery.seen.bars.iter().zip(&delivery.materials)).enumerate()
     {
@@ -369,9 +365,9 @@ fn final_quantiles_are_over_24_rollouts() {
     assert_eq!(own, over(24));
     assert_ne!(own.robust, eight.robust);
     assert_ne!(own.spread, eight.spread);
-    let robust = |delivery: &Delivery, domains: &[Domain]| {
+    let robust = |delivery: &Delivery, domains: &[Variation]| {
         let design = evaluator.design(&progress);
-        let along = |domain: &Domain| {
+        let along = |domain: &Variation| {
             evaluator
                 .reach(&design, &delivery.controller, domain)
                 .along()
@@ -380,7 +376,7 @@ fn final_quantiles_are_over_24_rollouts() {
     };
     let mut stream = stream(progress.seed, Purpose::Variation);
     let domains: Vec<_> = (0..24)
-        .map(|_| draw(codesign.task(), &VARIED, &mut stream))
+        .map(|_| draw(codesign.world(), &VARIED, &mut stream))
         .collect();
     assert_eq!(own.robust, robust(&own, &domains));
     assert_eq!(eight.robust, robust(&eight, &domains[..8]));

@@ -1,6 +1,6 @@
-use crate::small::{MOBILE_ROBOT, after, records};
+use crate::small::{MOBILE_ROBOT, after, begun, records};
 use autodiff_programs::Memory;
-use cosmic::codesign::CoDesign;
+use cosmic::codesign::Schedule;
 use cosmic::design::{Design, flips};
 use cosmic::scene::Scene;
 
@@ -11,8 +11,9 @@ fn a_memory_budget_changes_no_bit() {
     let mut bounded = scene.clone();
     // This budget of 20 kB is too small for a horizon: each of its 64 steps takes more than 1 kB.
     bounded.gradient.memory = Some(0.02);
-    let task = CoDesign::new(&bounded).unwrap().task().clone();
-    assert_eq!(task.simulator.memory, Memory::Bytes(20_000));
+    let (evaluator, progress) = begun(&bounded);
+    let at = evaluator.point(&progress, &Schedule::at(&bounded, 1));
+    assert_eq!(at.horizon.memory, Memory::Bytes(20_000));
     let histories = [scene, bounded].map(|scene| records(&scene));
     let [all, within] = histories.map(|history| format!("{history:?}"));
     assert!(all == within);

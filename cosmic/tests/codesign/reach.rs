@@ -1,10 +1,10 @@
 use crate::small::{MOBILE_ROBOT, begun, tiny};
 use cosmic::codesign::{CoDesign, Quantiles, Schedule, VARIED, first_best};
-use cosmic::world::{Domain, draw};
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::random::{Purpose, stream};
 use cosmic::scene::{GradientPrecision, Scene, SelectionKind, SelectionSettings, TaskKind};
+use cosmic::world::draw;
 
 /// A robot that moves very far, but not so far that a state is absurd, has not diverged. It falls along a steep
 /// slope for 40 s, so far that the cheap check during the rollout fails and the guard decides.
@@ -138,9 +138,9 @@ fn a_robust_rank_is_a_quantile_over_varied_robots() {
     let reached = evaluator.evaluate(&progress);
     let mut stream = stream(progress.seed, Purpose::Ranking);
     let mut domains: Vec<_> = (0..SelectionSettings::PERTURBED_ROLLOUTS)
-        .map(|_| draw(&evaluator.task, &VARIED, &mut stream))
+        .map(|_| draw(&evaluator.world, &VARIED, &mut stream))
         .collect();
-    domains[0] = Domain::of(&evaluator.task, evaluator.start.clone());
+    domains[0] = evaluator.world.nominal(&evaluator.start);
     let design = evaluator.design(&progress);
     let alone = |domain| evaluator.reach(&design, &progress.controller, domain);
     let merits: Vec<f64> = domains.iter().map(|domain| alone(domain).merit).collect();

@@ -2,27 +2,27 @@ use crate::small::{begun, tiny};
 use autodiff::Real;
 use cosmic::codesign::{CoDesign, Evaluator, GradientPoint, Progress, Schedule, Slope, Variables};
 use cosmic::inputs::{CONTROLLER, DESIGN, Inputs};
-use cosmic::objective::{AnyLoss, LossOf};
+use cosmic::objective::{AnyLoss, LossOf, loss_of};
 use cosmic::projection::Projection;
 use cosmic::scene::{GradientPrecision, MovedBody, Named, Scene, TaskKind};
-use cosmic::world::{Span, stability::Vibration};
-use cosmic::world::{Horizon, Task};
+use cosmic::world::stability::Vibration;
+use cosmic::world::{Span, Variation};
 
 /// The loss of the robot with which the optimisation of a scene begins, as a function of its inputs.
-fn loss_at<R: Real>(evaluator: &Evaluator, inputs: &Inputs<R>, horizon: &Horizon) -> R
+fn loss_at<R: Real>(evaluator: &Evaluator, inputs: &Inputs<R>, horizon: &Span) -> R
 where
     dyn AnyLoss: LossOf<R>,
 {
-    let task = &evaluator.task;
-    let design = Variables::Design(Projection::Performance).design(task, &inputs.z);
-    task.loss(&design, inputs, &*evaluator.loss, horizon)
+    let world = &evaluator.world;
+    let design = Variables::Design(Projection::Performance).design(world, &inputs.z);
+    loss_of(world, &inputs.robot(world, &design), &*evaluator.loss, horizon)
 }
 
 /// The slopes of the loss over 24 steps along a direction in the design and along one in the controller. Each must
 /// agree with a finite difference.
 fn slopes_agree_with_differences(scene: &Scene) -> [f64; 2] {
     let (evaluator, progress) = begun(scene);
-    let (inputs, horizon) = (evaluator.inputs(&progress), Horizon::of_steps(24));
+    let (inputs, horizon) = (evaluator.inputs(&progress), Span::of_steps(24));
     [DESIGN, CONTROLLER].map(|blocks| {
         let loss = |inputs: &Inputs<_>| loss_at(&evaluator, inputs, &horizon);
         let (_, gradient) = inputs.differentiate(blocks, loss);
@@ -82,7 +82,7 @@ fn bars_do_not_move_the_centre_of_mass() {
 fn slope_in_domains(scene: &Scene, steps: usize) -> Slope {
     let (evaluator, progress) = begun(scene);
     let mut at = evaluator.point(&progress, &Schedule::at(scene, 1));
-    at.horizon = Horizon::of_steps(steps);
+    at.horizon = Span::of_steps(steps);
     let [slope] = evaluator.slopes([Variables::Design(Projection::Performance)], &at);
     slope
 }
@@ -110,9 +110,9 @@ fn gradients_in_f32_agree_with_gradients_in_f64() {
     let design = double.evaluator().design(&progress);
     let at = GradientPoint {
         sticks: false,
-        domains: Vec::new(),
+        variations: Vec::new(),
         inputs: double.evaluator().inputs(&progress),
-        horizon: Horizon::of_steps(24),
+        horizon: Span::of_steps(24),
     };
     for variables in [
         Variables::Design(Projection::Performance),
@@ -142,7 +142,7 @@ fn gradients_computed_together_are_bit_identical_to_single_ones() {
         let (evaluator, progress) = begun(scene);
         let at = GradientPoint {
             sticks: false,
-            horizon: Horizon::of_steps(20),
+            horizon: Span::of_steps(20),
             ..evaluator.point(&progress, &Schedule::at(scene, 1))
         };
         let both = [Projection::Performance, Projection::Stability].map(Variables::Design);
@@ -162,11 +162,12 @@ fn gradients_computed_together_are_bit_identical_to_single_ones() {
     check(&scene);
 }
 
-/// The largest frequency of a vibration of the task's robot, in 1/s.
-fn frequency(codesign: &CoDesign, progress: &Progress, task: &Task) -> f64 {
-    let body = task.body(&codesign.evaluator().design(progress));
-    let rest = &task.lattice.positions;
-    Vibration::new(&task.lattice, &body, &task.physics, rest)
+/// The largest frequency of a vibration of a robot with a variation, in 1/s.
+fn frequency(evaluator: &Evaluator, progress: &Progress, variation: &Variation) -> f64 {
+    let (world, design) = (&evaluator.world, evaluator.design(progress));
+    let robot = world.robots(&[(&design, variation)], &progress.controller).remove(0);
+    let rest = &world.lattice.positions;
+    Vibration::new(&world.lattice, &robot.body, &world.physics, rest)
         .fastest()
         .0
 }
@@ -175,21 +176,19 @@ fn frequency(codesign: &CoDesign, progress: &Progress, task: &Task) -> f64 {
 fn time_steps_are_checked_for_the_robots_that_are_drawn() {
     let mut scene = tiny();
     let alone = CoDesign::new(&scene).unwrap();
-    let progress = alone.begin(0).unwrap();
+    let (progress, evaluator) = (alone.begin(0).unwrap(), alone.evaluator());
+    let as_designed = evaluator.world.nominal(&evaluator.start);
     let nominal = (
         alone.step_check(&progress),
-        frequency(&alone, &progress, &alone.evaluator().task),
+        frequency(evaluator, &progress, &as_designed),
     );
     (scene.robust.samples, scene.robust.spread) = (32, 4.0);
     let drawing = CoDesign::new(&scene).unwrap();
     let progress = drawing.begin(0).unwrap();
     let check = drawing.step_check(&progress);
-    let (_, drawn) = drawing
-        .evaluator()
-        .domains(&progress, &Schedule::at(&scene, 1));
-    let drawn = drawn
-        .iter()
-        .map(|w| frequency(&drawing, &progress, &w.task));
+    let evaluator = drawing.evaluator();
+    let (_, drawn) = evaluator.domains(&progress, &Schedule::at(&scene, 1));
+    let drawn = drawn.iter().map(|v| frequency(evaluator, &progress, v));
     let fastest = drawn.fold(0.0, f64::max);
     let faster = scene.robust.faster();
     assert!(nominal.1 < fastest && fastest < faster * nominal.1);
@@ -215,7 +214,7 @@ fn robots_get_their_goals_at_rest_or_on_their_way() {
         (scene.schedule.horizon, scene.loss.window) = ([horizon; 2], 16);
         let codesign = CoDesign::new(&scene).unwrap();
         let mut progress = codesign.begin(0).unwrap();
-        let payload = codesign.task().lattice.payload[0].node;
+        let payload = codesign.world().lattice.payload[0].node;
         for iteration in 0..6 {
             progress.iteration = iteration;
             let now = Schedule::at(&scene, iteration + 1);
@@ -229,11 +228,7 @@ fn robots_get_their_goals_at_rest_or_on_their_way() {
             for domain in &domains {
                 let moves = domain.start.v.iter().any(|v| v.norm() > 0.0);
                 assert_eq!(moves, first > 0);
-                let span = Span::from_start(vec![1]);
-                let body = (domain.task).body(&codesign.evaluator().design(&progress));
-                let (simulator, controller) = (&domain.task.simulator, &progress.controller);
-                let seen = simulator.rollout(&body, controller, &domain.start, &span);
-                let goal = seen.goals.unwrap().iter().next().unwrap();
+                let goal = domain.surroundings.goals().unwrap().first;
                 ahead += usize::from(goal.forward() > domain.start.x[payload].forward());
             }
             assert_eq!((ahead, domains.len()), (4, 8));

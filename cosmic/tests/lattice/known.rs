@@ -31,12 +31,11 @@ fn tensegrity() -> Scene {
 
 /// The tension of an edge after the rollout of a case, N.
 fn tension(case: &Case, edge: usize) -> f64 {
-    let (simulator, body) = (case.task().simulator, case.body());
-    let span = Span::from_start(vec![case.scene.physics.steps]);
-    let seen = simulator.rollout(&body, &case.controller, &case.start, &span);
+    let robot = case.robot();
+    let seen = (case.world()).run_one(&robot, &Span::of_steps(case.scene.physics.steps));
     let [i, j] = case.lattice.edges[edge];
     let x = &seen.states[0].x;
-    body.stiffness[edge] * (x[i].distance(x[j]) - case.lattice.rest_length[edge])
+    robot.body.stiffness[edge] * (x[i].distance(x[j]) - case.lattice.rest_length[edge])
 }
 
 /// The prestress follows from the rest lengths and stiffnesses of the file. The right values are those of the balance of

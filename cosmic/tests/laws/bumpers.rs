@@ -1,9 +1,9 @@
 use cosmic::design::{Design, Material};
 use cosmic::geometry::Vector;
-use cosmic::lattice::{Body, Lattice};
+use cosmic::lattice::Lattice;
 use cosmic::policy::Controller;
 use cosmic::scene::Scene;
-use cosmic::world::{Simulator, Span};
+use cosmic::world::{Span, World};
 
 /// Throws the horizontal bar [0, 1] at the middle of the upright bar [2, 5], in a world without ground and gravity.
 /// Returns the momentum along x before and after (kg m/s), and in how many states the tip of the first bar is beyond the
@@ -20,12 +20,8 @@ fn thrown(physics: &str) -> ([f64; 2], usize) {
             _ => Material::Void,
         })
         .collect();
-    let mut body = Body::new(
-        &Design::Layout(layout.clone()),
-        &lattice,
-        &scene.materials,
-        &scene.physics,
-    );
+    let world = World::new(lattice.clone(), &scene);
+    let mut body = world.body(&Design::Layout(layout.clone()));
     for (stiffness, material) in body.stiffness.iter_mut().zip(layout) {
         if material == Material::Void {
             *stiffness = 0.0;
@@ -36,12 +32,12 @@ fn thrown(physics: &str) -> ([f64; 2], usize) {
         start.x[node] += Vector::upright(0.0, 0.05);
         start.v[node] = Vector::upright(1.0, 0.0);
     }
-    let simulator = Simulator::new(&lattice, &scene.physics, &scene.controller);
     let controller = Controller::xavier(&scene.controller, &lattice, 1);
     let span = Span::from_start((0..=1500).collect());
-    let seen = simulator.rollout(&body, &controller, &start, &span);
+    let robot = world.robot(body, controller, &start);
+    let seen = world.run_one(&robot, &span);
     let momentum = |step: usize| {
-        let of_nodes = seen.states[step].v.iter().zip(&body.mass);
+        let of_nodes = seen.states[step].v.iter().zip(&robot.body.mass);
         of_nodes.map(|(v, mass)| v.forward() * mass).sum::<f64>()
     };
     let is_beyond = |x: &[Vector<f64>]| x[1].forward() > x[2].forward().max(x[5].forward());

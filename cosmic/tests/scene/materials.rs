@@ -7,7 +7,7 @@ use cosmic::design::Material::{self, Actuator, Skeleton, Void};
 use cosmic::lattice::{Body, Lattice};
 use cosmic::laws::Stops;
 use cosmic::scene::{BarNumbers, MaterialSettings, Scene};
-use cosmic::world::{BarLoad, Loads, Simulator, Span, Trajectory};
+use cosmic::world::{BarLoad, Loads, Span, Trajectory, World};
 use std::f64::consts::PI;
 use std::fs;
 use std::path::Path;
@@ -122,9 +122,8 @@ fn a_body_has_a_number_for_every_length() {
 /// The Euler safety of a robot is the smallest of its skeleton bars that something pushes on. Plain numbers have none.
 #[test]
 fn the_euler_safety_is_that_of_the_bar_nearest_to_buckling() {
-    let scene = Scene::paper();
+    let mut scene = Scene::paper();
     let lattice = Lattice::new(&scene.lattice, &scene.physics);
-    let simulator = Simulator::new(&lattice, &scene.physics, &scene.controller);
     let tube = parts("skeleton = 'tube'");
     let load = tube.euler_load(lattice.rest_length[0]).unwrap();
     let mut layout = vec![Void; lattice.edges.len()];
@@ -139,14 +138,14 @@ fn the_euler_safety_is_that_of_the_bar_nearest_to_buckling() {
     let mut bars = vec![None; layout.len()];
     bars[..4].copy_from_slice(&[pushed(0.25), pushed(0.5), pushed(100.0), pushed(0.0)]);
     let still = Trajectory::new(vec![0], vec![lattice.state_at_rest()]);
-    let safety = |materials| {
-        simulator
-            .loads_of(&layout, &bars, &still, materials)
-            .euler_safety
+    let safety = |scene: &Scene| {
+        let world = World::new(lattice.clone(), scene);
+        world.loads_of(&layout, &bars, &still).euler_safety
     };
+    assert_eq!(safety(&scene), None);
     let second = load * (length(0) / length(1)).powi(2) / 0.5;
-    near(safety(&tube).unwrap(), second.min(load / 0.25));
-    assert_eq!(safety(&scene.materials), None);
+    scene.materials = tube;
+    near(safety(&scene).unwrap(), second.min(load / 0.25));
 }
 
 /// The loads of a robot of this scene that moves for a second. Every fourth of its bars is an actuator.
@@ -157,13 +156,11 @@ fn loads_of_a_second(mut scene: Scene) -> Loads {
     let edges = case.lattice.edges.len();
     let layout: Vec<Material> = kinds.into_iter().cycle().take(edges).collect();
     case.design = Design::Layout(layout.clone());
-    let (task, steps, controller) = (case.task(), case.scene.physics.steps, &case.controller);
-    let span = Span::from_start(vec![steps]);
-    let seen = (task.simulator).guarded(&case.body(), controller, &case.start, &span);
+    let (world, robot, steps) = (case.world(), case.robot(), case.scene.physics.steps);
+    let seen = world.guarded(&robot, &Span::of_steps(steps));
     assert!(seen.divergence.is_none(), "{:?}", seen.divergence);
-    let simulator = &task.simulator;
-    let bars = simulator.loads(&layout, &case.body(), controller, &case.start, steps);
-    simulator.loads_of(&layout, &bars, &seen.trajectory, &case.scene.materials)
+    let bars = world.loads(&layout, &robot, steps);
+    world.loads_of(&layout, &bars, &seen.trajectory)
 }
 
 /// The scenes with real actuators are read without a warning, have a stable step for every design, and their robots move.

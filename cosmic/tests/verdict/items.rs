@@ -418,10 +418,10 @@ fn a_mechanism_without_muscles_does_not_pass() {
     let scene = Scene::load(folder.join("chain.toml").to_str().unwrap()).unwrap();
     let codesign = CoDesign::new(&scene).unwrap();
     let layout = Design::Layout(vec![Material::Skeleton; 2]);
-    let controller = Controller::xavier(&scene.controller, &codesign.task().lattice, 1);
+    let controller = Controller::xavier(&scene.controller, &codesign.world().lattice, 1);
     let progress = codesign.begin_with(1, layout, controller).unwrap();
     let delivery = codesign.evaluator().deliver(&progress);
-    let lattice = &codesign.task().lattice;
+    let lattice = &codesign.world().lattice;
     let verdict = Measured::of_delivery(&delivery, &scene, lattice).verdict();
     let text = verdict.to_text();
     assert_eq!(verdict.level(), Level::Bad);

@@ -3,7 +3,9 @@ use autodiff::{Function, Real};
 use cosmic::case::Case;
 use cosmic::design::Design;
 use cosmic::scene::Scene;
-use cosmic::world::{Robots, Span, Trajectory};
+use cosmic::policy::Controller;
+use cosmic::world::{Robot, Span, Trajectory};
+use std::sync::Arc;
 
 /// The activations that the tests give to edges: full, zero and in between, with both signs.
 const HELD: [f64; 6] = [0.0, 0.7, -0.7, 0.2, -1.0, 1.0];
@@ -41,6 +43,14 @@ fn case_of(force: &str, held: impl Fn(usize) -> f64) -> (Case, Vec<f64>) {
     (case, held)
 }
 
+/// This robot with given activations in place of its controller.
+fn given<R: Real>(robot: &Robot<R>, activations: Vec<R>) -> Robot<R> {
+    Robot {
+        controller: Arc::new(Controller::given(activations)),
+        ..robot.clone()
+    }
+}
+
 /// With every force, a robot with given activations moves like a robot whose controller outputs them.
 #[test]
 fn constant_activations_drive_as_a_controller_that_gives_them() {
@@ -49,36 +59,21 @@ fn constant_activations_drive_as_a_controller_that_gives_them() {
     for force in forces() {
         let robots = [0.0, 1.0, -1.0]
             .map(|scale: f64| case_of(&force, move |edge| scale * HELD[edge % HELD.len()]));
-        let (case, _) = &robots[0];
-        let driven = case.task().simulator;
-        let (scene, held) = (
-            [driven.surroundings()],
-            robots.each_ref().map(|(_, held)| &held[..]),
-        );
-        let starts = [(); 3].map(|()| case.start.clone());
-        let seen = driven.driven(&scene, &[case.body()], &held, &starts, &span);
-        let controllers = robots.each_ref().map(|(case, _)| case.controller.clone());
-        let by_controllers = Robots {
-            surroundings: &[driven.surroundings()],
-            bodies: &[case.body()],
-            controllers: &controllers,
-        };
-        let by_controllers = driven.rollouts(&by_controllers, &starts, &span);
-        for (k, ((case, held), seen)) in robots.iter().zip(&seen).enumerate() {
-            let task = case.task();
-            let controlled =
-                (task.simulator).rollout(&case.body(), &case.controller, &case.start, &span);
+        let world = robots[0].0.world();
+        let controlled = robots.each_ref().map(|(case, _)| case.robot());
+        let driven = robots.map(|(case, held)| given(&case.robot(), held));
+        let [by_controllers, seen] =
+            [&controlled, &driven].map(|robots| world.run(robots, &span));
+        for k in 0..3 {
             // Robots of one batch may have other controllers; each has the bits of a single rollout.
-            assert_eq!(
-                by_controllers[k].states, controlled.states,
-                "{force:?}, robot {k}"
-            );
+            for (batch, robots) in [(&by_controllers, &controlled), (&seen, &driven)] {
+                let alone = world.run_one(&robots[k], &span);
+                assert_eq!(alone.states, batch[k].states, "{force:?}, robot {k} alone");
+            }
             // Activations are rounded at 1e-16; 200 steps with contacts amplify this error to less than
             // 1e-10.
-            let far = apart(&controlled, seen);
+            let far = apart(&by_controllers[k], &seen[k]);
             assert!(far < 1e-10, "{force:?}, robot {k}: {far}");
-            let alone = driven.driven(&scene, &[case.body()], &[held], &starts[..1], &span);
-            assert_eq!(alone[0].states, seen.states, "{force:?}, robot {k} alone");
         }
         assert!(apart(&seen[0], &seen[1]) > 1e-3, "{force:?}");
         all.push(seen);
@@ -98,15 +93,8 @@ fn constant_activations_drive_as_a_controller_that_gives_them() {
 #[should_panic(expected = "activations of a robot of 6 nodes")]
 fn there_must_be_one_activation_per_edge() {
     let (case, held) = case_of("", |_| 0.0);
-    let driven = case.task().simulator;
-    let start = std::slice::from_ref(&case.start);
-    let _ = driven.driven(
-        &[driven.surroundings()],
-        &[case.body()],
-        &[&held[1..]],
-        start,
-        &Span::from_start(vec![1]),
-    );
+    let robot = given(&case.robot(), held[1..].to_vec());
+    let _ = case.world().run_one(&robot, &Span::of_steps(1));
 }
 
 /// The number of steps of [`Moved`].
@@ -126,26 +114,20 @@ impl Moved {
     }
 
     fn end<R: Real>(&self, body: &[R], activations: &[R], steps: [usize; 2]) -> Vec<R> {
-        let simulator = self.0.task().simulator;
+        let world = self.0.world();
         let mut like = self.0.body();
         like.rest_length = self.0.lattice.rest_length.clone();
-        let body = like.with_numbers(body);
-        let (mut state, edges) = (self.0.start.map(R::lit), body.strain.len());
+        let (body, edges) = (Arc::new(like.with_numbers(body)), like.strain.len());
+        let mut state = self.0.start.map(R::lit);
         // The rollout in two parts, of which the second continues the first.
         for (first, count) in [(0, steps[0]), (steps[0], steps[1])] {
             let span = Span {
                 first,
                 ..Span::from_start(vec![count])
             };
-            let given = &activations[first * edges..][..count * edges];
-            let seen = simulator.driven(
-                &[simulator.surroundings()],
-                std::slice::from_ref(&body),
-                &[given],
-                &[state],
-                &span,
-            );
-            state = seen.into_iter().next().unwrap().states.remove(0);
+            let given = activations[first * edges..][..count * edges].to_vec();
+            let robot = world.robot(Arc::clone(&body), Controller::given(given), &state);
+            state = world.run_one(&robot, &span).states.remove(0);
         }
         state.to_columns()
     }

@@ -1,9 +1,9 @@
 use cosmic::design::{Design, Material};
 use cosmic::geometry::{Range, Vector};
-use cosmic::lattice::{Body, Lattice, State};
+use cosmic::lattice::{Lattice, State};
 use cosmic::policy::Controller;
 use cosmic::scene::Scene;
-use cosmic::world::{BarLoad, Largest, Magnitude, Simulator, Trajectory};
+use cosmic::world::{BarLoad, Largest, Magnitude, Trajectory, World};
 
 #[test]
 fn a_magnitude_has_the_peak_and_the_99_percent_quantile() {
@@ -45,16 +45,15 @@ fn loads_are_those_of_hooke_s_bars() {
     let lattice = Lattice::new(&scene.lattice, &scene.physics);
     let layout = vec![Material::Skeleton; lattice.edges.len()];
     let design = Design::Layout(layout.clone());
-    let body = Body::new(&design, &lattice, &scene.materials, &scene.physics);
     let controller = Controller::xavier(&scene.controller, &lattice, 1);
-    let simulator = Simulator::new(&lattice, &scene.physics, &scene.controller);
-    let rest = lattice.state_at_rest();
+    let (world, rest) = (World::new(lattice.clone(), &scene), lattice.state_at_rest());
+    let robot = world.robot(world.body(&design), controller, &rest);
     let stretched = State::new(
         rest.x.iter().map(|x| *x + x.along() * 0.1),
         rest.x.iter().map(|x| x.along() * 1.1),
     );
     let trajectory = Trajectory::new(vec![0, 16], vec![rest, stretched]);
-    let moments = simulator.moments(&body, &controller, &trajectory);
+    let moments = world.moments(&robot, &trajectory);
     let edges = 0..lattice.edges.len();
     let loads: Vec<BarLoad> = edges.map(|edge| BarLoad::of(edge, &moments)).collect();
     for (load, &[i, j]) in loads.iter().zip(&lattice.edges) {
@@ -71,7 +70,7 @@ fn loads_are_those_of_hooke_s_bars() {
         }
     }
     let bars: Vec<_> = loads.into_iter().map(Some).collect();
-    let all = simulator.loads_of(&layout, &bars, &trajectory, &scene.materials);
+    let all = world.loads_of(&layout, &bars, &trajectory);
     assert_eq!(all.strains, Range::default());
     assert_eq!((all.tangled, all.tangles), (0.0, 0.0));
     // In one of two states, half of the robot is folded over the other half.
@@ -86,6 +85,6 @@ fn loads_are_those_of_hooke_s_bars() {
         .iter_mut()
         .enumerate()
         .for_each(|(k, x)| *x += Vector::upright(0.0, 1e-3 * k as f64));
-    let all = simulator.loads_of(&layout, &bars, &folded, &scene.materials);
+    let all = world.loads_of(&layout, &bars, &folded);
     assert!(all.tangled == 0.5 && all.tangles > 1.0, "{all:?}");
 }

@@ -1,26 +1,28 @@
 use crate::small::lattice;
 use cosmic::design::{Design, Material};
-use cosmic::world::draw;
+use cosmic::policy::Controller;
 use cosmic::random::{Purpose, stream};
 use cosmic::scene::{GoalsSettings, Scatter, Scene};
-use cosmic::world::Task;
+use cosmic::world::{Variation, World, draw};
+use std::sync::Arc;
 
 #[test]
 fn without_ranges_the_domain_is_the_nominal_one() {
     let none = "base = \"stability\"\n[robust]\nsamples = 1\nspread = 0\nfriction = 0";
     let scene = Scene::parse("none", none).unwrap();
-    let task = &Task::new(lattice(3, 2, 0.0), &scene);
+    let world = &World::new(lattice(3, 2, 0.0), &scene);
     let none = scene.robust.scatter();
-    let domain = draw(task, &none, &mut stream(3, Purpose::DomainRandomisation));
-    assert_eq!(domain.start, task.lattice.state_at_rest());
-    assert_eq!(domain.task.physics, task.physics);
+    let drawn = draw(world, &none, &mut stream(3, Purpose::DomainRandomisation));
+    assert_eq!(drawn.start, world.lattice.state_at_rest());
+    assert_eq!(*drawn.surroundings, world.surroundings());
     let some = Scatter { mass: 0.1, ..none };
     let [a, b] =
-        [4, 4].map(|seed| draw(task, &some, &mut stream(seed, Purpose::DomainRandomisation)));
-    let design = Design::Layout(vec![Material::Skeleton; task.lattice.edges.len()]);
-    let mass = |task: &Task| task.body::<f64>(&design).mass;
-    assert_eq!(mass(&a.task), mass(&b.task));
-    let pairs = mass(&a.task).into_iter().zip(mass(task));
+        [4, 4].map(|seed| draw(world, &some, &mut stream(seed, Purpose::DomainRandomisation)));
+    let design = Design::Layout(vec![Material::Skeleton; world.lattice.edges.len()]);
+    let controller = Arc::new(Controller::xavier(&scene.controller, &world.lattice, 1));
+    let mass = |drawn: &Variation| world.varied(&design, &controller, drawn).body.mass.clone();
+    assert_eq!(mass(&a), mass(&b));
+    let pairs = mass(&a).into_iter().zip(world.body(&design).mass);
     let shares: Vec<f64> = pairs.map(|(varied, nominal)| varied / nominal).collect();
     assert!(shares.iter().all(|s| (0.9..=1.1).contains(s)));
     assert!(shares.iter().any(|s| (s - 1.0).abs() > 1e-3));
