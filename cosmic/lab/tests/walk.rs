@@ -1,5 +1,6 @@
 use crate::small::small;
 use cosmic::case::Case;
+use cosmic::geometry::{Ground, Vector};
 use cosmic::policy::Goals;
 use cosmic::scene::{GoalKind, LatticeKind};
 use cosmic::world::Span;
@@ -15,12 +16,13 @@ fn robot() -> Case {
     })
 }
 
-/// The position of the payload along the ground in a rollout of the library, after each of the steps `observed`.
-fn along(case: &Case, goals: &Goals, observed: [usize; 2]) -> [f64; 2] {
-    let task = case.task().with_goals(goals);
+/// The position of the payload in a rollout of the library, after each of the steps `observed`.
+fn places(case: &Case, goals: &Goals, observed: [usize; 2]) -> [Vector<f64>; 2] {
+    let robot = case.robot();
+    let surroundings = robot.surroundings.with_goals(goals);
     let span = Span::from_start(observed.to_vec());
-    let seen = (task.simulator).rollout(&case.body(), &case.controller, &case.start, &span);
-    observed.map(|step| task.ground().along(seen.position(step)))
+    let seen = (case.world()).run_one(&robot.in_surroundings(surroundings), &span);
+    observed.map(|step| seen.position(step))
 }
 
 #[test]
@@ -28,7 +30,8 @@ fn a_walk_measures_the_ways_of_a_rollout() {
     let case = robot();
     let goals = Goals::at(place(&case, [0.4, 0.0])).then(40, place(&case, [-0.3, 0.0]));
     let found = walk(&case, &goals, STEPS).unwrap();
-    let [middle, end] = along(&case, &goals, [40, STEPS]);
+    let ground = Ground::from(&case.scene.physics);
+    let [middle, end] = places(&case, &goals, [40, STEPS]).map(|place| ground.along(place));
     let start = place(&case, [0.0, 0.0]).forward();
     let expected = [
         (0.4, [0, 40], (0.4, middle - start)),
@@ -74,9 +77,7 @@ fn a_walk_in_space_measures_along_and_across() {
     });
     let goals = Goals::at(place(&case, [0.3, -0.4])).then(40, place(&case, [0.3, 0.1]));
     let found = walk(&case, &goals, STEPS).unwrap();
-    let task = case.task().with_goals(&goals);
-    let span = Span::from_start(vec![40, STEPS]);
-    let seen = (task.simulator).rollout(&case.body(), &case.controller, &case.start, &span);
+    let [middle, end] = places(&case, &goals, [40, STEPS]);
     let [first, second] = &found.legs[..] else {
         panic!("there are two goals")
     };
@@ -87,11 +88,11 @@ fn a_walk_in_space_measures_along_and_across() {
         near(leg.across.unwrap(), across);
     }
     near(first.way, 0.5);
-    let away = |step: usize, across: f64| {
-        let off = seen.position(step) - place(&case, [0.3, across]);
+    let away = |at: Vector<f64>, across: f64| {
+        let off = at - place(&case, [0.3, across]);
         off.forward().hypot(off.sideways())
     };
-    near(first.left, away(40, -0.4));
-    near(second.way, away(40, 0.1));
-    near(second.left, away(STEPS, 0.1));
+    near(first.left, away(middle, -0.4));
+    near(second.way, away(middle, 0.1));
+    near(second.left, away(end, 0.1));
 }

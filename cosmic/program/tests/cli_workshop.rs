@@ -5,6 +5,7 @@ use cosmic::Registry;
 use cosmic::design::Material;
 use cosmic::lattice::Lattice;
 use cosmic::record::DesignFile;
+use cosmic::world::Span;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
@@ -99,16 +100,20 @@ fn the_set_points_repeat_what_the_robot_does_in_open_loop() {
         .read(&bench.path("run/scene.toml"))
         .unwrap();
     let design = DesignFile::read(&bench.path("run/design.json")).unwrap();
-    let case = design.case(&scene, "design.json").unwrap();
-    let task = case.task().without_feedback(&case.start);
-    let steps: Vec<usize> = (0..=100).collect();
+    let mut case = design.case(&scene, "design.json").unwrap();
+    // The activations of a row are those of the step that begins then.
+    let ends: Vec<usize> = (1..=101).collect();
+    case.scene.physics.steps = ends.len();
+    let span = Span {
+        open_loop: Some(case.start.clone()),
+        metered: true,
+        ..Span::from_start(ends)
+    };
     // Where the robot is does not matter without feedback.
     let mut far = case.start.clone();
     far.x.iter_mut().for_each(|x| *x = *x * 2.0);
-    let walk = cosmic::world::Trajectory::new(steps, vec![far; 101]);
-    let moments = task
-        .simulator
-        .moments(&case.body(), &case.controller, &walk);
+    let walk = (case.world()).run_one(&case.robot().from(&far), &span);
+    let efforts = walk.efforts.unwrap().of_states;
     let rows = table(&bench, "run/export/drive.csv");
     assert_eq!(rows.len(), 101);
     let (mut moved, mut actuators) = (0.0_f64, 0);
@@ -117,9 +122,9 @@ fn the_set_points_repeat_what_the_robot_does_in_open_loop() {
             continue;
         };
         actuators += 1;
-        for (row, moment) in rows.iter().zip(&moments) {
+        for (row, effort) in rows.iter().zip(&efforts) {
             let length = row[&format!("length_{edge}")].parse::<f64>().unwrap();
-            let strain = moment.activation[edge] * case.body().strain[edge];
+            let strain = effort.activation[edge] * case.body().strain[edge];
             // Lengths are rounded to a nanometre.
             assert!((length - rest * (1.0 + strain)).abs() < 1e-9, "{row:?}");
             moved = moved.max((length - first.parse::<f64>().unwrap()).abs());

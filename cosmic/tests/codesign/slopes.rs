@@ -15,7 +15,12 @@ where
 {
     let world = &evaluator.world;
     let design = Variables::Design(Projection::Performance).design(world, &inputs.z);
-    loss_of(world, &inputs.robot(world, &design), &*evaluator.loss, horizon)
+    loss_of(
+        world,
+        &inputs.robot(world, &design),
+        &*evaluator.loss,
+        horizon,
+    )
 }
 
 /// The slopes of the loss over 24 steps along a direction in the design and along one in the controller. Each must
@@ -165,7 +170,9 @@ fn gradients_computed_together_are_bit_identical_to_single_ones() {
 /// The largest frequency of a vibration of a robot with a variation, in 1/s.
 fn frequency(evaluator: &Evaluator, progress: &Progress, variation: &Variation) -> f64 {
     let (world, design) = (&evaluator.world, evaluator.design(progress));
-    let robot = world.robots(&[(&design, variation)], &progress.controller).remove(0);
+    let robot = world
+        .robots(&[(&design, variation)], &progress.controller)
+        .remove(0);
     let rest = &world.lattice.positions;
     Vibration::new(&world.lattice, &robot.body, &world.physics, rest)
         .fastest()

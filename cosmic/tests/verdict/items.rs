@@ -5,11 +5,11 @@ use cosmic::design::{Design, Material, Structure};
 use cosmic::lattice::Lattice;
 use cosmic::policy::Controller;
 use cosmic::scene::Scene;
-use cosmic::world::{Energy, Loads, Magnitude};
 use cosmic::verdict::{
     BATTERY, BRUSHES, ENDURANCES, EULER_SAFETIES, MUSCLE_POWERS, SKELETON_STRAINS, STROKES,
 };
 use cosmic::verdict::{HalfStep, Item, Level, Measured, Verdict};
+use cosmic::world::{Energy, Loads, Magnitude};
 use std::path::Path;
 
 /// A number just below and just above a threshold.

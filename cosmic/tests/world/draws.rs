@@ -16,8 +16,13 @@ fn without_ranges_the_domain_is_the_nominal_one() {
     assert_eq!(drawn.start, world.lattice.state_at_rest());
     assert_eq!(*drawn.surroundings, world.surroundings());
     let some = Scatter { mass: 0.1, ..none };
-    let [a, b] =
-        [4, 4].map(|seed| draw(world, &some, &mut stream(seed, Purpose::DomainRandomisation)));
+    let [a, b] = [4, 4].map(|seed| {
+        draw(
+            world,
+            &some,
+            &mut stream(seed, Purpose::DomainRandomisation),
+        )
+    });
     let design = Design::Layout(vec![Material::Skeleton; world.lattice.edges.len()]);
     let controller = Arc::new(Controller::xavier(&scene.controller, &world.lattice, 1));
     let mass = |drawn: &Variation| world.varied(&design, &controller, drawn).body.mass.clone();

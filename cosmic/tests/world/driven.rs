@@ -2,8 +2,8 @@ use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::{Function, Real};
 use cosmic::case::Case;
 use cosmic::design::Design;
-use cosmic::scene::Scene;
 use cosmic::policy::Controller;
+use cosmic::scene::Scene;
 use cosmic::world::{Robot, Span, Trajectory};
 use std::sync::Arc;
 
@@ -62,8 +62,7 @@ fn constant_activations_drive_as_a_controller_that_gives_them() {
         let world = robots[0].0.world();
         let controlled = robots.each_ref().map(|(case, _)| case.robot());
         let driven = robots.map(|(case, held)| given(&case.robot(), held));
-        let [by_controllers, seen] =
-            [&controlled, &driven].map(|robots| world.run(robots, &span));
+        let [by_controllers, seen] = [&controlled, &driven].map(|robots| world.run(robots, &span));
         for k in 0..3 {
             // Robots of one batch may have other controllers; each has the bits of a single rollout.
             for (batch, robots) in [(&by_controllers, &controlled), (&seen, &driven)] {

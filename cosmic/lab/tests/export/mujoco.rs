@@ -125,19 +125,19 @@ fn the_exported_controller_has_the_library_s_controls() {
         let goals = [[1.5, 0.4, 0.1], [-1.5, -0.7, 0.2], [0.4, 0.2, 0.0]];
         let [first, second, third] = goals.map(|goal| dimension.onto(Vector::new(goal)));
         let goals = Goals::at(first).then(24, second).then(40, third);
-        let task = match is_given {
-            true => case.task().with_goals(&goals),
-            false => case.task(),
-        };
-        let (simulator, body) = (task.simulator, case.body());
+        let (world, mut robot) = (case.world(), case.robot());
+        if is_given {
+            let surroundings = robot.surroundings.with_goals(&goals);
+            robot = robot.in_surroundings(surroundings);
+        }
         let span = Span::from_start(vec![0, 10, 24, 30, 40, 64]);
-        let seen = simulator.rollout(&body, &case.controller, &case.start, &span);
-        let moments = simulator.moments(&body, &case.controller, &seen);
+        let seen = world.run_one(&robot, &span);
+        let moments = world.moments(&robot, &seen);
         let exported = Exported::of(&case);
         assert_eq!(exported.goal.is_some(), is_given, "{name}");
         let ground = Ground::from(&case.scene.physics);
         for ((&steps, state), moment) in seen.steps.iter().zip(&seen.states).zip(&moments) {
-            let of_edge = |&edge: &usize| body.strain[edge] * moment.activation[edge];
+            let of_edge = |&edge: &usize| robot.body.strain[edge] * moment.activation[edge];
             let ours: Vec<f64> = exported.actuators.iter().map(of_edge).collect();
             let state = state.to_ground(&ground);
             let goal = goals.iter().nth(goals.place(steps)).unwrap();
