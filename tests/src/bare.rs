@@ -5,8 +5,8 @@ use cosmic::geometry::Vector;
 use cosmic::lattice::{Body, Lattice, Marker, State};
 use cosmic::laws::ContactLaw;
 use cosmic::policy::Controller;
-use cosmic::scene::{ControllerSettings, PhysicsSettings};
-use cosmic::world::{Simulator, Span, Trajectory};
+use cosmic::scene::{ControllerSettings, PhysicsSettings, Scene};
+use cosmic::world::{Span, Trajectory, World};
 
 /// A robot without a design. It consists of nodes, springs between them, and the physics of its world.
 #[derive(Clone, Debug)]
@@ -59,23 +59,20 @@ impl Bare {
 
     /// Simulates from `start` and returns the states after the numbers of steps in `observed`.
     pub fn run<R: Real>(&self, start: &State<R>, observed: Vec<usize>) -> Trajectory<R> {
-        let settings = ControllerSettings {
+        let mut scene = Scene::paper();
+        scene.controller = ControllerSettings {
             hidden: 1,
             clocks: 0,
             ..ControllerSettings::default()
         };
-        let physics = PhysicsSettings {
+        scene.physics = PhysicsSettings {
             steps: observed.last().copied().unwrap_or(0),
             ..self.physics.clone()
         };
-        let silent = Controller::xavier(&settings, &self.lattice, 0).map(|_| R::zero());
-        let simulator = Simulator::new(&self.lattice, &physics, &settings);
-        simulator.rollout(
-            &self.body.map(R::lit),
-            &silent,
-            start,
-            &Span::from_start(observed),
-        )
+        let silent = Controller::xavier(&scene.controller, &self.lattice, 0).map(|_| R::zero());
+        let world = World::new(self.lattice.clone(), &scene);
+        let robot = world.robot(self.body.map(R::lit), silent, start);
+        world.run_one(&robot, &Span::from_start(observed))
     }
 
     /// Simulates from `start` and returns the state after `steps` steps.

@@ -48,10 +48,8 @@ pub fn robot_of(mut scene: Scene) -> Case {
 
 /// Every state of a case's rollout.
 pub fn states(case: &Case) -> Vec<State<f64>> {
-    let simulator = case.task().simulator;
     let span = Span::from_start((0..=case.scene.physics.steps).collect());
-    let seen = simulator.rollout(&case.body(), &case.controller, &case.start, &span);
-    seen.states
+    case.world().run_one(&case.robot(), &span).states
 }
 
 /// The largest distance between the positions of a node in two states, m.

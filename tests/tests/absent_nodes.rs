@@ -6,9 +6,9 @@ use cosmic::case::Case;
 use cosmic::design::{Design, Material};
 use cosmic::inputs::{ALL, Inputs};
 use cosmic::lattice::{Body, State};
-use cosmic::policy::Controller;
 use cosmic::scene::{MovedBody, Scene, VoidEdges};
-use cosmic::world::{Robots, Simulator, Span, Trajectory};
+use cosmic::world::{Robot, Span, Trajectory, World};
+use std::sync::Arc;
 
 const STEPS: usize = 60;
 
@@ -68,7 +68,7 @@ fn layout(case: &Case) -> &[Material] {
 }
 
 fn body<R: Real>(case: &Case, inputs: &Inputs<R>) -> Body<R> {
-    case.task().body_near(layout(case), &inputs.z)
+    case.world().body_near(layout(case), &inputs.z)
 }
 
 fn span() -> Span {
@@ -83,9 +83,9 @@ fn numbers<R: Real>(seen: &Trajectory<R>) -> Vec<R> {
 }
 
 fn seen<R: Real>(case: &Case, inputs: &Inputs<R>) -> Vec<R> {
-    let (controller, start) = (&inputs.controller, &inputs.start);
-    let simulator = case.task().simulator;
-    numbers(&simulator.rollout(&body(case, inputs), controller, start, &span()))
+    let (world, controller) = (case.world(), inputs.controller.clone());
+    let robot = world.robot(body(case, inputs), controller, &inputs.start);
+    numbers(&world.run_one(&robot, &span()))
 }
 
 /// Numbers without a pattern, between -1 and 1.
@@ -104,8 +104,8 @@ fn are_close(a: &[f64], b: &[f64]) -> bool {
 #[test]
 fn near_its_layout_a_robot_has_the_bits_of_its_layout() {
     for (name, case) in robots() {
-        let (task, inputs) = (case.task(), case.inputs());
-        let whole = (task.simulator).rollout(&case.body(), &case.controller, &case.start, &span());
+        let inputs = case.inputs();
+        let whole = case.world().run_one(&case.robot(), &span());
         assert_eq!(seen(&case, &inputs), numbers(&whole), "{name}");
         let State { x, v, .. } = &whole.states[2];
         for node in [6, 7, 8] {
@@ -194,44 +194,26 @@ fn single_precision_has_the_same_gradient() {
     }
 }
 
-/// The states of two robots with different nodes that are simulated in one call.
-fn pair<R: Real>(
-    simulator: &Simulator,
-    bodies: [Body<R>; 2],
-    controller: &Controller<R>,
-    start: &State<R>,
-) -> Vec<R> {
-    let robots = Robots {
-        surroundings: &[simulator.surroundings()],
-        bodies: &bodies,
-        controllers: std::slice::from_ref(controller),
-    };
-    let walks = simulator.rollouts(&robots, &[start, start], &span());
-    walks.iter().flat_map(numbers).collect()
+/// The robot of a case, and a robot that has all bars. They share their controller.
+fn pair<R: Real>(case: &Case, world: &World, inputs: &Inputs<R>) -> [Robot<R>; 2] {
+    let whole = vec![Material::Skeleton; case.lattice.edges.len()];
+    let one_hot = vec![Material::Skeleton.one_hot().map(R::lit); whole.len()];
+    let controller = Arc::new(inputs.controller.clone());
+    [body(case, inputs), world.body_near(&whole, &one_hot)]
+        .map(|body| world.robot(body, Arc::clone(&controller), &inputs.start))
 }
 
 #[test]
 fn robots_with_other_nodes_in_one_batch_have_their_own_gradients() {
     for (name, case) in robots() {
-        let (inputs, simulator) = (case.inputs(), case.task().simulator);
-        let whole = vec![Material::Skeleton; case.lattice.edges.len()];
-        let one_hot = vec![Material::Skeleton.one_hot(); whole.len()];
-        let of = |inputs: &Inputs<Var<f64>>| {
-            let whole = case.task().body_near(
-                &whole,
-                &one_hot
-                    .iter()
-                    .map(|z| z.map(Var::constant))
-                    .collect::<Vec<_>>(),
-            );
-            [body(&case, inputs), whole]
-        };
+        let (inputs, world) = (case.inputs(), case.world());
         let together = |inputs: &Inputs<Var<f64>>| {
-            pair(&simulator, of(inputs), &inputs.controller, &inputs.start)
+            let walks = world.run(&pair(&case, &world, inputs), &span());
+            walks.iter().flat_map(numbers).collect()
         };
         let alone = |inputs: &Inputs<Var<f64>>| {
-            let walks = of(inputs)
-                .map(|body| simulator.rollout(&body, &inputs.controller, &inputs.start, &span()));
+            let robots = pair(&case, &world, inputs);
+            let walks = robots.map(|robot| world.run_one(&robot, &span()));
             walks.iter().flat_map(numbers).collect()
         };
         let bars = random(2 * seen(&case, &inputs).len(), 0.6);
@@ -260,16 +242,10 @@ fn the_value_of_presence_decides_in_every_mode() {
             .collect()
     };
     let end = |z: Vec<[Dual<f64, 1>; 3]>| {
-        let body = case.task().body(&Design::of_shares(&z));
-        let (controller, start) = (
-            case.controller.map(Dual::constant),
-            start.map(Dual::constant),
-        );
-        let seen = case
-            .task()
-            .simulator
-            .rollout(&body, &controller, &start, &span());
-        seen.states[2].x[8]
+        let (world, controller) = (case.world(), case.controller.map(Dual::constant));
+        let body = world.body(&Design::of_shares(&z));
+        let robot = world.robot(body, controller, &start.map(Dual::constant));
+        world.run_one(&robot, &span()).states[2].x[8]
     };
     let moved = |tangent: f64| {
         let z = shares(1.0).into_iter().map(|row| {

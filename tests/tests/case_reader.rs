@@ -219,5 +219,5 @@ fn a_robot_written_as_a_case_reads_back_the_same() {
     assert_eq!(again.body().stiffness, case.body().stiffness);
     assert_eq!(again.body().mass, case.body().mass);
     assert_eq!(again.scene.materials, case.scene.materials);
-    assert_eq!(again.task().physics, case.task().physics);
+    assert_eq!(again.world().physics, case.world().physics);
 }

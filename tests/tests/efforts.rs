@@ -65,25 +65,24 @@ fn efforts_have_the_right_gradients() {
 /// back what it has given.
 #[test]
 fn efforts_are_those_of_the_states() {
-    for world in &WORLDS[..3] {
-        let case = robot(world);
-        let (simulator, body) = (case.task().simulator, case.body());
+    for settings in &WORLDS[..3] {
+        let case = robot(settings);
+        let (world, robot) = (case.world(), case.robot());
         let plain = Span::from_start((0..=40).collect());
         let metered = Span {
             metered: true,
             ..plain.clone()
         };
-        let [plain, seen] = [plain, metered]
-            .map(|span| simulator.rollout(&body, &case.controller, &case.start, &span));
+        let [plain, seen] = [plain, metered].map(|span| world.run_one(&robot, &span));
         assert_eq!(plain.states, seen.states);
         assert!(plain.efforts.is_none());
-        let moments = simulator.moments(&body, &case.controller, &plain);
+        let moments = world.moments(&robot, &plain);
         for (k, moment) in moments[..40].iter().enumerate() {
             let effort = seen.effort(k + 1);
             let pairs = effort.tension.iter().zip(&moment.tension);
             // Forces are sums of a few terms of at most 10 N, which are added in another order.
             let apart = pairs.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
-            assert!(apart < 1e-12 || *world == WORLDS[1]);
+            assert!(apart < 1e-12 || *settings == WORLDS[1]);
             let before = &seen.effort(k).work;
             assert!(before.iter().zip(&effort.work).all(|(a, b)| a <= b));
         }
@@ -195,7 +194,7 @@ fn metered(case: &Case, steps: usize) -> Trajectory<f64> {
         metered: true,
         ..Span::from_start((0..=steps).collect())
     };
-    (case.task().simulator).rollout(&case.body(), &case.controller, &case.start, &span)
+    case.world().run_one(&case.robot(), &span)
 }
 
 /// Skeleton, and an actuator in every third edge.
@@ -211,15 +210,13 @@ fn layout(case: &Case) -> Vec<Material> {
 /// actuators, by the time.
 #[test]
 fn powers_are_trapezoids_of_force_and_length() {
-    for world in WORLDS {
-        let case = robot(world);
-        let (steps, task, layout) = (60, case.task(), layout(&case));
-        let seen = metered(&case, steps);
-        let body = case.body();
-        let (simulator, materials) = (&task.simulator, &case.scene.materials);
-        let bars = simulator.loads(&layout, &body, &case.controller, &case.start, steps);
-        let energy = simulator.energy_of(&layout, &bars, &body, materials, steps, 0.5);
-        let moments = simulator.moments(&body, &case.controller, &seen);
+    for settings in WORLDS {
+        let case = robot(settings);
+        let (steps, world, layout) = (60, case.world(), layout(&case));
+        let (robot, seen) = (case.robot(), metered(&case, steps));
+        let bars = world.loads(&layout, &robot, steps);
+        let energy = world.energy_of(&layout, &bars, &robot.body, steps, 0.5);
+        let moments = world.moments(&robot, &seen);
         let seconds = steps as f64 * case.scene.physics.dt;
         let (mut given, mut net) = (0.0, 0.0);
         for (edge, bar) in bars.iter().enumerate() {
@@ -230,7 +227,7 @@ fn powers_are_trapezoids_of_force_and_length() {
                 (d.dot(d) + case.lattice.softening()).sqrt()
             };
             // An implicit step uses forces that are not those of its states.
-            let pull = |k: usize| match world.contains("implicit") && k > 0 {
+            let pull = |k: usize| match settings.contains("implicit") && k > 0 {
                 true => seen.effort(k).tension[edge],
                 false => moments[k].tension[edge],
             };
@@ -240,8 +237,8 @@ fn powers_are_trapezoids_of_force_and_length() {
                 |of: fn(f64) -> f64| works.iter().map(|work| of(*work)).sum::<f64>() / seconds;
             let (own_given, own_net) = (sum(|work| work.max(0.0)), sum(|work| work));
             // Forces and lengths are those of the loads up to the order of sums.
-            assert!((bar.given - own_given).abs() < 1e-11, "{world}: {bar:?}");
-            assert!((bar.net - own_net).abs() < 1e-11, "{world}: {bar:?}");
+            assert!((bar.given - own_given).abs() < 1e-11, "{settings}: {bar:?}");
+            assert!((bar.net - own_net).abs() < 1e-11, "{settings}: {bar:?}");
             if edge % 3 == 0 {
                 (given, net) = (given + own_given, net + own_net);
             }
@@ -255,13 +252,13 @@ fn powers_are_trapezoids_of_force_and_length() {
             assert_eq!(bar.force.peak, force);
             assert!(
                 (bar.power.peak - power).abs() < 1e-9,
-                "{world}: {power} {bar:?}"
+                "{settings}: {power} {bar:?}"
             );
         }
         let both = [(energy.power, given), (energy.net_power, net)];
         assert!(
             both.iter().all(|(a, b)| (a - b).abs() < 1e-10),
-            "{world}: {energy:?}"
+            "{settings}: {energy:?}"
         );
         assert!(energy.power > energy.net_power);
         let per_metre = energy.power * seconds / 0.5;
@@ -269,7 +266,7 @@ fn powers_are_trapezoids_of_force_and_length() {
         assert!((energy.per_metre.unwrap() / per_metre - 1.0).abs() < 1e-15);
         let weight = energy.mass * case.scene.physics.gravity;
         assert!((energy.cost_of_transport.unwrap() * weight / per_metre - 1.0).abs() < 1e-14);
-        let still = simulator.energy_of(&layout, &bars, &body, materials, steps, 1e-3);
+        let still = world.energy_of(&layout, &bars, &robot.body, steps, 1e-3);
         assert_eq!((still.per_metre, still.cost_of_transport), (None, None));
     }
 }
@@ -286,10 +283,7 @@ fn works(integrator: &str, finer: usize) -> [[f64; 2]; 2] {
     let layout = layout(&case);
     case.design = Design::Layout(layout.clone());
     let (steps, seconds) = (case.scene.physics.steps, 0.18);
-    let loads =
-        case.task()
-            .simulator
-            .loads(&layout, &case.body(), &case.controller, &case.start, steps);
+    let loads = case.world().loads(&layout, &case.robot(), steps);
     let budget = metered(&case, steps);
     let sum = |of: &dyn Fn(usize) -> f64| {
         let of_material = |material| {
@@ -343,8 +337,7 @@ fn efforts_of_implicit_steps_are_reproduced() {
             metered: true,
             ..Span::from_start(vec![case.scene.physics.steps])
         };
-        let run =
-            (case.task().simulator).rollout(&case.body(), &case.controller, &case.start, &span);
+        let run = case.world().run_one(&case.robot(), &span);
         let (effort, expected) = (
             run.effort(case.scene.physics.steps),
             &reference.json["coverage"],

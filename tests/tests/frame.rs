@@ -6,7 +6,7 @@ use cosmic::geometry::{Ground, Range, Vector};
 use cosmic::lattice::Lattice;
 use cosmic::policy::Goals;
 use cosmic::scene::{BUILTIN, Scene};
-use cosmic::world::{Span, Trajectory};
+use cosmic::world::Span;
 use cosmic_lab::walk::walk;
 use cosmic_tests::{farthest, numbers, own_reference_folder, reference_subfolder, references};
 use serde_json::{Value, json};
@@ -44,15 +44,10 @@ fn formulas_losses_files_and_goals_see_the_same_numbers() {
         );
         let case = Case::of_scene(&Scene::parse("formula", &text).unwrap(), 1).unwrap();
         let payload = case.lattice.payload[0].node;
-        let goals = Goals::at(
-            case.lattice
-                .payload_point(&case.start, &case.task().ground()),
-        );
+        let world = case.world();
+        let goals = Goals::at(case.lattice.payload_point(&case.start, &world.ground()));
         let walk = walk(&case, &goals, 1).unwrap();
-        let span = Span::from_start(vec![0, 1]);
-        let task = case.task();
-        let seen: Trajectory<f64> =
-            (task.simulator).rollout(&case.body(), &case.controller, &case.start, &span);
+        let seen = world.run_one(&case.robot(), &Span::from_start(vec![0, 1]));
         assert!(payload != 0 && walk.trajectory.states[0].x[0] != seen.payload(0).x);
         assert_eq!(walk.trajectory.states[0].x[payload], seen.payload(0).x);
         assert_eq!(goals.first, seen.payload(0).x);
@@ -122,8 +117,7 @@ fn a_case_may_have_another_frame() {
         if steps[2] == here.scene.physics.steps {
             assert!((b.l_disp - a.l_disp + LIFT * sin).abs() < near);
         }
-        let task = there.task();
-        let loss = there.displacement_loss(&task, &there.inputs());
+        let loss = there.displacement_loss(&there.world(), &there.inputs());
         assert!((loss - b.l_disp).abs() < near, "{}", reference.name());
         // A case is written in the world's frame, and makes the same motion there.
         let again = Case::parse("again", &there.to_json()).unwrap();

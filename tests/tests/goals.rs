@@ -2,14 +2,13 @@
 
 use autodiff::check::Verdict;
 use cosmic::case::Case;
-use cosmic::world::draw_goals;
 use cosmic::geometry::Vector;
 use cosmic::lattice::State;
 use cosmic::objective::{Errand, Loss};
 use cosmic::policy::Goals;
 use cosmic::random::{Purpose, stream};
 use cosmic::scene::{GoalsSettings, Scene};
-use cosmic::world::{Span, Trajectory};
+use cosmic::world::{Robot, Span, Trajectory, draw_goals};
 use cosmic_lab::check::check_gradients_of;
 use cosmic_tests::few_directions;
 
@@ -24,6 +23,13 @@ fn robot(settings: &str) -> (Scene, Case) {
     (scene, case)
 }
 
+/// The robot of a case with these goals.
+fn sent(case: &Case, goals: &Goals) -> Robot<f64> {
+    let robot = case.robot();
+    let surroundings = robot.surroundings.with_goals(goals);
+    robot.in_surroundings(surroundings)
+}
+
 /// A rollout in which the goal changes is a rollout to the first goal, continued from its last state to the second one.
 #[test]
 fn a_goal_may_change_while_a_robot_walks() {
@@ -34,9 +40,8 @@ fn a_goal_may_change_while_a_robot_walks() {
             first,
             ..Span::from_start(vec![steps])
         };
-        let simulator = case.task().with_goals(&goals).simulator;
-        let mut seen = simulator.rollout(&case.body(), &case.controller, start, &span);
-        seen.states.remove(0)
+        let robot = sent(&case, &goals).from(start);
+        case.world().run_one(&robot, &span).states.remove(0)
     };
     let half = walk(Goals::at(right), &case.start, 0, 300);
     let whole = walk(Goals::at(left), &half, 300, 200);
@@ -158,10 +163,8 @@ fn a_mirrored_robot_in_space_walks_right_as_it_walks_left() {
         let walk = |across: f64| {
             let way = |along: f64, across: f64| payload + Vector::new([along, across, 0.0]);
             let goals = Goals::at(way(0.4, across)).then(60, way(-0.2, -across));
-            let task = case.task().with_goals(&goals);
-            let span = Span::from_start(vec![120]);
-            let seen = (task.simulator).rollout(&case.body(), &case.controller, &case.start, &span);
-            seen.states.into_iter().next_back().unwrap()
+            let robot = sent(&case, &goals);
+            (case.world().run_one(&robot, &Span::of_steps(120)).states).remove(0)
         };
         let (left, right) = (walk(0.6), walk(-0.6));
         let mut moved = 0.0_f64;
@@ -191,10 +194,8 @@ fn a_mirrored_robot_walks_back_as_it_walks_ahead() {
     let walk = |way: f64| {
         let goals = Goals::at(Vector::from([middle + way, 0.1]))
             .then(60, Vector::from([middle - way, 0.2]));
-        let task = case.task().with_goals(&goals);
-        let span = Span::from_start(vec![120]);
-        let seen = (task.simulator).rollout(&case.body(), &case.controller, &case.start, &span);
-        seen.states.into_iter().next_back().unwrap()
+        let robot = sent(&case, &goals);
+        (case.world().run_one(&robot, &Span::of_steps(120)).states).remove(0)
     };
     let (ahead, back) = (walk(1.0), walk(-1.0));
     let mut moved = 0.0_f64;
@@ -217,12 +218,12 @@ fn goals_are_drawn_in_the_interval_and_apart() {
         ([0.5, 2.0], 0.375),
     ] {
         let (scene, case) = robot(&format!("goals.along = {along:?}"));
-        let task = case.task();
+        let world = case.world();
         let start = case.start.x[0].forward();
         let mut stream = stream(7, Purpose::Goals);
         let mut places = Vec::new();
         for k in 0..200 {
-            let goals = draw_goals(&task, &scene.goals, k % 2 == 0, &mut stream);
+            let goals = draw_goals(&world, &scene.goals, k % 2 == 0, &mut stream);
             let mut last = 0.0;
             for (k, point) in goals.iter().enumerate() {
                 let place = point.forward() - start;
@@ -248,9 +249,9 @@ fn goals_in_space_are_drawn_across() {
         let (scene, case) = robot(&format!(
             "{CUBIC}lattice.depth = 2\ngoals.across = {across}"
         ));
-        let (task, start) = (case.task(), case.start.x[0]);
+        let (world, start) = (case.world(), case.start.x[0]);
         let drawn = (0..100).flat_map(|k| {
-            let goals = draw_goals(&task, &scene.goals, true, &mut stream(k, Purpose::Goals));
+            let goals = draw_goals(&world, &scene.goals, true, &mut stream(k, Purpose::Goals));
             goals.iter().map(|goal| goal - start).collect::<Vec<_>>()
         });
         drawn.collect::<Vec<_>>()

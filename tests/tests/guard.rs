@@ -3,15 +3,15 @@
 
 use cosmic::case::Case;
 use cosmic::design::{Design, Material, Mixture};
-use cosmic::world::{Domain, rollouts};
 use cosmic::error::Error;
 use cosmic::geometry::Vector;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::policy::{Block, Controller, blocks_of};
 use cosmic::scene::{Integrator, Scene, UnstableStep, VoidEdges};
-use cosmic::world::{GuardedRollout, Span};
+use cosmic::world::{GuardedRollout, Robot, Span};
 use cosmic_tests::laws;
+use std::sync::Arc;
 
 /// A robot of 2x2 nodes. `change` changes its scene; without a change, the robot does not diverge.
 fn case(change: impl FnOnce(&mut Scene)) -> Case {
@@ -136,11 +136,10 @@ static WATCHED: [Watched; 17] = [
 ];
 
 fn guarded(case: &Case, span: &Span) -> GuardedRollout {
-    let (simulator, body) = (case.task().simulator, case.body());
-    let (controller, start) = (&case.controller, &case.start);
-    let guarded = simulator.guarded(&body, controller, start, span);
+    let (world, robot) = (case.world(), case.robot());
+    let guarded = world.guarded(&robot, span);
     // A guarded rollout has the same states as a plain one, including NaNs.
-    let plain = simulator.rollout(&body, controller, start, span);
+    let plain = world.run_one(&robot, span);
     assert_eq!(format!("{:?}", guarded.trajectory), format!("{plain:?}"));
     guarded
 }
@@ -255,8 +254,9 @@ fn parts_of_another_lattice_are_refused() {
         (&small.controller, &shifted, "initial positions"),
         (&longer, &small.start, "in `b2` of a robot"),
     ] {
-        let (simulator, body) = (small.task().simulator, small.body());
-        let run = || simulator.rollout(&body, controller, start, &Span::from_start(vec![1]));
+        let world = small.world();
+        let robot = world.robot(small.body(), controller.clone(), start);
+        let run = || world.run_one(&robot, &Span::of_steps(1));
         let refused = std::panic::catch_unwind(std::panic::AssertUnwindSafe(run));
         let said = refused.expect_err("it is of another lattice");
         let said = said.downcast::<String>().expect("a sentence");
@@ -272,21 +272,24 @@ fn hold_together(
     starts: &[&State<f64>],
     wrong: usize,
 ) {
-    let task = case.task();
-    let domain = |&start: &&State<f64>| Domain::of(&task, start.clone());
-    let domains: Vec<Domain> = starts.iter().map(domain).collect();
+    let (world, own) = (case.world(), case.robot());
+    let bodies = designs.iter().map(|design| Arc::new(world.body(design)));
+    let robots = bodies.cycle().zip(starts).map(|(body, start)| Robot {
+        body,
+        ..own.from(start)
+    });
+    let robots: Vec<_> = robots.collect();
     let span = Span::from_start(vec![0, 7, case.scene.physics.steps]);
     for watched in [true, false] {
         let span = Span {
             watched,
             ..span.clone()
         };
-        let together = rollouts(designs, &case.controller, &domains, &span);
-        for (k, (start, seen)) in starts.iter().zip(&together).enumerate() {
-            let (simulator, body) = (&task.simulator, task.body(&designs[k % designs.len()]));
-            let alone = simulator.rollout(&body, &case.controller, start, &span);
+        let together = world.run(&robots, &span);
+        for (k, (robot, seen)) in robots.iter().zip(&together).enumerate() {
+            let alone = world.run_one(robot, &span);
             assert_eq!(format!("{seen:?}"), format!("{alone:?}"), "{k}");
-            let guarded = simulator.guarded(&body, &case.controller, start, &span);
+            let guarded = world.guarded(robot, &span);
             assert_eq!(guarded.divergence.is_some(), k == wrong, "{k}");
             let shows = watched && k == wrong;
             assert_eq!(seen.states[0].x[0].forward().is_nan(), shows, "{k}");

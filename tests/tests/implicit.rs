@@ -2,10 +2,8 @@
 //! with single rollouts. That its states and gradients are right is tested in `reference_rollouts.rs` and
 //! `rollout_gradients.rs`.
 
-use autodiff::Real;
 use cosmic::case::Case;
 use cosmic::design::{Design, Material};
-use cosmic::world::{Domain, rollouts};
 use cosmic::geometry::{Dimension, Vector};
 use cosmic::lattice::{Lattice, State};
 use cosmic::scene::{LatticeKind, LatticeSettings, PhysicsSettings, Scene, edges, stable_step};
@@ -163,11 +161,11 @@ fn assert_keeps(bare: &Bare, start: &State<f64>, about: &str) {
 fn a_stiff_robot_runs_in_single_precision() {
     let case = stiff("");
     let exact = states(&case);
-    let (task, design) = (case.task(), case.own_design());
+    let (world, design) = (case.world(), case.own_design());
     let span = Span::from_start((0..=case.scene.physics.steps).collect());
-    let domains = [Domain::of(&task, case.start.clone())];
-    let controller = case.controller.map(f32::lit);
-    let single = rollouts(&[design.lift::<f32>()], &controller, &domains, &span).remove(0);
+    let as_designed = (&design, &world.nominal(&case.start));
+    let robots = world.robots::<f32>(&[as_designed], &case.controller);
+    let single = world.run_one(&robots[0], &span);
     let apart = exact.iter().zip(&single.states).map(|(exact, single)| {
         let pairs = exact.x.iter().zip(&single.x);
         (pairs.map(|(a, b)| a.distance(b.map(f64::from)))).fold(0.0, f64::max)
@@ -188,20 +186,19 @@ fn stiff(more: &str) -> Case {
 #[test]
 fn a_batch_of_stiff_robots_has_the_bits_of_single_rollouts() {
     let case = stiff("");
-    let (task, design) = (case.task(), case.own_design());
-    let start = |k: usize| {
+    let (world, own) = (case.world(), case.robot());
+    let robot = |k: usize| {
         let mut start = case.start.clone();
         for v in &mut start.v {
             *v = *v * (1.0 + 0.1 * k as f64);
         }
-        Domain::of(&task, start)
+        own.from(&start)
     };
-    let domains: Vec<_> = (0..9).map(start).collect();
-    let span = Span::from_start(vec![case.scene.physics.steps]);
-    let together = rollouts(&[&design], &case.controller, &domains, &span);
-    let body = case.body();
-    for (k, (domain, seen)) in domains.iter().zip(&together).enumerate() {
-        let alone = (task.simulator).rollout(&body, &case.controller, &domain.start, &span);
+    let robots: Vec<_> = (0..9).map(robot).collect();
+    let span = Span::of_steps(case.scene.physics.steps);
+    let together = world.run(&robots, &span);
+    for (k, (robot, seen)) in robots.iter().zip(&together).enumerate() {
+        let alone = world.run_one(robot, &span);
         assert_eq!(alone.states, seen.states, "robot {k}");
     }
 }
@@ -243,7 +240,7 @@ fn velocities(case: &Case, start: &[Vector<f64>], steps: &[usize]) -> Vec<Vec<Ve
     let mut from = case.start.clone();
     from.v = start.to_vec();
     let span = Span::from_start(steps.to_vec());
-    let seen = (case.task().simulator).rollout(&case.body(), &case.controller, &from, &span);
+    let seen = (case.world()).run_one(&case.robot().from(&from), &span);
     seen.states.into_iter().map(|state| state.v).collect()
 }
 

@@ -3,7 +3,6 @@
 use autodiff::Real;
 use cosmic::case::Case;
 use cosmic::codesign::CoDesign;
-use cosmic::world::{Domain, rollouts};
 use cosmic::lattice::State;
 use cosmic::policy::{Controller, TEMPO, frequency};
 use cosmic::record::DesignFile;
@@ -68,11 +67,11 @@ fn a_learned_clock_is_a_clock_of_its_frequency() {
     fn end<R: Real>(case: &Case, starts: &[State<f64>]) -> Vec<f64> {
         let inputs = case.inputs().lift::<R>();
         let design = case.projected(case.projection, &inputs.z);
-        let task = case.task();
-        let domain = |start: &State<f64>| Domain::of(&task, start.clone());
-        let domains: Vec<Domain> = starts.iter().map(domain).collect();
-        let span = Span::from_start(vec![case.scene.physics.steps]);
-        let seen = rollouts(&[design], &inputs.controller, &domains, &span);
+        let world = case.world();
+        let robot = inputs.robot(&world, &design);
+        let from = |start: &State<f64>| robot.from(&start.map(R::lit));
+        let robots: Vec<_> = starts.iter().map(from).collect();
+        let seen = world.run(&robots, &Span::of_steps(case.scene.physics.steps));
         let states = seen.iter().flat_map(|seen| &seen.states[0].x);
         states.flat_map(|x| x.array()).map(|x| x.primal()).collect()
     }
@@ -104,9 +103,9 @@ fn a_learned_clock_is_a_clock_of_its_frequency() {
     assert!(end::<f64>(&learned, &starts) != end::<f64>(&robot(&air, 0.0), &starts));
 
     // A rollout that continues another one has the phase of its first step.
-    let (simulator, body) = (learned.task().simulator, learned.body());
+    let (world, own) = (learned.world(), learned.robot());
     let run = |start: &State<f64>, span: &Span| {
-        let seen = simulator.rollout(&body, &learned.controller, start, span);
+        let seen = world.run_one(&own.from(start), span);
         seen.states.last().unwrap().clone()
     };
     let half = run(&learned.start, &Span::from_start(vec![200]));
@@ -126,12 +125,10 @@ fn a_learned_clock_is_a_clock_of_its_frequency() {
     // The activations that reports show are those of the rollout.
     let activations = |case: &Case| {
         let span = Span::from_start(vec![0, 100, 400]);
-        let (simulator, body) = (case.task().simulator, case.body());
-        let seen = simulator.rollout(&body, &case.controller, &case.start, &span);
-        let moments = simulator
-            .moments(&body, &case.controller, &seen)
-            .into_iter();
+        let (world, robot) = (case.world(), case.robot());
+        let moments = world.moments(&robot, &world.run_one(&robot, &span));
         moments
+            .into_iter()
             .flat_map(|moment| moment.activation)
             .collect::<Vec<_>>()
     };
@@ -172,7 +169,7 @@ fn a_run_learns_the_frequency() {
     let begun = codesign.begin(2).unwrap().controller;
     let mut fixed = scene(&settings);
     fixed.controller.clock = ClockKind::Fixed;
-    let of_fixed = Controller::xavier(&fixed.controller, &codesign.task().lattice, 2);
+    let of_fixed = Controller::xavier(&fixed.controller, &codesign.world().lattice, 2);
     assert_eq!(begun.numbers(), [of_fixed.numbers(), &[0.0]].concat());
     let delivered = codesign.optimise(2, |_| ()).unwrap().controller;
     let tempo = delivered.block(TEMPO)[0];

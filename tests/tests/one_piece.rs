@@ -40,10 +40,9 @@ fn robot() -> Case {
 
 /// Simulates a robot with this design and returns its last state.
 fn end(case: &Case, design: &Design<Mixture<f64>>, start: &State<f64>) -> State<f64> {
-    let span = Span::from_start(vec![STEPS]);
-    let seen =
-        (case.task().simulator).rollout(&case.task().body(design), &case.controller, start, &span);
-    seen.states[0].clone()
+    let world = case.world();
+    let robot = world.robot(world.body(design), case.controller.clone(), start);
+    (world.run_one(&robot, &Span::of_steps(STEPS)).states).remove(0)
 }
 
 /// The largest distance between the positions of a node in two states, m. Only nodes for which `nodes` is true count.
@@ -62,10 +61,10 @@ fn gradients_flow_through_the_presence_of_nodes() {
     let gradient = |one_piece: bool| {
         let mut other = case.clone();
         other.scene.design.one_piece = one_piece;
-        let task = other.task();
+        let world = other.world();
         let (_, gradient) = other
             .inputs()
-            .differentiate(DESIGN, |inputs| other.displacement_loss(&task, inputs));
+            .differentiate(DESIGN, |inputs| other.displacement_loss(&world, inputs));
         gradient
     };
     let [with, without] = [true, false].map(gradient);

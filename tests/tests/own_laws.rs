@@ -288,8 +288,8 @@ fn a_formula_acts_like_the_same_law_in_code() {
 
 /// The gradient of the displacement of a robot with respect to all its inputs, computed in the number type of `as_number`.
 fn gradient_in<R: Real + Into<f64>>(case: &Case, as_number: fn(f64) -> R) -> Vec<f64> {
-    let (task, inputs) = (case.task(), case.inputs().map(as_number));
-    let (_, gradient) = inputs.differentiate(ALL, |inputs| case.displacement_loss(&task, inputs));
+    let (world, inputs) = (case.world(), case.inputs().map(as_number));
+    let (_, gradient) = inputs.differentiate(ALL, |inputs| case.displacement_loss(&world, inputs));
     gradient.into_iter().map(R::into).collect()
 }
 

@@ -37,8 +37,7 @@ fn robots() -> impl Iterator<Item = (&'static str, Case)> {
 }
 
 fn rollout(case: &Case, observed: Vec<usize>) -> Trajectory<f64> {
-    let (simulator, span) = (case.task().simulator, Span::from_start(observed));
-    simulator.rollout(&case.body(), &case.controller, &case.start, &span)
+    (case.world()).run_one(&case.robot(), &Span::from_start(observed))
 }
 
 #[test]

@@ -6,10 +6,9 @@ use cosmic::inputs::{ALL, CONTROLLER, Inputs};
 use cosmic::lattice::Body;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
-use cosmic::objective::{Displacement, Loss};
+use cosmic::objective::{Displacement, Loss, loss_of};
 use cosmic::scene::{ControllerSettings, LossSettings, Scene};
-use cosmic::world::{Simulator, Span, Trajectory};
-use cosmic::world::Horizon;
+use cosmic::world::{Span, Trajectory, World};
 use cosmic_tests::farthest;
 
 const STEPS: usize = 256;
@@ -26,10 +25,6 @@ fn case(scene: &str, change: impl FnOnce(&mut Scene)) -> Case {
     Case::of_scene(&scene, 3).unwrap()
 }
 
-fn simulator(case: &Case) -> Simulator {
-    case.task().simulator
-}
-
 /// A positive number that is smaller than the rounding error of any sum to which it is added.
 const TINY: f64 = 1e-150;
 
@@ -43,10 +38,10 @@ fn straining(body: &Body<f64>) -> Body<f64> {
 }
 
 /// The last state of a rollout of the case with the given body.
-fn end(case: &Case, simulator: &Simulator, body: &Body<f64>) -> State<f64> {
-    let span = Span::from_start(vec![case.scene.physics.steps]);
-    let rollout = simulator.rollout(body, &case.controller, &case.start, &span);
-    rollout.states[0].clone()
+fn end(case: &Case, world: &World, body: &Body<f64>) -> State<f64> {
+    let robot = world.robot(body.clone(), case.controller.clone(), &case.start);
+    let span = Span::of_steps(case.scene.physics.steps);
+    world.run_one(&robot, &span).states.remove(0)
 }
 
 /// Leaving out the controller's outputs for edges without strain does not change a bit, because each output is a
@@ -54,11 +49,11 @@ fn end(case: &Case, simulator: &Simulator, body: &Body<f64>) -> State<f64> {
 #[test]
 fn outputs_of_edges_that_do_not_strain_change_no_bit() {
     let case = layout();
-    let (simulator, body) = (simulator(&case), case.body());
+    let (world, body) = (case.world(), case.body());
     let idle = body.strain.iter().filter(|s| **s == 0.0).count();
     assert_eq!((idle, body.strain.len()), (88, 110));
-    let planned = end(&case, &simulator, &body);
-    assert_eq!(planned, end(&case, &simulator, &straining(&body)));
+    let planned = end(&case, &world, &body);
+    assert_eq!(planned, end(&case, &world, &straining(&body)));
     // The robot must walk; otherwise there would be nothing to compare.
     assert!(farthest(&planned, &case.start) > 0.01);
 }
@@ -82,16 +77,17 @@ fn nodes_that_a_loss_does_not_observe_change_no_bit() {
         }
     }
     let case = case("incline", |_| ());
+    let world = case.world();
     let far = Displacement {
-        ground: case.task().ground(),
+        ground: world.ground(),
         settings: LossSettings::default(),
     };
-    let horizon = Horizon::of_steps(STEPS);
+    let span = Span::of_steps(STEPS);
     let [payload, all] = [true, false].map(|alone| {
         let loss = Far(far.clone(), alone);
         case.inputs().differentiate(ALL, |inputs| {
             let design = case.projected(case.projection, &inputs.z);
-            case.task().loss(&design, inputs, &loss, &horizon)
+            loss_of(&world, &inputs.robot(&world, &design), &loss, &span)
         })
     });
     assert_eq!(payload, all);
@@ -102,10 +98,10 @@ fn nodes_that_a_loss_does_not_observe_change_no_bit() {
 #[test]
 fn a_robot_without_actuators_has_no_controller() {
     let case = layout();
-    let (simulator, mut body) = (simulator(&case), case.body());
+    let (world, mut body) = (case.world(), case.body());
     body.strain.fill(0.0);
     let full = straining(&body);
-    assert_eq!(end(&case, &simulator, &body), end(&case, &simulator, &full));
+    assert_eq!(end(&case, &world, &body), end(&case, &world, &full));
 }
 
 /// The gradient with respect to the weights agrees with the gradient of the full simulator except for rounding. It is a
@@ -113,13 +109,13 @@ fn a_robot_without_actuators_has_no_controller() {
 #[test]
 fn the_gradient_by_weights_is_that_of_the_full_simulator() {
     let case = layout();
-    let (simulator, body) = (simulator(&case), case.body());
+    let (world, body) = (case.world(), case.body());
     let gradient = |body: &Body<f64>| {
         case.inputs()
             .differentiate(CONTROLLER, |inputs: &Inputs<_>| {
-                let body = body.map(Real::lit);
-                let span = Span::from_start(vec![STEPS]);
-                let seen = simulator.rollout(&body, &inputs.controller, &inputs.start, &span);
+                let (body, controller) = (body.map(Real::lit), inputs.controller.clone());
+                let robot = world.robot(body, controller, &inputs.start);
+                let seen = world.run_one(&robot, &Span::of_steps(STEPS));
                 seen.states[0].x[5].forward()
             })
     };
@@ -145,9 +141,9 @@ fn inputs_with_a_scale_of_zero_change_a_rollout_by_rounding_only() {
         let case = case("baseline_tall", |scene| *scale(&mut scene.controller) = 0.0);
         let mut full = case.scene.controller.clone();
         *scale(&mut full) = TINY;
-        let full = Simulator::new(&case.lattice, &case.scene.physics, &full);
+        let full = (case.world()).with_physics(&case.scene.physics, &full);
         let body = case.body();
-        let planned = end(&case, &simulator(&case), &body);
+        let planned = end(&case, &case.world(), &body);
         let apart = farthest(&planned, &end(&case, &full, &body));
         // Activations differ by about 1e-16 in each of 256 steps, and the motion has contacts.
         assert!(apart < 1e-12, "{apart} m");
@@ -163,7 +159,7 @@ fn no_ground_is_equal_to_a_ground_out_of_reach() {
             scene.physics.contact = contact;
             scene.lattice.drop = drop;
         });
-        end(&case, &simulator(&case), &case.body())
+        end(&case, &case.world(), &case.body())
     };
     // The robot falls for 0.5 s from a height of 4 m.
     let planned = fall(ContactLaw::none(), 4.0);

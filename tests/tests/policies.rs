@@ -143,7 +143,7 @@ fn gradients_are_right_in_every_mode() {
             ("clock = \"learned\"", false),
         ] {
             let case = robot_with(name, settings, goal_relative);
-            let loss = Displacement::at_end(case.task().ground());
+            let loss = Displacement::at_end(case.world().ground());
             let check = check_gradients_of(&loss, &case, 48, &few_directions());
             for group in &check.groups {
                 let is_right = group.verdict == Verdict::Smooth;
@@ -202,12 +202,12 @@ fn a_step_uses_the_observation() {
         ("turns", "", false),
     ] {
         let case = robot_with(policy, settings, goal_relative);
-        let (body, ground) = (case.body(), case.task().ground());
+        let (robot, ground) = (case.robot(), case.world().ground());
         let seen = observation(
             &case.scene.controller,
             0.0,
             &case.start,
-            &body.presence,
+            &robot.body.presence,
             &ground,
         );
         let network = Network::of(&case.controller, &case.scene.controller, &case.lattice).unwrap();
@@ -216,7 +216,7 @@ fn a_step_uses_the_observation() {
         let goal = dimension.vector(goal);
         let expected = network.activation(&seen, [goal.forward(), goal.sideways()]);
         let start = Trajectory::new(vec![0], vec![case.start.clone()]);
-        let moments = (case.task().simulator).moments(&body, &case.controller, &start);
+        let moments = case.world().moments(&robot, &start);
         let found = &moments[0].activation;
         for (a, b) in found.iter().zip(&expected) {
             // The tolerance is for sums of some forty terms of order one.
@@ -250,9 +250,9 @@ fn a_policy_feels_its_bars() {
         for (k, vector) in moved.enumerate() {
             *vector += Vector::from([0.1 * (k as f64).sin(), 0.1 * (k as f64).cos()]);
         }
-        let (task, ground) = (case.task(), case.task().ground());
+        let (world, ground) = (case.world(), case.world().ground());
         let start = Trajectory::new(vec![0], vec![case.start.clone()]);
-        let moments = (task.simulator).moments(&case.body(), &case.controller, &start);
+        let moments = world.moments(&case.robot(), &start);
         let end = |node: usize| {
             let x = ground.vector_to_ground(case.start.x[node]).in_plane();
             let v = ground.vector_to_ground(case.start.v[node]).in_plane();
@@ -296,13 +296,12 @@ fn the_plan_shows_hidden_units_only_of_networks() {
 fn the_clock_is_open_loop() {
     let moved = |name: &str, is_held: bool| {
         let case = robot(name, "offset_scale = 3.0\n[physics]\ncontact = \"none\"");
-        let task = match is_held {
-            true => case.task().without_feedback(&case.start),
-            false => case.task(),
+        let span = Span {
+            open_loop: is_held.then(|| case.start.clone()),
+            ..Span::of_steps(60)
         };
         let shape = |start: &State<f64>| {
-            let span = Span::from_start(vec![60]);
-            let seen = (task.simulator).rollout(&case.body(), &case.controller, start, &span);
+            let seen = (case.world()).run_one(&case.robot().from(start), &span);
             let x = seen.states[0].x.clone();
             x.iter().map(|p| (*p - x[0]).in_plane()).collect::<Vec<_>>()
         };

@@ -6,10 +6,10 @@ use autodiff::{Function, Real};
 use cosmic::case::Case;
 use cosmic::geometry::Ground;
 use cosmic::inputs::DESIGN;
-use cosmic::objective::Displacement;
+use cosmic::objective::{Displacement, loss_of};
 use cosmic::projection::Projection;
 use cosmic::scene::{LossKind, LossSettings};
-use cosmic::world::{Horizon, Task};
+use cosmic::world::{Span, World};
 use cosmic_tests::{assert_smooth, few_directions, least_height, robot, states};
 
 /// The worlds to test, each as settings in TOML.
@@ -88,7 +88,7 @@ fn every_block_in_every_world_and_projection() {
 /// The optimiser's loss as a function of the design vectors: a mean over the last part of the rollout.
 struct OfDesign<'a> {
     case: &'a Case,
-    task: Task,
+    world: World,
 }
 
 impl Function for OfDesign<'_> {
@@ -104,16 +104,21 @@ impl Function for OfDesign<'_> {
                 every: 8,
             },
         };
-        let horizon = Horizon::of_steps(self.case.scene.physics.steps);
-        self.task.loss(&design, &inputs, &loss, &horizon)
+        let span = Span::of_steps(self.case.scene.physics.steps);
+        loss_of(
+            &self.world,
+            &inputs.robot(&self.world, &design),
+            &loss,
+            &span,
+        )
     }
 }
 
 #[test]
 fn the_mean_loss_of_a_rollout() {
     let case = robot("");
-    let (task, z) = (case.task(), case.design.vectors());
-    let function = OfDesign { case: &case, task };
+    let (world, z) = (case.world(), case.design.vectors());
+    let function = OfDesign { case: &case, world };
     let report = check_gradient(&function, z.as_flattened(), &few_directions());
     assert_eq!(report.verdict, Verdict::Smooth, "{report}");
     assert_eq!(report.control, Some(Verdict::Wrong), "{report}");

@@ -56,9 +56,9 @@ fn put_into_space(planar: &Case) -> Case {
 /// The gradient of the loss with respect to z, x0 and v0.
 fn gradient(case: &Case) -> [Vec<f64>; 3] {
     let mut inputs = case.inputs();
-    let task = case.task();
+    let world = case.world();
     let (_, gradient) = inputs.differentiate(ALL, |inputs: &cosmic::inputs::Inputs<_>| {
-        case.displacement_loss(&task, inputs)
+        case.displacement_loss(&world, inputs)
     });
     inputs.set(ALL, &gradient);
     [
@@ -125,20 +125,13 @@ fn short_implicit_steps_agree_with_explicit_ones() {
 
 /// A rollout with given activations, which do not depend on the direction in which the robot looks.
 fn driven(case: &Case, start: &State<f64>) -> Trajectory<f64> {
-    let simulator = case.task().simulator;
+    let world = case.world();
     let steps = case.scene.physics.steps;
     let edges = case.lattice.edges.len();
     let activations: Vec<f64> = (0..steps * edges).map(|k| (0.7 * k as f64).sin()).collect();
     let span = Span::from_start(vec![0, steps / 2, steps]);
-    let surroundings = [simulator.surroundings()];
-    let mut seen = simulator.driven(
-        &surroundings,
-        &[case.body()],
-        &[&activations],
-        &[start],
-        &span,
-    );
-    seen.remove(0)
+    let robot = world.robot(case.body(), Controller::given(activations), start);
+    world.run_one(&robot, &span)
 }
 
 /// The state with every point changed by `turn`.

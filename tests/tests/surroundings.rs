@@ -7,61 +7,51 @@ use cosmic::case::Case;
 use cosmic::geometry::Vector;
 use cosmic::policy::Goals;
 use cosmic::scene::GoalKind;
-use cosmic::world::{Robots, Simulator, Span, Surroundings};
+use cosmic::world::{Robot, Span, World};
 
 use super::own_laws::robot;
 
 /// The payload's position at the end of a rollout, as a function of one number of the surroundings.
 struct ByNumber<'a> {
-    case: &'a Case,
-    simulator: Simulator,
+    world: World,
+    robot: Robot<f64>,
     name: &'a str,
 }
 
 impl<'a> ByNumber<'a> {
-    fn new(case: &'a Case, name: &'a str) -> Self {
-        let simulator = case.task().simulator;
-        let third = case.scene.physics.steps / 3;
-        let simulator = match case.scene.controller.goals {
-            GoalKind::Fixed => simulator,
-            GoalKind::Given => {
-                let goal = |[along, across, up]: [f64; 3]| {
-                    case.lattice
-                        .dimension
-                        .onto(Vector::new([along, across, up]))
-                };
-                let goals = Goals::at(goal([0.4, 0.3, 0.1]));
-                let goals = goals.then(third, goal([-0.2, -0.4, 0.1]));
-                simulator.with_goals(&goals.then(2 * third, goal([0.2, 0.1, 0.15])))
-            }
-        };
-        Self {
-            case,
-            simulator,
-            name,
+    fn new(case: &Case, name: &'a str) -> Self {
+        let (world, mut robot) = (case.world(), case.robot());
+        let third = world.physics.steps / 3;
+        if case.scene.controller.goals == GoalKind::Given {
+            let goal = |place: [f64; 3]| case.lattice.dimension.onto(Vector::new(place));
+            let goals = Goals::at(goal([0.4, 0.3, 0.1]));
+            let goals = goals.then(third, goal([-0.2, -0.4, 0.1]));
+            let goals = goals.then(2 * third, goal([0.2, 0.1, 0.15]));
+            let surroundings = robot.surroundings.with_goals(&goals);
+            robot = robot.in_surroundings(surroundings);
         }
+        Self { world, robot, name }
+    }
+
+    /// The value of the number in the robot's surroundings.
+    fn value(&self) -> f64 {
+        self.robot.surroundings.value(self.name)
     }
 
     /// Simulates once for each of `values`, as one batch if `together` is true. Returns the last state of each rollout
     /// as a list of numbers.
     fn ends<R: Real>(&self, values: &[R], together: bool) -> Vec<Vec<R>> {
-        let body = self.case.body().map(R::lit);
-        let controller = self.case.controller.map(R::lit);
-        let start = self.case.start.map(R::lit);
-        let span = Span::from_start(vec![self.case.scene.physics.steps]);
-        let surroundings: Vec<_> = (values.iter())
-            .map(|&value| self.simulator.surroundings().with(self.name, value))
-            .collect();
-        let run = |surroundings: &[Surroundings<R>]| {
-            let robots = Robots {
-                surroundings,
-                ..Robots::one(&surroundings[0], &body, &controller)
-            };
-            (self.simulator).rollouts(&robots, &vec![&start; surroundings.len()], &span)
+        let robot = self.robot.map(R::lit);
+        let span = Span::of_steps(self.world.physics.steps);
+        let with = |&value: &R| {
+            let surroundings = (*robot.surroundings).clone().with(self.name, value);
+            robot.clone().in_surroundings(surroundings)
         };
+        let robots: Vec<_> = values.iter().map(with).collect();
+        let run = |robots: &[Robot<R>]| self.world.run(robots, &span);
         let ends = match together {
-            true => run(&surroundings),
-            false => surroundings.chunks(1).flat_map(run).collect(),
+            true => run(&robots),
+            false => robots.chunks(1).flat_map(run).collect(),
         };
         ends.iter().map(|end| end.states[0].to_columns()).collect()
     }
@@ -154,16 +144,12 @@ fn a_rollout_is_differentiated_by_gravity_friction_and_settings() {
     for (case, names) in with_settings() {
         for name in names {
             let by_number = ByNumber::new(&case, name);
-            let surroundings = by_number.simulator.surroundings::<f64>();
-            let value = surroundings.iter().find(|(other, _)| other == name);
-            let (_, value) =
-                value.unwrap_or_else(|| panic!("{name} is missing in {surroundings:?}"));
             // Along a single number, all directions are alike.
             let options = Options {
                 directions: 1,
                 ..Options::default()
             };
-            let report = check_gradient(&by_number, &[value], &options);
+            let report = check_gradient(&by_number, &[by_number.value()], &options);
             assert_eq!(report.verdict, Verdict::Smooth, "{name}: {report}");
             assert_eq!(report.control, Some(Verdict::Wrong), "{name}: {report}");
         }
@@ -178,11 +164,7 @@ fn robots_of_a_batch_may_differ_in_their_surroundings() {
         for name in names {
             let by_number = ByNumber::new(&case, name);
             for count in [2, 4, 11] {
-                let surroundings = by_number.simulator.surroundings::<f64>();
-                let (_, value) = surroundings
-                    .iter()
-                    .find(|(other, _)| other == name)
-                    .unwrap();
+                let value = by_number.value();
                 let values: Vec<f64> = (0..count).map(|k| value * (0.5 + 0.1 * k as f64)).collect();
                 let [alone, together] =
                     [false, true].map(|together| by_number.ends(&values, together));
@@ -209,9 +191,7 @@ fn surroundings_are_those_of_a_scene() {
     };
     let (low, high) = (friction(0.2), friction(1.5));
     let end = |case: &Case| {
-        let simulator = case.task().simulator;
-        let span = Span::from_start(vec![case.scene.physics.steps]);
-        let end = simulator.rollout(&case.body(), &case.controller, &case.start, &span);
+        let end = (case.world()).run_one(&case.robot(), &Span::of_steps(case.scene.physics.steps));
         end.states[0].to_columns()
     };
     let by_number = ByNumber::new(&low, "physics.friction");

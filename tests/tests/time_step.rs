@@ -253,8 +253,7 @@ fn bending_limits_an_implicit_step() {
         let safe = case.step_check().grade() == Grade::Safe;
         assert_eq!(safe, share < 1.0);
         let span = Span::from_start((0..=400).collect());
-        let run =
-            (case.task().simulator).guarded(&case.body(), &case.controller, &case.start, &span);
+        let run = case.world().guarded(&case.robot(), &span);
         let speeds = run.trajectory.states.iter().flat_map(|state| &state.v);
         speeds.map(|v| v.norm()).fold(0.0, f64::max)
     };

@@ -8,13 +8,12 @@ use cosmic::inputs::{CONTROLLER, DESIGN, Inputs};
 use cosmic::lattice::Body;
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
-use cosmic::objective::Displacement;
-use cosmic::projection::Variation;
+use cosmic::objective::{Displacement, loss_of};
 use cosmic::scene::{PhysicsSettings, Scene, VoidEdges};
 use cosmic::world::stability::Vibration;
-use cosmic::world::{Robots, Simulator, Span};
-use cosmic::world::{Horizon, Task};
+use cosmic::world::{Span, Variation, World};
 use cosmic_tests::{laws, states};
+use std::sync::Arc;
 
 const STEPS: usize = 256;
 
@@ -52,24 +51,16 @@ fn layouts(void_edges: VoidEdges) -> [Case; 3] {
     [tall.clone(), cut(24), cut(0)]
 }
 
-fn simulator(case: &Case) -> Simulator {
-    case.task().simulator
-}
-
-/// All states of a rollout with this body, including the start.
-fn states_of(case: &Case, body: &Body<f64>) -> Vec<State<f64>> {
-    let span = Span::from_start((0..=STEPS).collect());
-    let seen = simulator(case).rollout(body, &case.controller, &case.start, &span);
-    seen.states
-}
-
 /// Like [`states`], but without leaving out any edge. Edges without stiffness get the smallest number above zero as
 /// their stiffness, whose product with a time step is rounded to zero.
 fn states_with_all_edges(case: &Case) -> Vec<State<f64>> {
     let mut body = case.body();
     let least = f64::from_bits(1);
     body.stiffness.iter_mut().for_each(|k| *k = k.max(least));
-    states_of(case, &body)
+    let world = case.world();
+    let robot = world.robot(body, case.controller.clone(), &case.start);
+    let span = Span::from_start((0..=STEPS).collect());
+    world.run_one(&robot, &span).states
 }
 
 #[test]
@@ -106,27 +97,23 @@ fn dropped_edges_are_edges_without_stiffness_to_the_bit() {
         assert_eq!(all, states(&slack));
         assert_eq!(all, states(&dropped));
         // A guarded rollout and rollouts in a batch have the same bits.
-        let (body, span) = (dropped.body(), Span::from_start(vec![STEPS]));
-        let (simulator, controller) = (simulator(&dropped), &dropped.controller);
-        let guarded = simulator.guarded(&body, controller, &dropped.start, &span);
+        let (world, robot) = (dropped.world(), dropped.robot());
+        let span = Span::of_steps(STEPS);
+        let guarded = world.guarded(&robot, &span);
         assert_eq!(guarded.divergence, None);
-        let surroundings = simulator.surroundings();
-        let robot = Robots::one(&surroundings, &body, controller);
-        let together = simulator.rollouts(&robot, &[&dropped.start; 9], &span);
+        let together = world.run(&vec![robot; 9], &span);
         for seen in [guarded.trajectory].iter().chain(&together) {
             assert_eq!(seen.states[0], all[STEPS]);
         }
     }
 }
 
-fn task_loss<R: Real>(
-    (case, task): (&Case, &Task),
-    (design, inputs): (&Design<Mixture<R>>, &Inputs<R>),
-) -> R {
-    let horizon = Horizon::of_steps(STEPS / 2);
-    let loss = Displacement::at_end(task.ground());
-    assert!(case.scene.physics.steps == STEPS);
-    task.loss(design, inputs, &loss, &horizon)
+/// The loss of the first half of the rollout.
+fn loss_at_half<R: Real>(world: &World, design: &Design<Mixture<R>>, inputs: &Inputs<R>) -> R {
+    let loss = Displacement::at_end(world.ground());
+    assert!(world.physics.steps == STEPS);
+    let span = Span::of_steps(STEPS / 2);
+    loss_of(world, &inputs.robot(world, design), &loss, &span)
 }
 
 /// The loss and its gradient with respect to the design have the same bits whether or not a scene drops void edges.
@@ -134,15 +121,15 @@ fn task_loss<R: Real>(
 fn nothing_is_dropped_in_a_design_gradient() {
     let [kept, dropped] = [VoidEdges::Keep, VoidEdges::Drop].map(|choice| {
         let case = case("baseline_tall", choice);
-        let (inputs, task) = (case.inputs(), case.task());
+        let (inputs, world) = (case.inputs(), case.world());
         let reverse = inputs.differentiate(DESIGN, |inputs| {
             let design = Design::of_shares(&inputs.z);
-            task_loss((&case, &task), (&design, inputs))
+            loss_at_half(&world, &design, inputs)
         });
         let mut moved = inputs.lift::<Dual<f64, 1>>();
         moved.z[40][0].tangent[0] = 1.0;
         let design = Design::of_shares(&moved.z);
-        let forward = task_loss((&case, &task), (&design, &moved));
+        let forward = loss_at_half(&world, &design, &moved);
         (reverse, (forward.value, forward.tangent))
     });
     assert_eq!(kept, dropped);
@@ -156,13 +143,13 @@ fn nothing_is_dropped_in_a_design_gradient() {
 fn the_gradient_by_weights_belongs_to_the_robot_that_runs() {
     let [kept, dropped] = [VoidEdges::Keep, VoidEdges::Drop].map(|choice| {
         let case = case("baseline_tall", choice);
-        let (inputs, task) = (case.inputs(), case.task());
+        let (inputs, world) = (case.inputs(), case.world());
         let (value, gradient) = inputs.differentiate(CONTROLLER, |inputs: &Inputs<_>| {
             let design = case.projected(case.projection, &inputs.z);
-            task_loss((&case, &task), (&design, inputs))
+            loss_at_half(&world, &design, inputs)
         });
         let design = case.own_design();
-        assert_eq!(value, task_loss((&case, &task), (&design, &inputs)));
+        assert_eq!(value, loss_at_half(&world, &design, &inputs));
         (value, gradient)
     });
     assert!(kept.0 != dropped.0, "nothing is dropped");
@@ -209,16 +196,20 @@ fn stable_steps_and_robots_as_built_have_no_dropped_edges() {
         // The square of the largest frequency has a relative error of 1e-12.
         let rounding = 2e-12 * before[1].powi(2);
         assert!((before[1].powi(2) - after[1].powi(2)).abs() < most + rounding);
-        let as_built = Variation {
+        let world = dropped.world();
+        let variation = Variation {
             stiffness: vec![1.1; with_void.stiffness.len()],
             mass: vec![0.9; with_void.mass.len()],
+            ..world.nominal(&dropped.start)
         };
+        let controller = Arc::new(dropped.controller.clone());
+        let as_built = world.varied(&dropped.own_design(), &controller, &variation);
         let zeros = |body: &Body<f64>| body.stiffness.iter().filter(|k| **k == 0.0).count();
         let layout = kept.design.layout().expect("a layout");
         assert_eq!(
             zeros(&without),
             layout.iter().filter(|m| **m == Void).count()
         );
-        assert_eq!(zeros(&without.clone().varied(&as_built)), zeros(&without));
+        assert_eq!(zeros(&as_built.body), zeros(&without));
     }
 }

@@ -4,7 +4,7 @@ use cosmic::case::Case;
 use cosmic::design::Design;
 use cosmic::policy::Controller;
 use cosmic::scene::Scene;
-use cosmic::world::{Robot, Span, Trajectory};
+use cosmic::world::{Span, Trajectory};
 use std::sync::Arc;
 
 /// The activations that the tests give to edges: full, zero and in between, with both signs.
@@ -43,14 +43,6 @@ fn case_of(force: &str, held: impl Fn(usize) -> f64) -> (Case, Vec<f64>) {
     (case, held)
 }
 
-/// This robot with given activations in place of its controller.
-fn given<R: Real>(robot: &Robot<R>, activations: Vec<R>) -> Robot<R> {
-    Robot {
-        controller: Arc::new(Controller::given(activations)),
-        ..robot.clone()
-    }
-}
-
 /// With every force, a robot with given activations moves like a robot whose controller outputs them.
 #[test]
 fn constant_activations_drive_as_a_controller_that_gives_them() {
@@ -61,7 +53,8 @@ fn constant_activations_drive_as_a_controller_that_gives_them() {
             .map(|scale: f64| case_of(&force, move |edge| scale * HELD[edge % HELD.len()]));
         let world = robots[0].0.world();
         let controlled = robots.each_ref().map(|(case, _)| case.robot());
-        let driven = robots.map(|(case, held)| given(&case.robot(), held));
+        let driven = robots
+            .map(|(case, held)| world.robot(case.body(), Controller::given(held), &case.start));
         let [by_controllers, seen] = [&controlled, &driven].map(|robots| world.run(robots, &span));
         for k in 0..3 {
             // Robots of one batch may have other controllers; each has the bits of a single rollout.
@@ -92,8 +85,12 @@ fn constant_activations_drive_as_a_controller_that_gives_them() {
 #[should_panic(expected = "activations of a robot of 6 nodes")]
 fn there_must_be_one_activation_per_edge() {
     let (case, held) = case_of("", |_| 0.0);
-    let robot = given(&case.robot(), held[1..].to_vec());
-    let _ = case.world().run_one(&robot, &Span::of_steps(1));
+    let world = case.world();
+    let given = Controller::given(held[1..].to_vec());
+    let _ = world.run_one(
+        &world.robot(case.body(), given, &case.start),
+        &Span::of_steps(1),
+    );
 }
 
 /// The number of steps of [`Moved`].
