@@ -1,12 +1,12 @@
 //! An objective of the user, written without an adjoint: `cargo run --release -p cosmic-codesign --example tray`
 
 use autodiff::Real;
-use cosmic::codesign::CoDesign;
 use cosmic::design::Design;
 use cosmic::inputs::CONTROLLER;
 use cosmic::objective::{Loss, loss_of};
 use cosmic::projection::Projection;
 use cosmic::scene::Scene;
+use cosmic::search::CoDesign;
 use cosmic::world::{Span, Trajectory};
 
 /// The mean square of the difference in height of two nodes.

@@ -3,21 +3,6 @@
 //!
 //! `cargo test -p cosmic-codesign --test all scene_reader::` runs one module.
 
-mod codesign {
-    mod begin;
-    mod delivery;
-    mod iterate;
-    mod passes;
-    mod polish;
-    mod quantiles;
-    mod reach;
-    mod reliability;
-    mod review;
-    mod schedule;
-    mod settle;
-    mod slope;
-    mod slopes;
-}
 mod design {
     mod layout;
     mod snap;
@@ -32,6 +17,18 @@ mod geometry {
     mod profile;
     mod segment;
     mod vector;
+}
+mod judge {
+    mod delivery;
+    mod quantiles;
+    mod reach;
+    mod reliability;
+    mod verdict {
+        mod hints;
+        mod items;
+        mod steps;
+        mod walk;
+    }
 }
 mod lattice {
     mod check;
@@ -90,13 +87,18 @@ mod scene_builtin;
 mod scene_reader;
 mod scene_unread;
 mod scene_values;
-mod small;
-mod verdict {
-    mod hints;
-    mod items;
-    mod walk;
-    mod steps;
+mod search {
+    mod begin;
+    mod iterate;
+    mod passes;
+    mod polish;
+    mod review;
+    mod schedule;
+    mod settle;
+    mod slope;
+    mod slopes;
 }
+mod small;
 mod world {
     mod draws;
     mod driven;

@@ -2,7 +2,6 @@
 
 use cosmic::Registry;
 use cosmic::case::Case;
-use cosmic::codesign::{CoDesign, Progress};
 use cosmic::design::{Design, Material};
 use cosmic::geometry::{Profile, Vector};
 use cosmic::lattice::Lattice;
@@ -10,10 +9,13 @@ use cosmic::laws::ContactLaw;
 use cosmic::record::snapshot::SavedScene;
 use cosmic::record::{DesignFile, RunPlan};
 use cosmic::scene::{Integrator, Scene, VoidEdges};
+use cosmic::search::{CoDesign, Progress};
 use proptest::num::f64::{NEGATIVE, NORMAL, POSITIVE, SUBNORMAL, ZERO};
 use proptest::prelude::*;
 use serde_json::Value;
 use std::num::NonZeroUsize;
+
+use autodiff::Parameters;
 
 /// Any finite number.
 fn numbers() -> impl Strategy<Value = f64> {

@@ -3,10 +3,10 @@
 
 use autodiff::Real;
 use cosmic::Registry;
-use cosmic::codesign::CoDesign;
 use cosmic::lattice::Truss;
 use cosmic::objective::Loss;
 use cosmic::scene::Scene;
+use cosmic::search::CoDesign;
 use cosmic::world::Trajectory;
 use std::collections::BTreeSet;
 

@@ -1,12 +1,13 @@
 //! Small scenes and what becomes of them, for all tests.
 
 use autodiff::Real;
-use cosmic::codesign::{CoDesign, Evaluator, Progress, Record};
 use cosmic::geometry::Ground;
+use cosmic::judge::Evaluator;
 use cosmic::lattice::Lattice;
 use cosmic::objective::{Loss, of_scene};
 use cosmic::record::{Observer, Run};
 use cosmic::scene::{LatticeSettings, LossKind, Scene};
+use cosmic::search::{CoDesign, Progress, Record};
 use cosmic::world::Trajectory;
 use std::ops::ControlFlow;
 

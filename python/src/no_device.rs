@@ -2,8 +2,8 @@
 
 use crate::asked::Asked;
 use crate::errors::InputError;
-use cosmic::world::Trajectory;
 use cosmic::world::Task;
+use cosmic::world::Trajectory;
 use pyo3::prelude::*;
 use std::sync::Arc;
 

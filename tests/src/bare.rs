@@ -1,6 +1,6 @@
 //! Robots without a design: stiffnesses and masses are stated directly. They have no actuators.
 
-use autodiff::Real;
+use autodiff::{Parameters, Real};
 use cosmic::geometry::Vector;
 use cosmic::lattice::{Body, Lattice, Marker, State};
 use cosmic::laws::ContactLaw;

@@ -1,7 +1,7 @@
 //! Nodes without a bar are no part of a finished robot. Plain numbers, forward mode and reverse mode must all see the
 //! same robot: such a node stays where it starts, at rest.
 
-use autodiff::{Dual, Real, Var};
+use autodiff::{Dual, Parameters, Real, Var};
 use cosmic::case::Case;
 use cosmic::design::{Design, Material};
 use cosmic::inputs::{ALL, Inputs};

@@ -2,6 +2,8 @@
 //! with single rollouts. That its states and gradients are right is tested in `reference_rollouts.rs` and
 //! `rollout_gradients.rs`.
 
+use autodiff::Parameters;
+
 use cosmic::case::Case;
 use cosmic::design::{Design, Material};
 use cosmic::geometry::{Dimension, Vector};

@@ -1,12 +1,12 @@
 //! The clock whose frequency is a design variable (`controller.clock = "learned"`).
 
-use autodiff::Real;
+use autodiff::{Parameters, Real};
 use cosmic::case::Case;
-use cosmic::codesign::CoDesign;
 use cosmic::lattice::State;
 use cosmic::policy::{Controller, TEMPO, frequency};
 use cosmic::record::DesignFile;
 use cosmic::scene::{ClockKind, Scene};
+use cosmic::search::CoDesign;
 use cosmic::world::Span;
 use std::path::Path;
 

@@ -1,9 +1,9 @@
 //! The part of the robot whose displacement counts (`objective.body`), and the node of the payload.
 
 use cosmic::case::Case;
-use cosmic::codesign::CoDesign;
 use cosmic::geometry::Vector;
 use cosmic::scene::{MovedBody, Named, Scene};
+use cosmic::search::CoDesign;
 
 /// A small robot whose payload is the middle node of the upper row.
 const SCENE: &str = "

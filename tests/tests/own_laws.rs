@@ -2,7 +2,7 @@
 //! and their gradients are right.
 
 use autodiff::check::Verdict;
-use autodiff::{Function, Real, gradient};
+use autodiff::{Function, Parameters, Real, gradient};
 use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::design::{Design, Material};

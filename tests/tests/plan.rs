@@ -1,6 +1,6 @@
 //! Rollouts leave out terms without effect. Their results agree with those of the full simulator.
 
-use autodiff::Real;
+use autodiff::{Parameters, Real};
 use cosmic::case::Case;
 use cosmic::inputs::{ALL, CONTROLLER, Inputs};
 use cosmic::lattice::Body;

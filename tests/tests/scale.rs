@@ -5,8 +5,9 @@
 //! [`scaled`] multiplies every key by the dimension of its unit. Keys without a unit are dimensionless. So are constants:
 //! the perturbation of a start counts in the scale of the lattice, and so do the bounds on gradients.
 
-use cosmic::codesign::{CoDesign, Delivery};
+use cosmic::judge::Delivery;
 use cosmic::scene::{Scene, TaskKind};
+use cosmic::search::CoDesign;
 
 /// The factors by which a scene is scaled.
 #[derive(Clone, Copy, Debug)]

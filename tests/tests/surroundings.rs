@@ -2,7 +2,7 @@
 //! derivatives with respect to these numbers, and batches of robots in different surroundings.
 
 use autodiff::check::{Options, Verdict, check_gradient};
-use autodiff::{Function, Real, Var, gradient};
+use autodiff::{Function, Parameters, Real, Var, gradient};
 use cosmic::case::Case;
 use cosmic::geometry::Vector;
 use cosmic::policy::Goals;

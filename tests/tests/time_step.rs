@@ -1,12 +1,12 @@
 //! The check of a time step compares it first with a cheap bound, and only if that fails with the largest frequency.
 
 use cosmic::case::Case;
-use cosmic::codesign::CoDesign;
 use cosmic::design::Design;
 use cosmic::geometry::Vector;
 use cosmic::lattice::Body;
 use cosmic::laws::{ContactLaw, Damper};
 use cosmic::scene::{AnyDesign, Integrator, Scene, UnstableStep, stable_step};
+use cosmic::search::CoDesign;
 use cosmic::world::stability::Vibration;
 use cosmic::world::{Grade, Span, StepCheck};
 use cosmic_tests::laws;

@@ -1,6 +1,6 @@
 //! What a change of each bar would bring, by the gradient of the distance.
 
-use cosmic::codesign::{CoDesign, GradientPoint, Progress, Schedule, Variables};
+use cosmic::search::{CoDesign, GradientPoint, Progress, Schedule, Variables};
 use cosmic::design::Design;
 use cosmic::error::{Error, Result};
 use cosmic::world::Horizon;

@@ -4,7 +4,7 @@ use crate::evolve::Evolution;
 use crate::gains;
 use crate::work::{MEASURED, Robot, Whole, Work, clearance, nothing, solid_nodes};
 use cosmic::case::Case;
-use cosmic::codesign::{CoDesign, Progress};
+use cosmic::search::{CoDesign, Progress};
 use cosmic::design::{Design, Material};
 use cosmic::error::Error;
 use cosmic::geometry::Vector;

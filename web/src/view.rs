@@ -1,6 +1,6 @@
 //! The JSON data from which the page draws a scene and a rollout.
 
-use cosmic::codesign::CoDesign;
+use cosmic::search::CoDesign;
 use cosmic::geometry::{Dimension, Ground, Range};
 use cosmic::lattice::{Lattice, State};
 use cosmic::world::Trajectory;

@@ -2,7 +2,8 @@
 
 use crate::evolve::Evolution;
 use crate::{packed, view};
-use cosmic::codesign::{CoDesign, Delivery, Progress};
+use cosmic::judge::Delivery;
+use cosmic::search::{CoDesign, Progress};
 use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::Error;
 use cosmic::geometry::{Ground, Vector};
@@ -11,7 +12,7 @@ use cosmic::policy::{Controller, Goals};
 use cosmic::scene::{ControllerSettings, GoalKind, PhysicsSettings, Scene, SelectionSettings};
 use cosmic::world::{Simulator, Span, Trajectory};
 use cosmic::world::Task;
-use cosmic::verdict::Measured;
+use cosmic::judge::verdict::Measured;
 use serde_json::{Value, json};
 
 /// A design in progress, and its robot once it is finished.

@@ -8,15 +8,15 @@ use serde::Serialize;
 
 use crate::table::{Column, Table};
 use cosmic::Registry;
-use cosmic::judge::{Evaluator, Quantiles};
-use cosmic::search::CoDesign;
 use cosmic::error::Result;
+use cosmic::judge::{Evaluator, Quantiles};
 use cosmic::numbers::finite;
 use cosmic::random::{Purpose, stream};
 use cosmic::record::damaged::explained;
 use cosmic::record::summary::result_of;
 use cosmic::record::{DesignFile, run};
 use cosmic::scene::{Scatter, Scene};
+use cosmic::search::CoDesign;
 use cosmic::world::{Divergence, Variation, draw};
 
 /// The results of several designs under random changes of the robots and their surroundings.

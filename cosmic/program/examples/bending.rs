@@ -215,7 +215,7 @@ impl Force for BentBars {
 fn main() -> ExitCode {
     let scene = "base = \"stability\"\n[physics]\nforces = [\"bending\"]";
     Program::new()
-        .with(on_lattice::<Bending>())
-        .scene("bending", scene)
+        .with_law(on_lattice::<Bending>())
+        .with_scene("bending", scene)
         .run()
 }

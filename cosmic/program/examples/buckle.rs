@@ -54,7 +54,7 @@ impl BarForce for Buckle {
 fn main() -> ExitCode {
     let scene = "base = \"stability\"\n[physics]\nforces = [\"buckle\"]\n[buckle]\nbending = 0.001";
     Program::new()
-        .with(on_bars::<Buckle>())
-        .scene("buckle", scene)
+        .with_law(on_bars::<Buckle>())
+        .with_scene("buckle", scene)
         .run()
 }

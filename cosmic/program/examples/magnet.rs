@@ -47,7 +47,7 @@ impl NodeForce for Magnet {
 fn main() -> ExitCode {
     let scene = "base = \"stability\"\n[physics]\nforces = [\"magnet\"]";
     Program::new()
-        .with(on_nodes::<Magnet>())
-        .scene("magnet", scene)
+        .with_law(on_nodes::<Magnet>())
+        .with_scene("magnet", scene)
         .run()
 }

@@ -35,7 +35,7 @@ impl Contact for Mud {
 fn main() -> ExitCode {
     let scene = "base = \"stability\"\n[physics]\ncontact = \"mud\"\n[mud]\nrate = 300.0";
     Program::new()
-        .with(contact::<Mud>())
-        .scene("mud", scene)
+        .with_law(contact::<Mud>())
+        .with_scene("mud", scene)
         .run()
 }

@@ -101,6 +101,6 @@ fn main() -> ExitCode {
     Program::new()
         .with_policy("rhythm", Rhythm)
         .with_policy("reflex", Reflex)
-        .scene("rhythm", scene)
+        .with_scene("rhythm", scene)
         .run()
 }

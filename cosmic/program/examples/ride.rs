@@ -36,6 +36,6 @@ fn main() -> ExitCode {
     let scene = "base = \"stability\"\n[objective]\nown_loss = \"ride\"";
     Program::new()
         .with_loss("ride", Ride)
-        .scene("ride", scene)
+        .with_scene("ride", scene)
         .run()
 }

@@ -48,7 +48,7 @@ fn ring() -> Truss {
 fn main() -> ExitCode {
     let scene = "base = \"stability\"\n[lattice]\nfile = \"ring\"\n[volume]\nsolid = [0.5, 0.7]";
     Program::new()
-        .lattice("ring", ring())
-        .scene("ring", scene)
+        .with_lattice("ring", ring())
+        .with_scene("ring", scene)
         .run()
 }

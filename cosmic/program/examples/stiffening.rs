@@ -39,7 +39,7 @@ impl BarForce for Stiffening {
 fn main() -> ExitCode {
     let scene = "base = \"stability\"\n[physics]\nforces = [\"stiffening\"]";
     Program::new()
-        .with(on_bars::<Stiffening>())
-        .scene("stiffening", scene)
+        .with_law(on_bars::<Stiffening>())
+        .with_scene("stiffening", scene)
         .run()
 }

@@ -59,7 +59,7 @@ impl BarForce for Tendon {
 fn main() -> ExitCode {
     let scene = "[physics]\nforces = [\"tendon\"]\n[tendon]\nside = \"shortened\"";
     Program::new()
-        .with(on_bars::<Tendon>())
-        .scene("tendon", scene)
+        .with_law(on_bars::<Tendon>())
+        .with_scene("tendon", scene)
         .run()
 }

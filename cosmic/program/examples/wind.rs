@@ -46,7 +46,7 @@ impl NodeForce for Wind {
 fn main() -> ExitCode {
     let scene = "base = \"stability\"\n[physics]\nforces = [\"wind\"]\n[wind]\nspeed = -0.5";
     Program::new()
-        .with(on_nodes::<Wind>())
-        .scene("wind", scene)
+        .with_law(on_nodes::<Wind>())
+        .with_scene("wind", scene)
         .run()
 }

@@ -1,13 +1,13 @@
 //! The cost of an optimisation, which is announced before the work begins.
 
 use crate::output::note;
-use cosmic::search::CoDesign;
 use cosmic::error::Result;
 use cosmic::lattice::Lattice;
 use cosmic::numbers::counted;
 use cosmic::parallel::pool;
 use cosmic::record::RunPlan;
 use cosmic::scene::{Scene, UnstableStep};
+use cosmic::search::CoDesign;
 use cosmic_lab::check;
 use std::fmt;
 use std::num::NonZeroUsize;

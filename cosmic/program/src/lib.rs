@@ -129,9 +129,9 @@ fn command(registry: &Registry) -> clap::Command {
 /// }
 ///
 /// fn main() -> std::process::ExitCode {
-///     let program = cosmic_program::Program::new().with(contact::<Trampoline>());
+///     let program = cosmic_program::Program::new().with_law(contact::<Trampoline>());
 ///     // `cosmic optimize bounce`, and every other command.
-///     program.scene("bounce", "[physics]\ncontact = \"trampoline\"").run()
+///     program.with_scene("bounce", "[physics]\ncontact = \"trampoline\"").run()
 /// }
 /// ```
 #[derive(Debug, Default)]
@@ -156,7 +156,7 @@ impl Program {
     /// # Panics
     /// Like [`Registry::with_law`].
     #[must_use]
-    pub fn with(self, law: Choice) -> Self {
+    pub fn with_law(self, law: Choice) -> Self {
         self.map(|registry| registry.with_law(law))
     }
 
@@ -185,7 +185,7 @@ impl Program {
     /// # Panics
     /// Like [`Registry::with_lattice`].
     #[must_use]
-    pub fn lattice(self, name: &'static str, truss: Truss) -> Self {
+    pub fn with_lattice(self, name: &'static str, truss: Truss) -> Self {
         self.map(|registry| registry.with_lattice(name, truss))
     }
 
@@ -194,7 +194,7 @@ impl Program {
     /// # Panics
     /// Like [`Registry::with_scene`].
     #[must_use]
-    pub fn scene(self, name: &'static str, text: &'static str) -> Self {
+    pub fn with_scene(self, name: &'static str, text: &'static str) -> Self {
         self.map(|registry| registry.with_scene(name, text))
     }
 

@@ -1,10 +1,10 @@
 //! Standard output and standard error.
 
 use crate::arguments::Output;
-use cosmic::judge::Reliability;
 use cosmic::error::{Error, Result, in_shell};
-use cosmic::numbers::fixed;
+use cosmic::judge::Reliability;
 use cosmic::judge::verdict::{Item, Level};
+use cosmic::numbers::fixed;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 

@@ -2,10 +2,10 @@
 
 use crate::arguments::Output;
 use crate::output::{metres, note, reached};
-use cosmic::search::{Phase, Record};
 use cosmic::keys::Keyed;
 use cosmic::numbers::{clock, counted};
 use cosmic::record::{Observer, Run};
+use cosmic::search::{Phase, Record};
 use cosmic_lab::sweep::{Plan, RunOutcome, SweepObserver};
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::collections::BTreeMap;

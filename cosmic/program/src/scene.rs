@@ -5,10 +5,10 @@ use crate::cost::{Cost, announce};
 use crate::output::{note, print, print_as, print_json};
 use clap::{Args, Subcommand};
 use cosmic::Registry;
-use cosmic::search::Review;
 use cosmic::error::{Error, Result};
 use cosmic::numbers::shortened;
 use cosmic::scene::{Builtin, Finding, Scene, Setting};
+use cosmic::search::Review;
 use serde_json::json;
 
 /// The seed of the robot that `scene check` examines. It is also the default seed of `optimize`.

@@ -3,11 +3,11 @@
 
 use crate::common::Bench;
 use cosmic::case::Case;
-use cosmic::codesign::Record;
 use cosmic::keys::{Key, Keyed};
 use cosmic::projection::Projection;
 use cosmic::record::Summary;
 use cosmic::scene::{Scene, reference};
+use cosmic::search::Record;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;

@@ -54,7 +54,7 @@ fn two_programs_in_one_process_have_their_own_laws() {
         optimise(&bench.path(name), &RunPlan::new(name, scene, 0), &mut ()).unwrap();
         let [run, out] = [name, &format!("{name}.json")].map(|name| bench.path(name));
         let [run, out] = [run, out].map(|path| path.display().to_string());
-        let program = Program::new().with(law());
+        let program = Program::new().with_law(law());
         let code = program.run_with(["cosmic", "evaluate", &run, "--out", &out]);
         assert_eq!(code, 0);
         bench.json(&format!("{name}.json"))["results"]["trajectory"].clone()

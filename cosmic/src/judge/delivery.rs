@@ -124,9 +124,8 @@ impl Evaluator {
         let go_on = || (!is_stopped()).then_some(());
         let design = self.simulated(entrants.design);
         let (controllers, seed) = (&entrants.controllers, entrants.seed);
-        let selections = measuring.known_or("selections", || {
-            self.selections(&design, controllers, seed)
-        });
+        let selections =
+            measuring.known_or("selections", || self.selections(&design, controllers, seed));
         go_on()?;
         // The controller of the last iteration comes first, so it wins a tie.
         let ranked = selections.iter().zip(controllers);

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-
 use super::evaluator::Evaluator;
 use crate::policy::Goals;
 use crate::random::{Purpose, stream, stream_of};

@@ -2,13 +2,13 @@
 
 use super::files::{no_run, read_json, write_json};
 use super::format::{Format, parse_json};
-use crate::search::{CoDesign, Progress};
 use crate::design::Design;
 use crate::error::{Error, Result};
 use crate::lattice::Truss;
 use crate::reading::{placed, read_whole};
 use crate::registry::Registry;
 use crate::scene::{Scene, TrussFile};
+use crate::search::{CoDesign, Progress};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::num::NonZeroUsize;

@@ -62,7 +62,7 @@ impl CoDesign {
     ///
     /// ```
     /// use autodiff::Real;
-    /// use cosmic::{codesign::CoDesign, objective::Loss, scene::Scene, world::Trajectory};
+    /// use cosmic::{objective::Loss, scene::Scene, search::CoDesign, world::Trajectory};
     ///
     /// /// The square of the last node's speed: a robot that stands still.
     /// struct Rest;

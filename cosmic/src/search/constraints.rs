@@ -4,8 +4,8 @@ use autodiff::Real;
 
 use super::progress::Progress;
 use super::schedule::Schedule;
-use crate::judge::Evaluator;
 use crate::inputs::{DESIGN, Inputs};
+use crate::judge::Evaluator;
 use crate::objective::{Measures, measures};
 use crate::projection::Projection;
 use crate::scene::BinarisationMethod;

@@ -1,9 +1,9 @@
 //! Lattices that are their own mirror image.
 
 use crate::small::lattice;
-use cosmic::codesign::CoDesign;
 use cosmic::lattice::{Lattice, Mirror, Payload};
 use cosmic::scene::{LatticeKind, LatticeSettings, Scene};
+use cosmic::search::CoDesign;
 
 #[test]
 fn nodes_and_edges_have_images_on_the_other_side() {

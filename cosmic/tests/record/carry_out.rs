@@ -1,7 +1,7 @@
 use crate::small::{StopAfter, tiny};
 use cosmic::Registry;
-use cosmic::codesign::Record;
 use cosmic::record::{Observer, Run, RunPlan, deliver_so_far, history, optimise, resume_of};
+use cosmic::search::Record;
 use std::collections::BTreeMap;
 use std::fs;
 use std::ops::ControlFlow;

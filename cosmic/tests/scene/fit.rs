@@ -1,7 +1,7 @@
 //! Schedules that are fitted into another number of iterations.
 
-use cosmic::codesign::{Phase, Schedule};
 use cosmic::scene::{BUILTIN, Scene, StartKind};
+use cosmic::search::{Phase, Schedule};
 use std::num::NonZeroUsize;
 
 fn fitted(scene: &Scene, iterations: usize) -> Scene {

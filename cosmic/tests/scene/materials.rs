@@ -1,12 +1,12 @@
 //! Parts: bars whose stiffness and mass follow from a section, a material and a length.
 
 use cosmic::case::Case;
-use cosmic::codesign::CoDesign;
 use cosmic::design::Design;
 use cosmic::design::Material::{self, Actuator, Skeleton, Void};
 use cosmic::lattice::{Body, Lattice};
 use cosmic::laws::Stops;
 use cosmic::scene::{BarNumbers, MaterialSettings, Scene};
+use cosmic::search::CoDesign;
 use cosmic::world::{BarLoad, Loads, Span, Trajectory, World};
 use std::f64::consts::PI;
 use std::fs;

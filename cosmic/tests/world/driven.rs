@@ -1,5 +1,5 @@
 use autodiff::check::{Options, Verdict, check_gradient};
-use autodiff::{Function, Real};
+use autodiff::{Function, Parameters, Real};
 use cosmic::case::Case;
 use cosmic::design::Design;
 use cosmic::policy::Controller;
@@ -106,14 +106,14 @@ impl Moved {
         body.rest_length = self.0.lattice.rest_length.clone();
         let edges = body.strain.len();
         let activation = |k: usize| 0.8 * (k as f64 * 0.7).sin();
-        [body.numbers(), (0..STEPS * edges).map(activation).collect()].concat()
+        [body.flatten(), (0..STEPS * edges).map(activation).collect()].concat()
     }
 
     fn end<R: Real>(&self, body: &[R], activations: &[R], steps: [usize; 2]) -> Vec<R> {
         let world = self.0.world();
         let mut like = self.0.body();
         like.rest_length = self.0.lattice.rest_length.clone();
-        let (body, edges) = (Arc::new(like.with_numbers(body)), like.strain.len());
+        let (body, edges) = (Arc::new(like.with(body)), like.strain.len());
         let mut state = self.0.start.map(R::lit);
         // The rollout in two parts, of which the second continues the first.
         for (first, count) in [(0, steps[0]), (steps[0], steps[1])] {

@@ -8,10 +8,10 @@ use super::probe::{Probe, distance, largest_stable_step};
 use crate::report::sheet::{Chart, Line, Section, marked};
 use crate::table::{Cell, Column, Emphasis, Table};
 use cosmic::case::Case;
+use cosmic::judge::verdict::{Item, Level};
 use cosmic::lattice::State;
 use cosmic::numbers::{fixed, rounded};
 use cosmic::scene::{Integrator, Named};
-use cosmic::judge::verdict::{Item, Level};
 
 /// Positions are compared at two times, called the marks. This is the number of the scene's steps before the last mark;
 /// if the rollout is shorter, the last mark is at its end.

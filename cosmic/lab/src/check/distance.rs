@@ -8,11 +8,11 @@ use super::probe::{Probe, largest_stable_step, moved_starts};
 use crate::report::sheet::{Chart, Line, Section};
 use crate::table::{Cell, Emphasis, Table};
 use cosmic::case::Case;
+use cosmic::judge::verdict::{Item, Level};
 use cosmic::judge::{LEAST_WALK, Quantiles, STEADY};
 use cosmic::lattice::State;
 use cosmic::numbers::{brief, fixed};
 use cosmic::world::together;
-use cosmic::judge::verdict::{Item, Level};
 
 /// The number of perturbed starts. Single distances of a chaotic robot differ with every change; their median does not.
 const STARTS: usize = 16;

@@ -9,12 +9,12 @@ use super::probe::{most, moved_starts};
 use crate::report::sheet::{Section, marked};
 use crate::table::{Cell, Emphasis, Table};
 use cosmic::case::Case;
-use cosmic::judge::Quantiles;
 use cosmic::design::Material;
+use cosmic::judge::Quantiles;
+use cosmic::judge::verdict::{Item, Level};
 use cosmic::lattice::State;
 use cosmic::numbers::{brief, short};
 use cosmic::world::BarLoad;
-use cosmic::judge::verdict::{Item, Level};
 
 /// The number of perturbed starts. Peaks of single walks differ; their median differs less.
 const STARTS: usize = 4;

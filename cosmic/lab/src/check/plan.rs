@@ -8,12 +8,12 @@ use crate::table::Table;
 use cosmic::case::Case;
 use cosmic::design::Material;
 use cosmic::geometry::Ground;
+use cosmic::judge::verdict::{Item, Level};
 use cosmic::lattice::Body;
 use cosmic::numbers::rounded;
 use cosmic::policy::Network;
 use cosmic::scene::{AnyDesign, ClockKind, Named, Senses, VoidEdges};
 use cosmic::world::rounded_down;
-use cosmic::judge::verdict::{Item, Level};
 
 /// A term of a rollout.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -3,8 +3,8 @@
 use std::io::{self, Write};
 
 use cosmic::geometry::{Range, Vector};
-use cosmic::record::TrajectoryFile;
 use cosmic::judge::verdict::SKELETON_STRAINS;
+use cosmic::record::TrajectoryFile;
 use gif::{Encoder, Frame, Repeat};
 use tiny_skia::{Pixmap, PremultipliedColorU8};
 

@@ -8,9 +8,9 @@ use super::gait::{Gait, four_digits};
 use super::motion::{Flag, Motion};
 use cosmic::design::Design;
 use cosmic::geometry::{Range, Vector};
+use cosmic::judge::verdict::SKELETON_STRAINS;
 use cosmic::lattice::State;
 use cosmic::record::history::{DesignRow, Frames};
-use cosmic::judge::verdict::SKELETON_STRAINS;
 
 /// Seconds between two frames on a page with one robot.
 const FRAME: f64 = 0.04;

@@ -2,9 +2,9 @@
 
 use cosmic::Registry;
 use cosmic::case::Case;
-use cosmic::search::Record;
 use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::{Error, Result, fits};
+use cosmic::judge::verdict::Verdict;
 use cosmic::lattice::Lattice;
 use cosmic::policy::frequency;
 use cosmic::projection::{Projection, Projector};
@@ -15,7 +15,7 @@ use cosmic::record::history::{self, DesignRow};
 use cosmic::record::summary::result_of;
 use cosmic::record::{DesignFile, Summary, TrajectoryFile, run, trajectory_file};
 use cosmic::scene::Scene;
-use cosmic::judge::verdict::Verdict;
+use cosmic::search::Record;
 use std::path::{Path, PathBuf};
 
 /// A design and its scene.

@@ -7,11 +7,11 @@ use super::files::RobotFiles;
 use super::picture::{Colour, PAPER};
 use cosmic::design::{Material, joined_to_payload};
 use cosmic::geometry::{Bounds, Dimension, Ground, Profile, Range, Segment, Vector, mean};
+use cosmic::judge::verdict::SKELETON_STRAINS;
 use cosmic::lattice::State;
 use cosmic::policy::Goals;
 use cosmic::record::TrajectoryFile;
 use cosmic::scene::{GoalKind, Scene};
-use cosmic::judge::verdict::SKELETON_STRAINS;
 
 /// The colour of skeleton bars without strain.
 pub const SKELETON: Colour = Colour::hex(0x262b33);

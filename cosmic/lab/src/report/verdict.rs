@@ -3,10 +3,10 @@
 use crate::table::escape;
 use cosmic::Registry;
 use cosmic::error::Result;
+use cosmic::judge::verdict::{Item, Verdict};
 use cosmic::lattice::Lattice;
 use cosmic::record::Summary;
 use cosmic::record::run::read_scene;
-use cosmic::judge::verdict::{Item, Verdict};
 use std::path::Path;
 
 /// Returns a verdict as a paragraph of HTML. Every item has the colour of its level.

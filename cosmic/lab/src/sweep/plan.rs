@@ -1,13 +1,13 @@
 //! The trials and seeds of a sweep.
 
 use cosmic::Registry;
-use cosmic::search::CoDesign;
 use cosmic::error::{Error, Result};
 use cosmic::record::files::{Format, is_used, make_folder, read_json, write_json};
 use cosmic::record::snapshot::SavedScene;
 use cosmic::record::summary::SUMMARY;
 use cosmic::record::{DIVERGED, MOST_RUNS, RunPlan};
 use cosmic::scene::Scene;
+use cosmic::search::CoDesign;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};

@@ -1,8 +1,8 @@
 use crate::small::small;
 use cosmic::case::Case;
+use cosmic::judge::verdict::Level;
 use cosmic::lattice::State;
 use cosmic::scene::Integrator;
-use cosmic::verdict::Level;
 use cosmic_lab::check::accuracy::{Accuracy, FINER, Method, Reference, Run, errors};
 use cosmic_lab::check::loads::{LoadsOfStep, accuracy, answers, loads_of_steps};
 use cosmic_lab::report::sheet::Section;

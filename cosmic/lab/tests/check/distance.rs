@@ -1,6 +1,6 @@
 use crate::small::small;
+use cosmic::judge::verdict::Level;
 use cosmic::laws::ContactLaw;
-use cosmic::verdict::Level;
 use cosmic_lab::check::distance;
 use cosmic_lab::check::distance::{Reference, SAME};
 

@@ -1,4 +1,4 @@
-use cosmic::verdict::{Item, Level};
+use cosmic::judge::verdict::{Item, Level};
 use cosmic_lab::report::sheet::{Chart, Line, Section, Sheet};
 use cosmic_lab::table::{Emphasis, Table};
 

@@ -1,10 +1,10 @@
 //! The lines of `history.jsonl` and `designs.jsonl`.
 
 use super::frames::Frames;
-use crate::search::Record;
 use crate::error::Result;
 use crate::reading::read_whole;
 use crate::record::format::{Format, parse_stamped};
+use crate::search::Record;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::path::Path;

@@ -1,9 +1,9 @@
 //! [`History`], which writes the history of a run.
 
 use super::rows::{DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, design_rows};
-use crate::search::Record;
 use crate::error::{Error, Result};
 use crate::record::files::begin_again;
+use crate::search::Record;
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};

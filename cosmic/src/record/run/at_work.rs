@@ -1,9 +1,8 @@
 //! [`Run`], which does the iterations of a run, records them in the folder, saves snapshots, and writes the result.
 
 use super::folder::{Lock, begin, keep_scene};
-use crate::judge::{Delivery, Measurements, Measuring};
-use crate::search::{CoDesign, Progress, Record};
 use crate::error::{Error, Result};
+use crate::judge::{Delivery, Measurements, Measuring};
 use crate::record::design_file::{DESIGN, DesignFile};
 use crate::record::files::{sweep, write_atomic, write_json};
 use crate::record::history::{DesignRow, Frames, History};
@@ -11,6 +10,7 @@ use crate::record::snapshot::{RunPlan, SNAPSHOT, Snapshot};
 use crate::record::summary::{self, DIVERGED, SUMMARY, Summary};
 use crate::record::trajectory_file::{self, TRAJECTORY, TrajectoryFile};
 use crate::scene::SelectionSettings;
+use crate::search::{CoDesign, Progress, Record};
 use crate::world::{Grade, Trajectory};
 use std::ops::ControlFlow;
 use std::path::Path;

@@ -2,7 +2,7 @@
 
 use autodiff::Parameters;
 
-use super::trial::{Trial, Setting};
+use super::trial::{Setting, Trial};
 use crate::check::probe::most;
 use cosmic::case::Case;
 use cosmic::design::{Design, Material};
@@ -33,7 +33,8 @@ pub fn case_trials(case: &Case) -> Vec<Trial> {
     });
     let starts_at_rest = most(strains) < LINEAR;
     let own = Trial::new("scene", "its own time step", case.clone(), Setting::Driven);
-    let free = starts_at_rest.then(|| Trial::new("scene", "without its world", case, Setting::Free));
+    let free =
+        starts_at_rest.then(|| Trial::new("scene", "without its world", case, Setting::Free));
     let around = free.iter().flat_map(around);
     std::iter::once(own).chain(around).collect()
 }
@@ -65,7 +66,8 @@ impl Trials {
     fn own(&mut self, group: &'static str, what: &str, change: impl FnOnce(&mut Case)) {
         let mut case = robot(self.dimension, 3);
         change(&mut case);
-        self.all.push(Trial::new(group, what, case, Setting::Driven));
+        self.all
+            .push(Trial::new(group, what, case, Setting::Driven));
     }
 }
 

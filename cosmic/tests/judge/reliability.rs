@@ -1,4 +1,4 @@
-use cosmic::codesign::{Medians, Merit, OtherSteps, Quantiles, Reliability, Standstill};
+use cosmic::judge::{Medians, Merit, OtherSteps, Quantiles, Reliability, Standstill};
 use cosmic::scene::Integrator;
 use std::f64::consts::TAU;
 

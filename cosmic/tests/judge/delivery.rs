@@ -1,14 +1,12 @@
 use crate::small::{MOBILE_ROBOT, after, begun, tiny};
 use autodiff::Real;
 use cosmic::case::Case;
-use cosmic::codesign::{
-    Candidate, CoDesign, Delivery, Evaluator, Measurements, Measuring, Progress, Quantiles,
-    Schedule, VARIED, settle,
-};
 use cosmic::design::{Design, Material};
+use cosmic::judge::{Candidate, Delivery, Evaluator, Measurements, Measuring, Quantiles, VARIED};
 use cosmic::objective::{Loss, of_scene};
 use cosmic::random::{Purpose, stream};
 use cosmic::scene::{Integrator, LossKind, PhysicsSettings, Scene, SelectionSettings, TaskKind};
+use cosmic::search::{CoDesign, Progress, Schedule, settle};
 use cosmic::world::{BarLoad, EdgeMoments, Span, Trajectory, Variation, draw};
 use std::cell::Cell;
 use std::sync::Arc;

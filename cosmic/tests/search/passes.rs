@@ -1,8 +1,8 @@
 use crate::small::{records, tiny};
 use autodiff::Real;
-use cosmic::codesign::{CoDesign, Record};
 use cosmic::objective::Loss;
 use cosmic::scene::{BinarisationMethod, ClockKind, GradientPrecision, Scene};
+use cosmic::search::{CoDesign, Record};
 use cosmic::world::Trajectory;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};

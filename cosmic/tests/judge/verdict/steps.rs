@@ -1,8 +1,8 @@
 //! The verdict on loads and powers at half the time step.
 
 use super::items::{level, robot, sound, walking};
+use cosmic::judge::verdict::{HalfStep, Level, Measured, Verdict};
 use cosmic::scene::Scene;
-use cosmic::verdict::{HalfStep, Level, Measured, Verdict};
 use cosmic::world::{Energy, Loads, Magnitude};
 
 /// A robot whose loads at half the time step are `half`, and whose power there is `power`, W.

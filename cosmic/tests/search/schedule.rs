@@ -1,5 +1,5 @@
-use cosmic::codesign::{Pass, Phase, Schedule};
 use cosmic::scene::Scene;
+use cosmic::search::{Pass, Phase, Schedule};
 
 #[test]
 fn the_paper_s_phases_and_ramps() {

@@ -1,6 +1,7 @@
 use crate::small::after;
-use cosmic::codesign::{CoDesign, Delivery, Progress, Schedule, Settled, settle};
+use cosmic::judge::Delivery;
 use cosmic::scene::Scene;
+use cosmic::search::{CoDesign, Progress, Schedule, Settled, settle};
 
 /// An update that loses more than this share of the merit is taken back.
 const LOSS: f64 = 0.05;

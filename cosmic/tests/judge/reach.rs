@@ -1,9 +1,10 @@
 use crate::small::{MOBILE_ROBOT, begun, tiny};
-use cosmic::codesign::{CoDesign, Quantiles, Schedule, VARIED, first_best};
+use cosmic::judge::{Quantiles, VARIED, first_best};
 use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::random::{Purpose, stream};
 use cosmic::scene::{GradientPrecision, Scene, SelectionKind, SelectionSettings, TaskKind};
+use cosmic::search::{CoDesign, Schedule};
 use cosmic::world::draw;
 
 /// A robot that moves very far, but not so far that a state is absurd, has not diverged. It falls along a steep

@@ -1,8 +1,9 @@
 use crate::small::{MOBILE_ROBOT, after};
-use cosmic::codesign::{Candidate, Progress};
 use cosmic::design::{Material, VolumeBounds, filled, volumes};
 use cosmic::geometry::Range;
+use cosmic::judge::Candidate;
 use cosmic::scene::{Scene, VolumeSettings};
+use cosmic::search::Progress;
 
 fn scene(more: &str) -> Scene {
     let polished = "

@@ -1,14 +1,15 @@
 //! The thresholds of a verdict, each from both sides, and its line.
 
-use cosmic::codesign::{CoDesign, Reliability};
 use cosmic::design::{Design, Material, Structure};
+use cosmic::judge::Reliability;
+use cosmic::judge::verdict::{
+    BATTERY, BRUSHES, ENDURANCES, EULER_SAFETIES, MUSCLE_POWERS, SKELETON_STRAINS, STROKES,
+};
+use cosmic::judge::verdict::{HalfStep, Item, Level, Measured, Verdict};
 use cosmic::lattice::Lattice;
 use cosmic::policy::Controller;
 use cosmic::scene::Scene;
-use cosmic::verdict::{
-    BATTERY, BRUSHES, ENDURANCES, EULER_SAFETIES, MUSCLE_POWERS, SKELETON_STRAINS, STROKES,
-};
-use cosmic::verdict::{HalfStep, Item, Level, Measured, Verdict};
+use cosmic::search::CoDesign;
 use cosmic::world::{Energy, Loads, Magnitude};
 use std::path::Path;
 

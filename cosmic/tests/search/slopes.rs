@@ -1,10 +1,11 @@
 use crate::small::{begun, tiny};
 use autodiff::Real;
-use cosmic::codesign::{CoDesign, Evaluator, GradientPoint, Progress, Schedule, Slope, Variables};
 use cosmic::inputs::{CONTROLLER, DESIGN, Inputs};
+use cosmic::judge::Evaluator;
 use cosmic::objective::{AnyLoss, LossOf, loss_of};
 use cosmic::projection::Projection;
 use cosmic::scene::{GradientPrecision, MovedBody, Named, Scene, TaskKind};
+use cosmic::search::{CoDesign, GradientPoint, Progress, Schedule, Slope, Variables};
 use cosmic::world::stability::Vibration;
 use cosmic::world::{Span, Variation};
 

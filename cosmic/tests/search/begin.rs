@@ -1,11 +1,11 @@
 use crate::small::{Up, tiny};
 use autodiff::Real;
-use cosmic::codesign::CoDesign;
 use cosmic::design::Design;
 use cosmic::error::Result;
 use cosmic::objective::Loss;
 use cosmic::policy::Controller;
 use cosmic::scene::{GradientPrecision, LossKind, TaskKind};
+use cosmic::search::CoDesign;
 use cosmic::world::Trajectory;
 
 /// A caller's loss gives the same bits as the built-in loss with the same formula, in both precisions.

@@ -1,10 +1,11 @@
 //! What a verdict says about the walk: each threshold from both sides.
 
-use cosmic::codesign::{CoDesign, Reliability};
 use cosmic::geometry::Vector;
+use cosmic::judge::Reliability;
+use cosmic::judge::verdict::{HEADING, Item, Level, Measured, SURE_FOOTED, WALKS};
 use cosmic::lattice::Lattice;
 use cosmic::scene::Scene;
-use cosmic::verdict::{HEADING, Item, Level, Measured, SURE_FOOTED, WALKS};
+use cosmic::search::CoDesign;
 
 use super::items::{around, level, robot, sound};
 

@@ -1,4 +1,4 @@
-use cosmic::codesign::Quantiles;
+use cosmic::judge::Quantiles;
 
 #[test]
 fn quantiles_are_linear_between_members() {

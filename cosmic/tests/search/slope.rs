@@ -1,4 +1,4 @@
-use cosmic::codesign::Slope;
+use cosmic::search::Slope;
 
 #[test]
 fn a_gradient_becomes_its_running_mean() {

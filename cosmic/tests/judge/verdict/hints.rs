@@ -1,9 +1,9 @@
 //! What may stop a robot that does not get far, and what a verdict advises.
 
-use cosmic::codesign::Standstill;
+use cosmic::judge::Standstill;
+use cosmic::judge::verdict::{Item, Level, Measured};
 use cosmic::lattice::Lattice;
 use cosmic::scene::Scene;
-use cosmic::verdict::{Item, Level, Measured};
 
 use super::items::{robot, sound};
 

@@ -1,8 +1,8 @@
 use crate::small::{MOBILE_ROBOT, after, begun, records};
 use autodiff_programs::Memory;
-use cosmic::codesign::Schedule;
 use cosmic::design::{Design, flips};
 use cosmic::scene::Scene;
+use cosmic::search::Schedule;
 
 #[test]
 fn a_memory_budget_changes_no_bit() {

@@ -1,5 +1,5 @@
-use cosmic::codesign::Review;
 use cosmic::scene::{BUILTIN, Scene};
+use cosmic::search::Review;
 
 #[test]
 fn built_in_scenes_have_neither_refusals_nor_warnings() {
