@@ -116,10 +116,11 @@ impl World {
         controller: &Arc<Controller<R>>,
         variation: &Variation,
     ) -> Robot<R> {
+        let surroundings = variation.surroundings.adapted(self.surroundings());
         Robot {
             body: Arc::new(self.varied_body(design, variation)),
             controller: Arc::clone(controller),
-            surroundings: variation.surroundings.map(R::lit),
+            surroundings: Arc::new(surroundings.map(R::lit)),
             start: variation.start.map(R::lit),
         }
     }

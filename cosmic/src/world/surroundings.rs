@@ -169,6 +169,20 @@ impl<R: Real> Surroundings<R> {
         })
     }
 
+    /// These surroundings for another world, whose steps may read other numbers: leapfrog steps, for example, do not read the
+    /// damping. A number that these surroundings lack has its value in the other world.
+    pub(super) fn adapted(&self, mut to: Self) -> Self {
+        if let Some(goals) = self.goals() {
+            to = to.with_goals(&goals);
+        }
+        for (name, value) in self.iter() {
+            if let Some(place) = to.find(name) {
+                to.numbers[place] = value;
+            }
+        }
+        to
+    }
+
     /// True if the surroundings have the numbers that a step reads.
     pub(super) fn fits(&self, step: &RobotStep) -> bool {
         let names = self.inputs.iter().map(|input| &*input.name);
