@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use autodiff::Real;
+use autodiff::{Parameters, Real};
 use serde::{Deserialize, Serialize};
 
 use super::robot::{Robot, Variation};
@@ -168,6 +168,73 @@ impl World {
             body.scale(name, &R::lits(factors), &lattice.rest_length);
         }
         body.with_marker(self.moved, design, layout, lattice)
+    }
+
+    /// A robot in the surroundings of the scene.
+    pub fn robot<R: Real>(
+        &self,
+        body: impl Into<Arc<Body<R>>>,
+        controller: impl Into<Arc<Controller<R>>>,
+        start: &State<R>,
+    ) -> Robot<R> {
+        Robot {
+            body: body.into(),
+            controller: controller.into(),
+            surroundings: Arc::new(self.surroundings()),
+            start: start.clone(),
+        }
+    }
+
+    /// No variation: the design as it is, in the surroundings of the scene, from this start.
+    pub fn nominal(&self, start: &State<f64>) -> Variation {
+        Variation {
+            stiffness: Vec::new(),
+            mass: Vec::new(),
+            surroundings: Arc::new(self.surroundings()),
+            start: start.clone(),
+        }
+    }
+
+    /// A robot of this design, with a variation.
+    pub fn varied<R: Real>(
+        &self,
+        design: &Design<Mixture<R>>,
+        controller: &Arc<Controller<R>>,
+        variation: &Variation,
+    ) -> Robot<R> {
+        let surroundings = variation.surroundings.adapted(self.surroundings());
+        Robot {
+            body: Arc::new(self.varied_body(design, variation)),
+            controller: Arc::clone(controller),
+            surroundings: Arc::new(surroundings.map(R::lit)),
+            start: variation.start.map(R::lit),
+        }
+    }
+
+    /// Robots with one controller, each with its design and its variation, in the number type `R`. Neighbours share what is
+    /// the same.
+    pub fn robots<R: Real>(
+        &self,
+        pairs: &[(&Design<Mixture<f64>>, &Variation)],
+        controller: &Controller<f64>,
+    ) -> Vec<Robot<R>> {
+        let controller = Arc::new(controller.map(R::lit));
+        let mut robots: Vec<Robot<R>> = Vec::new();
+        for (k, (design, variation)) in pairs.iter().enumerate() {
+            let mut robot = self.varied(&design.lift(), &controller, variation);
+            if let Some(before) = robots.last() {
+                let (other, same) = pairs[k - 1];
+                if Arc::ptr_eq(&same.surroundings, &variation.surroundings) {
+                    robot.surroundings = Arc::clone(&before.surroundings);
+                }
+                let are_as_designed = same.is_as_designed() && variation.is_as_designed();
+                if std::ptr::eq(other, *design) && are_as_designed {
+                    robot.body = Arc::clone(&before.body);
+                }
+            }
+            robots.push(robot);
+        }
+        robots
     }
 
     /// The ground line of the physics.

@@ -59,11 +59,11 @@ impl World {
         robots: &[Robot<R>],
         steps: usize,
     ) -> Vec<Vec<Vec<R>>> {
-        let of_scene = self.step_of(robots);
+        let read = self.step_of(robots).surroundings();
         let bodies = shared(robots.iter().map(|robot| Arc::clone(&robot.body)));
         let surroundings = shared(robots.iter().map(|robot| Arc::clone(&robot.surroundings)));
         assert!(
-            surroundings.iter().all(|given| given.fits(&of_scene)),
+            surroundings.iter().all(|given| given.fits(&read)),
             "the surroundings are from a world with other laws or goals"
         );
         let controllers = shared(robots.iter().map(|robot| Arc::clone(&robot.controller)));

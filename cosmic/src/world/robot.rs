@@ -4,13 +4,11 @@ use std::sync::Arc;
 
 use autodiff::{Parameters, Real};
 
-use super::base::World;
 use super::surroundings::Surroundings;
-use crate::design::{Design, Mixture};
 use crate::lattice::{Body, State};
 use crate::policy::Controller;
 
-/// A robot in its surroundings, at the start of a [walk](World::run). A batch is a slice of robots. What they share is an
+/// A robot in its surroundings, at the start of a [walk](super::World::run). A batch is a slice of robots. What they share is an
 /// [`Arc`]: robots that share a controller walk together in SIMD lanes, and what all robots of a batch share is computed once.
 #[derive(Clone, Debug, PartialEq, Parameters)]
 pub struct Robot<R> {
@@ -78,76 +76,7 @@ pub struct Variation {
 
 impl Variation {
     /// True if the robot is built as designed.
-    fn is_as_designed(&self) -> bool {
+    pub(super) fn is_as_designed(&self) -> bool {
         self.stiffness.is_empty() && self.mass.is_empty()
-    }
-}
-
-impl World {
-    /// A robot in the surroundings of the scene.
-    pub fn robot<R: Real>(
-        &self,
-        body: impl Into<Arc<Body<R>>>,
-        controller: impl Into<Arc<Controller<R>>>,
-        start: &State<R>,
-    ) -> Robot<R> {
-        Robot {
-            body: body.into(),
-            controller: controller.into(),
-            surroundings: Arc::new(self.surroundings()),
-            start: start.clone(),
-        }
-    }
-
-    /// No variation: the design as it is, in the surroundings of the scene, from this start.
-    pub fn nominal(&self, start: &State<f64>) -> Variation {
-        Variation {
-            stiffness: Vec::new(),
-            mass: Vec::new(),
-            surroundings: Arc::new(self.surroundings()),
-            start: start.clone(),
-        }
-    }
-
-    /// A robot of this design, with a variation.
-    pub fn varied<R: Real>(
-        &self,
-        design: &Design<Mixture<R>>,
-        controller: &Arc<Controller<R>>,
-        variation: &Variation,
-    ) -> Robot<R> {
-        let surroundings = variation.surroundings.adapted(self.surroundings());
-        Robot {
-            body: Arc::new(self.varied_body(design, variation)),
-            controller: Arc::clone(controller),
-            surroundings: Arc::new(surroundings.map(R::lit)),
-            start: variation.start.map(R::lit),
-        }
-    }
-
-    /// Robots with one controller, each with its design and its variation, in the number type `R`. Neighbours share what is
-    /// the same.
-    pub fn robots<R: Real>(
-        &self,
-        pairs: &[(&Design<Mixture<f64>>, &Variation)],
-        controller: &Controller<f64>,
-    ) -> Vec<Robot<R>> {
-        let controller = Arc::new(controller.map(R::lit));
-        let mut robots: Vec<Robot<R>> = Vec::new();
-        for (k, (design, variation)) in pairs.iter().enumerate() {
-            let mut robot = self.varied(&design.lift(), &controller, variation);
-            if let Some(before) = robots.last() {
-                let (other, same) = pairs[k - 1];
-                if Arc::ptr_eq(&same.surroundings, &variation.surroundings) {
-                    robot.surroundings = Arc::clone(&before.surroundings);
-                }
-                let are_as_designed = same.is_as_designed() && variation.is_as_designed();
-                if std::ptr::eq(other, *design) && are_as_designed {
-                    robot.body = Arc::clone(&before.body);
-                }
-            }
-            robots.push(robot);
-        }
-        robots
     }
 }

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use autodiff::{Parameters, Real};
 
-use super::step::RobotStep;
 use crate::geometry::{Dimension, Vector};
 use crate::laws::StepInput;
 use crate::policy::Goals;
@@ -183,10 +182,10 @@ impl<R: Real> Surroundings<R> {
         to
     }
 
-    /// True if the surroundings have the numbers that a step reads.
-    pub(super) fn fits(&self, step: &RobotStep) -> bool {
-        let names = self.inputs.iter().map(|input| &*input.name);
-        names.eq(step.surroundings().iter().map(|input| &*input.name))
+    /// True if the surroundings have numbers with the names of `inputs`.
+    pub(super) fn fits(&self, inputs: &[StepInput]) -> bool {
+        let names = self.inputs.iter().map(|input| &input.name);
+        names.eq(inputs.iter().map(|input| &input.name))
     }
 }
 
