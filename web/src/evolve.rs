@@ -51,7 +51,7 @@ pub(crate) struct Evolution {
 
 impl Evolution {
     pub(crate) fn new(work: &Work) -> Self {
-        let (scene, lattice) = (work.codesign.scene(), &work.codesign.task().lattice);
+        let (scene, lattice) = (work.codesign.scene(), &work.codesign.world().lattice);
         Self {
             random: stream(work.progress.seed, Purpose::Mutation),
             rules: Rules {
@@ -99,7 +99,7 @@ impl Work {
             .codesign
             .evaluator()
             .watch(&self.progress, vec![0, last]);
-        let ground = self.codesign.task().ground();
+        let ground = self.codesign.world().ground();
         seen.map_or(f64::NEG_INFINITY, |seen| along(&seen, &ground))
     }
 
@@ -111,7 +111,7 @@ impl Work {
 
 /// A random body that the scene allows, with random weights as at the start of a design.
 fn founder(work: &Work, rules: &Rules, random: &mut ChaCha8Rng) -> Tried {
-    let (scene, lattice) = (work.codesign.scene(), &work.codesign.task().lattice);
+    let (scene, lattice) = (work.codesign.scene(), &work.codesign.world().lattice);
     let edges = lattice.edges.len();
     let number = |[low, high]: [f64; 2], most: usize, random: &mut ChaCha8Rng| {
         let most = most.min((high * edges as f64) as usize);

@@ -3,7 +3,7 @@
 use cosmic::search::{CoDesign, GradientPoint, Progress, Schedule, Variables};
 use cosmic::design::Design;
 use cosmic::error::{Error, Result};
-use cosmic::world::Horizon;
+use cosmic::world::Span;
 use serde_json::{Value, json};
 
 /// A bar with a smaller share of solid material counts as half skeleton, half actuator.
@@ -21,7 +21,7 @@ pub(crate) fn gains(
     progress: &Progress,
     tried: Option<(usize, f64)>,
 ) -> Result<Value> {
-    let (evaluator, task) = (codesign.evaluator(), codesign.task());
+    let (evaluator, world) = (codesign.evaluator(), codesign.world());
     if !evaluator.is_far() {
         return Err(Error::Usage("only distances have gains".to_owned()));
     }
@@ -32,9 +32,12 @@ pub(crate) fn gains(
         let mut inputs = evaluator.inputs(progress);
         inputs.z = shares;
         GradientPoint {
-            domains: Vec::new(),
+            variations: Vec::new(),
             inputs,
-            horizon: Horizon::of_steps(steps),
+            horizon: Span {
+                memory: codesign.scene().gradient.budget(),
+                ..Span::of_steps(steps)
+            },
             sticks: false,
         }
     };
@@ -42,7 +45,7 @@ pub(crate) fn gains(
     let more = shares.iter().map(|&mixture| more(mixture));
     let along = |(g, more): (&[f64; 3], [f64; 3])| {
         let rise: f64 = g.iter().zip(more).map(|(g, more)| g * more).sum();
-        -task.lattice.scale * rise
+        -world.lattice.scale * rise
     };
     let gains: Vec<f64> = slope
         .gradient
@@ -69,7 +72,7 @@ pub(crate) fn gains(
         let [there] = evaluator.slopes([Variables::Nothing(&other)], &at(shares));
         farther = Some(slope.loss - there.loss);
     }
-    let seconds = steps as f64 * task.physics.dt;
+    let seconds = steps as f64 * world.physics.dt;
     Ok(json!({ "gains": gains, "farther": farther, "seconds": seconds }))
 }
 

@@ -11,8 +11,8 @@
 mod view;
 mod packed;
 mod gains;
-mod evolve;
 mod work;
+mod evolve;
 mod session;
 mod request;
 

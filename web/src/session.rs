@@ -15,9 +15,14 @@ use serde_json::{Value, json};
 
 type Answer = cosmic::Result<Value>;
 
-/// The state that the library keeps between the requests of the page: the optimisation, once it has begun.
+/// The state that the library keeps between the requests of the page.
 #[derive(Default)]
-pub(crate) struct Session(Option<Work>);
+pub(crate) struct Session {
+    /// The optimisation; `None` before it has begun.
+    work: Option<Work>,
+    /// The evolution of robots for its scene; `None` before its first try.
+    evolution: Option<Evolution>,
+}
 
 impl Session {
     /// Begins a design in a scene. Returns the world and the robot before the first iteration.
@@ -26,8 +31,8 @@ impl Session {
         let progress = codesign.begin(seed)?;
         let mut begun = Work::of(codesign, progress);
         let first = begun.present();
-        let answer = json!({ "world": begun.world(), "first": first });
-        self.0 = Some(begun);
+        let answer = json!({ "world": begun.view(), "first": first });
+        *self = Self::of(begun);
         Ok(answer)
     }
 
@@ -52,27 +57,25 @@ impl Session {
     /// Tries `tries` more robots of an evolution for the scene of the design. Returns the best robot if it is a new one. The
     /// evolution takes the place of the design.
     pub(crate) fn evolve(&mut self, tries: usize) -> Answer {
-        let work = self.work()?;
-        let begun = work.evolution.take();
-        let mut evolution = begun.unwrap_or_else(|| Evolution::new(work));
+        let work = self.work.as_mut().ok_or_else(nothing)?;
+        let evolution = self.evolution.get_or_insert_with(|| Evolution::new(work));
         let mut is_better = false;
         for _ in 0..tries {
             is_better |= evolution.attempt(work);
         }
         let shown = is_better.then(|| evolution.present(work));
-        let tried = evolution.tries();
-        work.evolution = Some(evolution);
-        Ok(json!({ "tries": tried, "robot": shown }))
+        Ok(json!({ "tries": evolution.tries(), "robot": shown }))
     }
 
     /// Chooses the robot to deliver and measures it. If `packed`, the robot is the one that a link holds: its policy is in
     /// open loop, and its weights are rounded. Robots that do not fit into a link stay as they are.
     pub(crate) fn deliver(&mut self, packed: bool) -> Answer {
-        let work = self.work()?;
         let mut entrants = Vec::new();
-        if packed && let Some(packed) = work.packed()? {
-            (*work, entrants) = (packed.work, packed.entrants);
+        if packed && let Some(packed) = self.work()?.packed()? {
+            *self = Self::of(packed.work);
+            entrants = packed.entrants;
         }
+        let work = self.work()?;
         let delivery = work.deliver(&work.progress);
         let measured = work.measured(&delivery);
         let is_chosen = |(robot, _): &(Robot, Whole)| robot.controller == delivery.controller;
@@ -150,8 +153,8 @@ impl Session {
         for v in &mut start.v {
             *v += start.dimension.onto(Vector::new(velocity));
         }
-        let task = work.later(first);
-        Ok(json!({ "robot": work.walk_on(robot, first, &start, &task).0 }))
+        let walked = work.walk_on(robot, first, &start, None);
+        Ok(json!({ "robot": walked.0 }))
     }
 
     /// Lets the robot that was shown last walk on from a frame of its walk in a world where some settings of the physics
@@ -159,16 +162,15 @@ impl Session {
     pub(crate) fn visit(&mut self, settings: &[String], frame: usize) -> Answer {
         let work = self.work()?;
         let (robot, first, mut start) = work.moment(frame)?;
-        let there = work.task_with(settings)?;
+        let there = work.world_with(settings)?;
         let solid = solid_nodes(&robot, &there);
-        let lift = clearance(&start, &solid, work.task()) - clearance(&start, &solid, &there);
+        let lift = clearance(&start, &solid, work.world()) - clearance(&start, &solid, &there);
         for x in &mut start.x {
             *x += Vector::upright(0.0, lift);
         }
         work.elsewhere = Some(there);
-        let task = work.later(first);
-        let shown = work.walk_on(robot, first, &start, &task).0;
-        Ok(json!({ "world": work.world(), "robot": shown }))
+        let shown = work.walk_on(robot, first, &start, None).0;
+        Ok(json!({ "world": work.view(), "robot": shown }))
     }
 
     /// Measures and judges the finished robot with its edits in the world of the scene.
@@ -204,8 +206,8 @@ impl Session {
         });
         let shown = begun.show(&robot);
         begun.delivered = Some(robot);
-        let answer = json!({ "world": begun.world(), "robot": shown });
-        self.0 = Some(begun);
+        let answer = json!({ "world": begun.view(), "robot": shown });
+        *self = Self::of(begun);
         Ok(answer)
     }
 
@@ -227,7 +229,7 @@ impl Session {
     pub(crate) fn design(&mut self) -> Answer {
         let work = self.work()?;
         let robot = work.finished()?;
-        let lattice = &work.codesign.task().lattice;
+        let lattice = &work.codesign.world().lattice;
         let file = DesignFile::new(
             lattice,
             &robot.design,
@@ -238,7 +240,15 @@ impl Session {
         Ok(json!({ "design": file.to_json(), "scene": scene }))
     }
 
+    /// The session of work that has just begun.
+    fn of(work: Work) -> Self {
+        Self {
+            work: Some(work),
+            evolution: None,
+        }
+    }
+
     fn work(&mut self) -> cosmic::Result<&mut Work> {
-        self.0.as_mut().ok_or_else(nothing)
+        self.work.as_mut().ok_or_else(nothing)
     }
 }

@@ -3,8 +3,7 @@
 use cosmic::search::CoDesign;
 use cosmic::geometry::{Dimension, Ground, Range};
 use cosmic::lattice::{Lattice, State};
-use cosmic::world::Trajectory;
-use cosmic::world::Task;
+use cosmic::world::{Trajectory, World};
 use serde_json::{Value, json};
 
 /// The longest time between two frames of a rollout, in seconds. It is short enough for several frames in a step of the
@@ -26,10 +25,10 @@ pub(crate) fn every(codesign: &CoDesign) -> usize {
 }
 
 /// Returns the lattice with lengths in metres (the points of `start` have three coordinates), its world, and the number of iterations.
-pub(crate) fn world(task: &Task, iterations: usize) -> Value {
-    let (lattice, ground) = (&task.lattice, task.ground());
+pub(crate) fn world(world: &World, iterations: usize) -> Value {
+    let (lattice, ground) = (&world.lattice, world.ground());
     let [cos, sin] = ground.tangent().in_plane();
-    let limit = task.materials.max_strain[2];
+    let limit = world.materials.max_strain[2];
     let payloads: Vec<usize> = lattice.payload.iter().map(|payload| payload.node).collect();
     let origin = lattice.positions[payloads.first().copied().unwrap_or(0)];
     json!({
@@ -42,7 +41,7 @@ pub(crate) fn world(task: &Task, iterations: usize) -> Value {
         },
         "world": {
             "width": 3.4 * lattice.side(),
-            "ground": terrain(task, &ground),
+            "ground": terrain(world, &ground),
             "cos": cos,
             "sin": sin,
             "limit": if limit > 0.0 { limit } else { 1.0 },
@@ -54,9 +53,9 @@ pub(crate) fn world(task: &Task, iterations: usize) -> Value {
 
 /// Returns the corners of the terrain in the world, in metres. On both sides the terrain extends farther than any robot
 /// gets.
-fn terrain(task: &Task, ground: &Ground) -> Vec<[f64; 2]> {
-    let side = task.lattice.side();
-    let profile = task.physics.ground.resolved();
+fn terrain(world: &World, ground: &Ground) -> Vec<[f64; 2]> {
+    let side = world.lattice.side();
+    let profile = world.physics.ground.resolved();
     let points = profile.between(Range::default().widened(100.0 * side));
     let points = points.into_iter();
     points
@@ -70,7 +69,7 @@ fn terrain(task: &Task, ground: &Ground) -> Vec<[f64; 2]> {
 pub(crate) fn walk(codesign: &CoDesign, seen: &Trajectory<f64>) -> Value {
     let Lattice {
         spacing, dimension, ..
-    } = codesign.task().lattice;
+    } = codesign.world().lattice;
     let unit = spacing / PARTS;
     let mut before = vec![0; dimension.count() * seen.states[0].x.len()];
     let mut moved = |state: &State<f64>| -> Vec<i64> {

@@ -1,18 +1,15 @@
 //! The work of a session: a design in progress, or a finished robot, with its walk and its measurements.
 
-use crate::evolve::Evolution;
 use crate::{packed, view};
-use cosmic::judge::Delivery;
-use cosmic::search::{CoDesign, Progress};
+use cosmic::codesign::{CoDesign, Delivery, Progress};
 use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::Error;
 use cosmic::geometry::{Ground, Vector};
 use cosmic::lattice::State;
 use cosmic::policy::{Controller, Goals};
 use cosmic::scene::{ControllerSettings, GoalKind, PhysicsSettings, Scene, SelectionSettings};
-use cosmic::world::{Simulator, Span, Trajectory};
-use cosmic::world::Task;
-use cosmic::judge::verdict::Measured;
+use cosmic::verdict::Measured;
+use cosmic::world::{Span, Trajectory, World};
 use serde_json::{Value, json};
 
 /// A design in progress, and its robot once it is finished.
@@ -27,11 +24,9 @@ pub(crate) struct Work {
     /// The delivered robot with the materials that the user has edited, if any.
     pub(crate) edited: Option<Robot>,
     /// The world in which the user lets the finished robot walk on; `None` in the world of the scene.
-    pub(crate) elsewhere: Option<Task>,
+    pub(crate) elsewhere: Option<World>,
     /// The walk that was shown last; `None` if it diverged.
     pub(crate) walk: Option<Walk>,
-    /// The evolution of robots for this scene; `None` before its first try.
-    pub(crate) evolution: Option<Evolution>,
 }
 
 /// A walk that can go on from any of its frames.
@@ -86,7 +81,6 @@ impl Work {
             edited: None,
             elsewhere: None,
             walk: None,
-            evolution: None,
         }
     }
 
@@ -133,11 +127,11 @@ impl Work {
     }
 
     pub(crate) fn pack(&self, whole: &Whole, materials: &[Material]) -> cosmic::Result<Vec<u8>> {
-        let (task, controller) = (self.codesign.task(), &whole.controller);
+        let (world, controller) = (self.codesign.world(), &whole.controller);
         packed::pack(
             &whole.settings,
-            &task.lattice,
-            &task.ground(),
+            &world.lattice,
+            &world.ground(),
             materials,
             controller,
         )
@@ -147,7 +141,7 @@ impl Work {
     pub(crate) fn unpack(&self, bytes: Vec<u8>) -> cosmic::Result<Robot> {
         let settings = &self.codesign.scene().controller;
         let (materials, controller) =
-            packed::unpack(settings, &self.codesign.task().lattice, &bytes)?;
+            packed::unpack(settings, &self.codesign.world().lattice, &bytes)?;
         Ok(Robot {
             design: Design::Layout(materials.clone()),
             projected: Design::Layout(materials),
@@ -166,7 +160,7 @@ impl Work {
     /// The measurements of a finished robot for an answer: the distance to quote (`null` if goals are given), whether it
     /// is reliable, and the verdict.
     pub(crate) fn measured(&self, delivery: &Delivery) -> Value {
-        let (scene, lattice) = (self.codesign.scene(), &self.codesign.task().lattice);
+        let (scene, lattice) = (self.codesign.scene(), &self.codesign.world().lattice);
         let verdict = Measured::of_delivery(delivery, scene, lattice).verdict();
         let has_distance = scene.controller.goals != GoalKind::Given;
         json!({
@@ -176,15 +170,15 @@ impl Work {
         })
     }
 
-    /// The task in the world in which the robot walks.
-    pub(crate) fn task(&self) -> &Task {
-        let own = self.codesign.task();
+    /// The world in which the robot walks.
+    pub(crate) fn world(&self) -> &World {
+        let own = self.codesign.world();
         self.elsewhere.as_ref().unwrap_or(own)
     }
 
     /// Returns the lattice and the world in which the robot walks, for an answer.
-    pub(crate) fn world(&self) -> Value {
-        view::world(self.task(), self.codesign.scene().schedule.iterations)
+    pub(crate) fn view(&self) -> Value {
+        view::world(self.world(), self.codesign.scene().schedule.iterations)
     }
 
     /// The finished robot with its edits.
@@ -193,16 +187,15 @@ impl Work {
         robot.ok_or_else(nothing)
     }
 
-    /// Returns the task in a world where some settings of the physics are others. Duration and time step stay.
-    pub(crate) fn task_with(&self, settings: &[String]) -> cosmic::Result<Task> {
-        let (own, scene) = (self.codesign.task(), self.codesign.scene());
-        let mut there = scene.clone();
-        there.physics = PhysicsSettings {
+    /// Returns a world where some settings of the physics are others. Duration and time step stay.
+    pub(crate) fn world_with(&self, settings: &[String]) -> cosmic::Result<World> {
+        let (own, scene) = (self.codesign.world(), self.codesign.scene());
+        let physics = PhysicsSettings {
             steps: own.physics.steps,
             dt: own.physics.dt,
             ..scene.set(settings)?.physics
         };
-        Ok(Task::new(own.lattice.clone(), &there))
+        Ok(own.with_physics(&physics, &scene.controller))
     }
 
     /// Returns the robot that was shown last, the steps on its clock in a frame of its walk, and its state there.
@@ -219,32 +212,26 @@ impl Work {
         Ok((walk.robot.clone(), first, start))
     }
 
-    /// Returns the task with a clock that ends with the steps of the scene, but begins after `first` steps.
-    pub(crate) fn later(&self, first: usize) -> Task {
-        let (scene, mut task) = (self.codesign.scene(), self.task().clone());
-        let mut physics = task.physics.clone();
-        physics.steps += first;
-        task.simulator = Simulator::new(&task.lattice, &physics, &scene.controller);
-        task
-    }
-
-    /// Returns a robot and its rollout from the state `start`, in which the clock has done `first` steps.
+    /// Returns a robot and its rollout from the state `start`, in which the clock has done `first` steps. The clock ends with
+    /// the steps of the scene after the start. `goal` is the robot's goal if goals are given. Also returns the place at the
+    /// end, unless the robot diverges.
     pub(crate) fn walk_on(
         &mut self,
         robot: Robot,
         first: usize,
         start: &State<f64>,
-        task: &Task,
+        goal: Option<Vector<f64>>,
     ) -> (Value, Option<Vector<f64>>) {
+        let mut physics = self.world().physics.clone();
+        physics.steps += first;
+        let world = (self.world()).with_physics(&physics, &self.codesign.scene().controller);
         let span = Span {
             first,
             ..Span::from_start(self.steps())
         };
-        let seen = rollout(task, &robot, start, &span);
-        let end = seen
-            .as_ref()
-            .ok()
-            .map(|seen| seen.position(seen.last_step()));
+        let seen = rollout(&world, &robot, start, goal, &span);
+        let end = seen.as_ref().ok();
+        let end = end.map(|seen| seen.position(seen.last_step()));
         (self.answer(&robot, first, seen), end)
     }
 
@@ -267,9 +254,12 @@ impl Work {
     /// Returns a robot and its rollout in double precision, in the world of the scene.
     pub(crate) fn show(&mut self, robot: &Robot) -> Value {
         self.elsewhere = None;
-        let task = self.codesign.task();
-        let (start, span) = (task.lattice.state_at_rest(), Span::from_start(self.steps()));
-        let seen = rollout(task, robot, &start, &span);
+        let world = self.codesign.world();
+        let (start, span) = (
+            world.lattice.state_at_rest(),
+            Span::from_start(self.steps()),
+        );
+        let seen = rollout(world, robot, &start, None, &span);
         self.answer(robot, 0, seen)
     }
 
@@ -282,15 +272,13 @@ impl Work {
         start: &State<f64>,
         [along, across]: [f64; 2],
     ) -> Value {
-        let mut task = self.later(first);
-        let rest = task.lattice.state_at_rest();
-        let ground = task.ground();
-        let goal = task.lattice.payload_point(&rest, &ground)
-            + rest.dimension.onto(Vector::new([along, across, 0.0]));
-        task.simulator = task.simulator.with_goals(&Goals::at(goal));
-        let (robot, end) = self.walk_on(robot, first, start, &task);
+        let (lattice, ground) = (&self.world().lattice, self.world().ground());
+        let (rest, dimension) = (lattice.state_at_rest(), lattice.dimension);
+        let way = dimension.onto(Vector::new([along, across, 0.0]));
+        let goal = lattice.payload_point(&rest, &ground) + way;
+        let (robot, end) = self.walk_on(robot, first, start, Some(goal));
         let off = |end| goal - ground.vector_to_ground(end);
-        let left = end.map(|end| task.lattice.dimension.norm_along(off(end)));
+        let left = end.map(|end| dimension.norm_along(off(end)));
         json!({ "robot": robot, "left": left })
     }
 
@@ -312,7 +300,7 @@ impl Work {
         first: usize,
         seen: Result<Trajectory<f64>, String>,
     ) -> Value {
-        let ground = self.task().ground();
+        let ground = self.world().ground();
         let thousandths = |share: f64| (1e3 * share).round() as i64;
         let mixtures = robot.projected.mixtures();
         let mixtures = mixtures.iter().map(|mixture| mixture.0.map(thousandths));
@@ -338,20 +326,20 @@ pub(crate) fn along(seen: &Trajectory<f64>, ground: &Ground) -> f64 {
 }
 
 /// Returns the nodes that have a solid bar; all nodes if there is no solid bar.
-pub(crate) fn solid_nodes(robot: &Robot, task: &Task) -> Vec<usize> {
+pub(crate) fn solid_nodes(robot: &Robot, world: &World) -> Vec<usize> {
     let materials = robot.projected.materials();
-    let bars = task.lattice.edges.iter().zip(&materials);
+    let bars = world.lattice.edges.iter().zip(&materials);
     let solid = bars.filter(|(_, material)| material.is_solid());
     let nodes: Vec<usize> = solid.flat_map(|(edge, _)| *edge).collect();
     if nodes.is_empty() {
-        return (0..task.lattice.positions.len()).collect();
+        return (0..world.lattice.positions.len()).collect();
     }
     nodes
 }
 
 /// Returns the height of the lowest of these nodes above the terrain, in metres.
-pub(crate) fn clearance(state: &State<f64>, nodes: &[usize], task: &Task) -> f64 {
-    let (ground, profile) = (task.ground(), task.physics.ground.resolved());
+pub(crate) fn clearance(state: &State<f64>, nodes: &[usize], world: &World) -> f64 {
+    let (ground, profile) = (world.ground(), world.physics.ground.resolved());
     let above = |x: Vector<f64>| x.up() - profile.height_in_world(&ground, x.forward());
     let heights = nodes.iter().map(|&node| above(state.x[node]));
     heights.fold(f64::INFINITY, f64::min)
@@ -359,13 +347,22 @@ pub(crate) fn clearance(state: &State<f64>, nodes: &[usize], task: &Task) -> f64
 
 /// Simulates a robot and checks every state. Returns its states, or the reason why it diverged.
 fn rollout(
-    task: &Task,
+    world: &World,
     robot: &Robot,
     start: &State<f64>,
+    goal: Option<Vector<f64>>,
     span: &Span,
 ) -> Result<Trajectory<f64>, String> {
-    let body = task.body(&robot.projected);
-    let guarded = (task.simulator).guarded(&body, &robot.controller, start, span);
+    let mut walker = world.robot(
+        world.body(&robot.projected),
+        robot.controller.clone(),
+        start,
+    );
+    if let Some(goal) = goal {
+        let surroundings = walker.surroundings.with_goals(&Goals::at(goal));
+        walker = walker.in_surroundings(surroundings);
+    }
+    let guarded = world.guarded(&walker, span);
     match &guarded.divergence {
         None => Ok(guarded.trajectory),
         Some(divergence) => Err(Error::from(divergence).to_string()),
