@@ -1,6 +1,7 @@
 //! Robot-steps per second against the number of robots, on a device and on the processor.
 
 use std::error::Error;
+use std::sync::Arc;
 use std::time::Instant;
 
 use autodiff::{Real, Tape, Var};
@@ -9,7 +10,7 @@ use cosmic::case::Case;
 use cosmic::lattice::Body;
 use cosmic::policy::Controller;
 use cosmic::scene::Scene;
-use cosmic::world::{Robots, Simulator, Span, Trajectory, Wanted};
+use cosmic::world::{Robot, Span, Trajectory, Wanted, World};
 use cosmic_gpu::{Gpu, RobotsOnGpu, WORKGROUP};
 use rayon::prelude::*;
 
@@ -50,24 +51,37 @@ const WORK: [(Work, &str); 3] = [
 
 /// The robots of a measurement: designs and controllers of a few seeds, again and again.
 struct Drawn {
-    simulator: Simulator,
-    cases: Vec<Case>,
-    bodies: Vec<Body<f64>>,
+    world: World,
+    robots: Vec<Robot<f64>>,
 }
 
 const SEEDS: usize = 16;
 
 impl Drawn {
     fn new(scene: &Scene) -> cosmic::Result<Self> {
-        let case = |seed| Case::of_scene(scene, seed);
-        let cases = (0..SEEDS as u64)
-            .map(case)
-            .collect::<cosmic::Result<Vec<_>>>()?;
+        let cases = (0..SEEDS as u64).map(|seed| Case::of_scene(scene, seed));
+        let cases = cases.collect::<cosmic::Result<Vec<_>>>()?;
+        let world = cases[0].world();
+        let surroundings = Arc::new(world.surroundings());
+        let robot = |case: &Case| case.robot().in_surroundings(Arc::clone(&surroundings));
         Ok(Self {
-            simulator: cases[0].task().simulator,
-            bodies: cases.iter().map(Case::body).collect(),
-            cases,
+            robots: cases.iter().map(robot).collect(),
+            world,
         })
+    }
+
+    /// So many robots. They have their own controllers, or `shared` ones: those of the first.
+    fn robots(&self, count: usize, shared: bool) -> Vec<Robot<f64>> {
+        let robots = self.robots.iter().cycle().take(count).cloned();
+        let first = &self.robots[0].controller;
+        let robot = |robot: Robot<f64>| match shared {
+            true => Robot {
+                controller: Arc::clone(first),
+                ..robot
+            },
+            false => robot,
+        };
+        robots.map(robot).collect()
     }
 }
 
@@ -130,23 +144,16 @@ fn on_device(
     robots: usize,
     (work, shared): (Work, bool),
 ) -> Result<f64, Box<dyn Error>> {
-    let case = |k: usize| &drawn.cases[k % SEEDS];
-    let controllers = 0..if shared { 1 } else { robots };
-    let robots_of = Robots {
-        surroundings: &[drawn.simulator.surroundings()],
-        bodies: &Vec::from_iter((0..robots).map(|k| drawn.bodies[k % SEEDS].clone())),
-        controllers: &Vec::from_iter(controllers.map(|k| case(k).controller.clone())),
-    };
+    let robots = drawn.robots(robots, shared);
     let wanted = Wanted {
         bodies: work == Work::OfDesigns,
         controllers: work == Work::OfControllers,
         surroundings: false,
     };
-    let printed = (drawn.simulator).printed(&robots_of, &span(steps), wanted, WORKGROUP)?;
-    let cotangents = vec![1.0; robots * 2 * printed.program.entries()];
+    let printed = (drawn.world).printed(&robots, &span(steps), wanted, WORKGROUP)?;
+    let cotangents = vec![1.0; robots.len() * 2 * printed.program.entries()];
     let device = RobotsOnGpu::new(gpu, printed)?;
-    let starts = vec![case(0).start.clone(); robots];
-    let sweep = device.sweep(&robots_of, &starts, work != Work::Forward);
+    let sweep = device.sweep(&robots, work != Work::Forward);
     let waited = || gpu.wait().expect("the device was lost");
     waited();
     let seconds = shortest(|| {
@@ -156,33 +163,32 @@ fn on_device(
         }
         waited();
     });
-    Ok((robots * steps) as f64 / seconds)
+    Ok((robots.len() * steps) as f64 / seconds)
 }
 
 /// Robot-steps per second on all threads of the processor. Robots that share a controller run in the lanes of registers.
 fn on_processor(drawn: &Drawn, steps: usize, robots: usize, work: Work, shared: bool) -> f64 {
     let at_once = if shared { 16 } else { 1 };
-    let bundles = robots.div_ceil(at_once);
+    let robots = drawn.robots(robots, shared);
     // Enough for a fair mean; more robots take as much longer.
-    let measured = bundles.min(16 * std::thread::available_parallelism().map_or(1, usize::from));
-    let bundle = |k: usize| {
-        let numbers = k * at_once..((k + 1) * at_once).min(robots);
-        let bodies: Vec<&Body<f64>> = numbers.map(|k| &drawn.bodies[k % SEEDS]).collect();
-        let case = &drawn.cases[if shared { 0 } else { k % SEEDS }];
+    let measured = 16 * std::thread::available_parallelism().map_or(1, usize::from);
+    let bundles: Vec<&[Robot<f64>]> = robots.chunks(at_once).take(measured).collect();
+    let bundle = |robots: &&[Robot<f64>]| {
         let few = Few {
-            simulator: &drawn.simulator,
-            bodies: &bodies,
-            case,
+            world: &drawn.world,
+            robots,
             span: span(steps),
         };
         match work {
-            Work::Forward => drop(few.rolled(|body| body.map(single), case.controller.map(single))),
+            Work::Forward => {
+                drop(few.rolled(|body| body.map(single), robots[0].controller.map(single)));
+            }
             _ => few.differentiate(work),
         }
-        bodies.len()
+        robots.len()
     };
     let mut done = 0;
-    let seconds = shortest(|| done = (0..measured).into_par_iter().map(bundle).sum::<usize>());
+    let seconds = shortest(|| done = bundles.par_iter().map(bundle).sum::<usize>());
     (done * steps) as f64 / seconds
 }
 
@@ -192,9 +198,8 @@ fn single(x: f64) -> f32 {
 
 /// Robots with one controller that the processor simulates together.
 struct Few<'a> {
-    simulator: &'a Simulator,
-    bodies: &'a [&'a Body<f64>],
-    case: &'a Case,
+    world: &'a World,
+    robots: &'a [Robot<f64>],
     span: Span,
 }
 
@@ -202,23 +207,27 @@ impl Few<'_> {
     /// Simulates the robots with these bodies and this controller.
     fn rolled<R: Real>(
         &self,
-        body: impl FnMut(&Body<f64>) -> Body<R>,
+        mut body: impl FnMut(&Body<f64>) -> Body<R>,
         controller: Controller<R>,
     ) -> Vec<Trajectory<R>> {
-        let robots = Robots {
-            surroundings: &[self.simulator.surroundings()],
-            bodies: &Vec::from_iter(self.bodies.iter().copied().map(body)),
-            controllers: &[controller],
+        let (controller, surroundings) =
+            (Arc::new(controller), Arc::new(self.world.surroundings()));
+        let robot = |robot: &Robot<f64>| Robot {
+            body: Arc::new(body(&robot.body)),
+            controller: Arc::clone(&controller),
+            surroundings: Arc::clone(&surroundings),
+            start: robot.start.map(R::lit),
         };
-        let starts = vec![self.case.start.map(R::lit); self.bodies.len()];
-        self.simulator.rollouts(&robots, &starts, &self.span)
+        let robots: Vec<Robot<R>> = self.robots.iter().map(robot).collect();
+        self.world.run(&robots, &self.span)
     }
 
     /// Computes the gradient of a distance by the bodies or by the controller.
     fn differentiate(&self, work: Work) {
-        let (of_bodies, controller) = (work == Work::OfDesigns, &self.case.controller);
+        let (of_bodies, controller) = (work == Work::OfDesigns, &self.robots[0].controller);
+        let bodies = self.robots.iter().map(|robot| &robot.body);
         let numbers: Vec<f64> = match of_bodies {
-            true => self.bodies.iter().flat_map(|body| body.numbers()).collect(),
+            true => bodies.flat_map(|body| body.numbers()).collect(),
             false => controller.numbers().to_vec(),
         };
         let numbers: Vec<f32> = numbers.into_iter().map(single).collect();

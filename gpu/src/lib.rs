@@ -6,7 +6,7 @@ mod robots;
 mod on_gpu;
 
 pub use device::{Gpu, GpuError, adapters};
-pub use on_gpu::{Batch, OnGpu, Refused, WORKGROUP};
+pub use on_gpu::{OnGpu, Refused, WORKGROUP};
 pub use population::{Cotangents, Members, Population, Sweep};
-pub use robots::{Differentiated, Losses, Member, RobotsOnGpu};
+pub use robots::{Differentiated, Losses, RobotsOnGpu};
 pub use wgpu::AdapterInfo as Adapter;

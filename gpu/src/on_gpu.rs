@@ -1,20 +1,14 @@
-//! Batches of robots on a device.
+//! Any number of robots on a device.
 
 use std::collections::VecDeque;
-use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use autodiff::Var;
-use cosmic::lattice::{Body, State};
-use cosmic::policy::Controller;
-use cosmic::world::{
-    PrintedRobots, Robots, Simulator, Span, Surroundings, Trajectory, Wanted, Workgroup,
-};
-use rayon::prelude::*;
+use cosmic::world::{PrintedRobots, Robot, Span, Trajectory, Wanted, Workgroup, World};
 
 use crate::device::{Gpu, GpuError};
 use crate::population::Population;
-use crate::robots::{Differentiated, Losses, Member, RobotsOnGpu};
+use crate::robots::{Differentiated, Losses, RobotsOnGpu, share_build};
 
 /// The number of invocations that carry one robot.
 pub const WORKGROUP: usize = 128;
@@ -22,27 +16,10 @@ pub const WORKGROUP: usize = 128;
 /// The most programs that a device keeps.
 const KEPT: usize = 32;
 
-/// Robots that one simulator simulates over one span, each from its own start.
-#[derive(Clone, Debug)]
-pub struct Batch {
-    /// The simulator.
-    pub simulator: Simulator,
-    /// The span of the rollouts.
-    pub span: Span,
-    /// One for all robots, or one for each.
-    pub surroundings: Vec<Surroundings<f64>>,
-    /// One for all robots, or one for each.
-    pub bodies: Vec<Body<f64>>,
-    /// One for all robots, or one for each.
-    pub controllers: Vec<Controller<f64>>,
-    /// The start of each robot.
-    pub starts: Vec<State<f64>>,
-}
-
-/// The reason why a device cannot simulate a batch, as a sentence without a full stop.
+/// The reason why a device cannot simulate robots, as a sentence without a full stop.
 pub type Refused = String;
 
-/// A device that simulates batches of robots. It divides a batch that does not fit into parts, and keeps the latest
+/// A device that simulates any number of robots. It divides robots that do not fit at once into parts, and keeps the latest
 /// programs that it has compiled.
 pub struct OnGpu {
     gpu: Gpu,
@@ -56,70 +33,21 @@ struct Compiled {
     population: Arc<Population>,
 }
 
-impl Batch {
-    fn robots(&self) -> Robots<'_, f64> {
-        Robots {
-            surroundings: &self.surroundings,
-            bodies: &self.bodies,
-            controllers: &self.controllers,
-        }
-    }
-
-    /// Whether the robots share their body and their controller.
-    fn shares(&self) -> bool {
-        self.starts.len() > 1 && self.bodies.len() == 1 && self.controllers.len() == 1
-    }
-
-    /// The robots with these numbers. A single robot comes twice, so that it does not count as shared.
-    fn part(&self, members: Range<usize>) -> Self {
-        let numbers = match members.len() {
-            1 => vec![members.start; 2],
-            _ => members.collect(),
-        };
-        let shares = self.shares();
-        Self {
-            simulator: self.simulator.clone(),
-            span: self.span.clone(),
-            surroundings: picked(&self.surroundings, &numbers, shares),
-            bodies: picked(&self.bodies, &numbers, shares),
-            controllers: picked(&self.controllers, &numbers, shares),
-            starts: picked(&self.starts, &numbers, false),
-        }
-    }
-}
-
-/// The entries with these numbers. If all robots have the only entry, it is returned once where robots share entries.
-fn picked<T: Clone + Send + Sync>(list: &[T], numbers: &[usize], shares: bool) -> Vec<T> {
-    match list {
-        [only] if shares => vec![only.clone()],
-        list => {
-            let numbers = numbers.par_iter();
-            numbers.map(|&k| list[k % list.len()].clone()).collect()
-        }
-    }
-}
-
-/// The losses of a part of the robots. A single robot comes twice.
-struct OfPart<'a, L> {
+/// The losses of the robots from number `first` on.
+struct Later<'a, L> {
     losses: &'a L,
-    members: Range<usize>,
+    first: usize,
 }
 
-impl<L> OfPart<'_, L> {
-    fn number(&self, robot: usize) -> usize {
-        self.members.start + robot % self.members.len()
-    }
-}
-
-impl<L: Losses> Losses for OfPart<'_, L> {
+impl<L: Losses> Losses for Later<'_, L> {
     fn numbers(&self, robot: usize) -> Vec<f64> {
-        self.losses.numbers(self.number(robot))
+        self.losses.numbers(self.first + robot)
     }
-    fn robot(&self, robot: usize, numbers: &[Var<f64>]) -> Member<Var<f64>> {
-        self.losses.robot(self.number(robot), numbers)
+    fn robot(&self, robot: usize, numbers: &[Var<f64>]) -> Robot<Var<f64>> {
+        self.losses.robot(self.first + robot, numbers)
     }
     fn loss(&self, robot: usize, walk: &Trajectory<Var<f64>>) -> Var<f64> {
-        self.losses.loss(self.number(robot), walk)
+        self.losses.loss(self.first + robot, walk)
     }
 }
 
@@ -137,72 +65,82 @@ impl OnGpu {
         &self.gpu
     }
 
-    /// Computes the rollouts of a batch. If its span is watched, all observations of a robot that exceeded a bound are NaN.
+    /// Simulates robots and returns the observed states of each, as [`World::run`] does. If the span is watched, all
+    /// observations of a robot that exceeded a bound are NaN.
     ///
     /// # Errors
     /// If the device stopped working, or cannot simulate such robots.
-    pub fn rollouts(&self, asked: &Batch) -> Result<Vec<Trajectory<f64>>, Refused> {
-        let device = self.device(asked, None)?;
-        let mut walks = Vec::with_capacity(asked.starts.len());
-        for members in parts(&device, asked, false) {
-            let part = asked.part(members.clone());
-            let walked = device.rollouts(&part.robots(), &part.starts);
-            walks.extend(walked.map_err(refused)?.into_iter().take(members.len()));
+    ///
+    /// # Panics
+    /// If there is no robot.
+    pub fn run(
+        &self,
+        world: &World,
+        robots: &[Robot<f64>],
+        span: &Span,
+    ) -> Result<Vec<Trajectory<f64>>, Refused> {
+        let device = self.device(world, robots, span, None)?;
+        let mut walks = Vec::with_capacity(robots.len());
+        for part in robots.chunks(device.room(false)) {
+            walks.extend(device.run(part).map_err(refused)?);
         }
         Ok(walks)
     }
 
-    /// The losses of a batch and their gradients by any numbers. The robots of `asked` must have the values of those of
-    /// `losses`.
+    /// The losses of robots and their gradients by any numbers. `robots` must have the values of the robots of `losses`.
     ///
     /// # Errors
     /// If the device stopped working, or cannot simulate such robots.
+    ///
+    /// # Panics
+    /// Like [`run`](Self::run).
     pub fn differentiated(
         &self,
-        asked: &Batch,
+        world: &World,
+        robots: &[Robot<f64>],
+        span: &Span,
         by: Wanted,
         losses: &impl Losses,
     ) -> Result<Vec<Differentiated>, Refused> {
-        let device = self.device(asked, Some(by))?;
-        let mut answers = Vec::with_capacity(asked.starts.len());
-        for members in parts(&device, asked, true) {
-            let part = asked.part(members.clone());
-            let count = members.len();
-            let losses = OfPart { losses, members };
-            let found = device.differentiated(&part.robots(), &part.starts, &losses);
-            answers.extend(found.map_err(refused)?.into_iter().take(count));
+        let device = self.device(world, robots, span, Some(by))?;
+        let mut answers = Vec::with_capacity(robots.len());
+        for part in robots.chunks(device.room(true)) {
+            let first = answers.len();
+            let found = device.differentiated(part, &Later { losses, first });
+            answers.extend(found.map_err(refused)?);
         }
         Ok(answers)
     }
 
-    /// The compiled program of a batch. If `by` is `None`, it has only the forward sweep.
-    fn device(&self, asked: &Batch, by: Option<Wanted>) -> Result<RobotsOnGpu, Refused> {
-        let printed = self.printed(asked, by)?;
+    /// The compiled program of robots. If `by` is `None`, it has only the forward sweep.
+    fn device(
+        &self,
+        world: &World,
+        robots: &[Robot<f64>],
+        span: &Span,
+        by: Option<Wanted>,
+    ) -> Result<RobotsOnGpu, Refused> {
+        let printed = self.printed(world, robots, span, by)?;
         let population = self.compiled(&printed, by.is_some()).map_err(refused)?;
         Ok(RobotsOnGpu::of(population, printed))
     }
 
-    /// Prints the program of a batch. If `by` is `None`, only the forward sweep must fit a workgroup. Numbers that do not
+    /// Prints the program of robots. If `by` is `None`, only the forward sweep must fit a workgroup. Numbers that do not
     /// fit lie in a buffer.
-    fn printed(&self, asked: &Batch, by: Option<Wanted>) -> Result<PrintedRobots, Refused> {
-        let wanted = by.unwrap_or_default();
-        // Robots that differ, now or later, have one program: that of a robot that lacks nothing.
-        let (count, body) = match asked.shares() {
-            true => (1, asked.bodies[0].clone()),
-            false => (2, asked.bodies[0].map(|_| 1.0)),
-        };
-        let surroundings = count.max(asked.surroundings.len().min(2));
-        let robots = Robots {
-            surroundings: &vec![asked.surroundings[0].clone(); surroundings],
-            bodies: &vec![body; count],
-            controllers: &vec![asked.controllers[0].clone(); count],
-        };
+    fn printed(
+        &self,
+        world: &World,
+        robots: &[Robot<f64>],
+        span: &Span,
+        by: Option<Wanted>,
+    ) -> Result<PrintedRobots, Refused> {
+        let (wanted, robots) = (by.unwrap_or_default(), examples(robots));
         let printed = |memory: usize| {
             let workgroup = Workgroup {
                 invocations: WORKGROUP,
                 memory,
             };
-            let printed = (asked.simulator).printed(&robots, &asked.span, wanted, workgroup);
+            let printed = world.printed(&robots, span, wanted, workgroup);
             printed.map_err(|error| error.to_string())
         };
         let whole = printed(usize::MAX)?;
@@ -239,16 +177,21 @@ impl OnGpu {
     }
 }
 
-/// The numbers of the robots, in parts that fit the device.
-fn parts(
-    device: &RobotsOnGpu,
-    asked: &Batch,
-    reverses: bool,
-) -> impl Iterator<Item = Range<usize>> + use<> {
-    let (count, room) = (asked.starts.len(), device.room(reverses).max(2));
-    (0..count)
-        .step_by(room)
-        .map(move |first| first..(first + room).min(count))
+/// One or two robots that share what all of these robots share, for the program of these robots. Robots that differ, now or
+/// later, have one program: that of a robot that lacks nothing.
+fn examples(robots: &[Robot<f64>]) -> Vec<Robot<f64>> {
+    let first = &robots[0];
+    let share = robots.iter().all(|robot| share_build(first, robot));
+    if share && robots.len() > 1 {
+        let is_other = |robot: &&Robot<f64>| !Arc::ptr_eq(&robot.surroundings, &first.surroundings);
+        let other = robots.iter().find(is_other);
+        return [first].into_iter().chain(other).cloned().collect();
+    }
+    let example = || Robot {
+        body: Arc::new(first.body.map(|_| 1.0)),
+        ..first.map(|x| x)
+    };
+    vec![example(), example()]
 }
 
 fn refused(error: GpuError) -> Refused {

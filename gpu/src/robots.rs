@@ -1,11 +1,10 @@
 //! Losses and gradients of a population of robots.
 
+use std::slice;
 use std::sync::Arc;
 
 use autodiff::{Real, Tape, Var};
-use cosmic::lattice::{Body, State};
-use cosmic::policy::Controller;
-use cosmic::world::{PrintedRobots, Robots, Surroundings, Trajectory};
+use cosmic::world::{PrintedRobots, Robot, Trajectory};
 use rayon::prelude::*;
 
 use crate::device::{Gpu, GpuError};
@@ -20,19 +19,6 @@ pub struct RobotsOnGpu {
     observed: Vec<usize>,
 }
 
-/// A robot of a population, with everything that its walk depends on.
-#[derive(Clone, Debug)]
-pub struct Member<R> {
-    /// The surroundings.
-    pub surroundings: Surroundings<R>,
-    /// The body.
-    pub body: Body<R>,
-    /// The controller.
-    pub controller: Controller<R>,
-    /// The state at the start.
-    pub start: State<R>,
-}
-
 /// The losses of the robots of a population, and the numbers by which they are differentiated.
 pub trait Losses: Sync {
     /// The numbers by which the loss of a robot is differentiated.
@@ -41,7 +27,7 @@ pub trait Losses: Sync {
     /// The robot as a function of these numbers. Bodies, controllers or surroundings that were not
     /// [wanted](cosmic::world::Wanted) when the step was printed count as constant in the rollout. If cotangents are
     /// bounded, those of an observed start are added after the bound.
-    fn robot(&self, robot: usize, numbers: &[Var<f64>]) -> Member<Var<f64>>;
+    fn robot(&self, robot: usize, numbers: &[Var<f64>]) -> Robot<Var<f64>>;
 
     /// The loss of a walk.
     fn loss(&self, robot: usize, walk: &Trajectory<Var<f64>>) -> Var<f64>;
@@ -103,24 +89,27 @@ impl RobotsOnGpu {
 
     /// The numbers of the state at the start that belong to the observed numbers; empty if the start is not observed. The
     /// program observes only later states.
-    fn at_start<R: Real>(&self, start: &State<R>) -> Vec<R> {
+    fn at_start<R: Real>(&self, robot: &Robot<R>) -> Vec<R> {
         if self.printed.span().observed.first() != Some(&0) {
             return Vec::new();
         }
-        let flat = self.printed.starts(std::slice::from_ref(start));
-        let nodes = start.x.len();
+        let flat = self.printed.starts(slice::from_ref(robot));
+        let nodes = robot.start.x.len();
         let observed = self.printed.span().nodes.min(nodes);
-        let parts = 2 * start.dimension.count();
+        let parts = 2 * robot.start.dimension.count();
         let of_nodes = (0..parts).flat_map(|k| (0..observed).map(move |node| k * nodes + node));
         let entries = of_nodes.chain(parts * nodes..flat.len());
         entries.map(|entry| flat[entry]).collect()
     }
 
     /// Runs robots forward and returns the sweep. With `reverses`, it can be followed by a reverse sweep.
-    pub fn sweep(&self, robots: &Robots<f64>, starts: &[State<f64>], reverses: bool) -> Sweep<'_> {
-        let numbers = self.numbers(robots, starts.len());
-        let single = |start: &State<f64>| single(self.printed.starts(std::slice::from_ref(start)));
-        let starts: Vec<Vec<f32>> = starts.par_iter().map(single).collect();
+    ///
+    /// # Panics
+    /// Like [`run`](Self::run).
+    pub fn sweep(&self, robots: &[Robot<f64>], reverses: bool) -> Sweep<'_> {
+        let numbers = self.numbers(robots);
+        let start = |robot: &Robot<f64>| single(self.printed.starts(slice::from_ref(robot)));
+        let starts: Vec<Vec<f32>> = robots.par_iter().map(start).collect();
         let members = Members {
             starts: &starts.concat(),
             parameters: &numbers,
@@ -133,63 +122,65 @@ impl RobotsOnGpu {
         sweep
     }
 
-    /// The numbers of the parameters of all members.
-    fn numbers(&self, robots: &Robots<f64>, members: usize) -> Vec<Vec<f32>> {
-        let own = [
-            robots.surroundings.len(),
-            robots.bodies.len(),
-            robots.controllers.len(),
-        ];
-        if members == 1 || own != [members; 3] {
-            return (self.printed.numbers(robots).into_iter().map(single)).collect();
-        }
-        // Nothing is shared, so that each member's numbers can be collected on its own.
-        let of_member = |k: usize| -> Vec<Vec<f32>> {
-            let (surroundings, body, controller) = robots.member(k);
-            let lists = self
-                .printed
-                .numbers_of_one(surroundings, body, controller)
-                .into_iter();
+    /// The numbers of the parameters of all robots.
+    fn numbers(&self, robots: &[Robot<f64>]) -> Vec<Vec<f32>> {
+        let parameters = self.printed.program.parameters();
+        let of = |robot: &Robot<f64>| -> Vec<Vec<f32>> {
+            let lists = self.printed.numbers_of_one(robot).into_iter();
             lists.map(single).collect()
         };
-        let all: Vec<Vec<Vec<f32>>> = (0..members).into_par_iter().map(of_member).collect();
-        let placed = self.printed.program.parameters().par_iter().enumerate();
+        let first = of(&robots[0]);
+        // Neighbours that share everything have the same numbers.
+        let alike: Vec<&[Robot<f64>]> = robots.chunk_by(share_all).collect();
+        let own = |alike: &&[Robot<f64>]| {
+            let mut lists = of(&alike[0]);
+            let common = (0..lists.len()).filter(|&p| parameters[p].is_common);
+            for p in common {
+                assert!(
+                    are_same(&lists[p], &first[p]),
+                    "these robots share other numbers than those for which the program was printed"
+                );
+                lists[p] = Vec::new();
+            }
+            lists
+        };
+        let all: Vec<Vec<Vec<f32>>> = alike.par_iter().map(own).collect();
+        let placed = parameters.par_iter().enumerate();
         let joined = placed.map(|(p, placed)| match placed.is_common {
-            true => all[0][p].clone(),
+            true => first[p].clone(),
             false => {
-                let mut joined = Vec::with_capacity(members * placed.len);
-                all.iter().for_each(|lists| joined.extend(&lists[p]));
+                let mut joined = Vec::with_capacity(robots.len() * placed.len);
+                for (alike, lists) in alike.iter().zip(&all) {
+                    alike.iter().for_each(|_| joined.extend(&lists[p]));
+                }
                 joined
             }
         });
         joined.collect()
     }
 
-    /// Simulates robots. If the span is watched, the observed numbers of a robot that exceeded a bound are NaN.
+    /// Simulates robots and returns the observed states of each. If the span is watched, the observed numbers of a robot
+    /// that exceeded a bound are NaN.
     ///
     /// # Errors
     /// If the device is lost.
-    pub fn rollouts(
-        &self,
-        robots: &Robots<f64>,
-        starts: &[State<f64>],
-    ) -> Result<Vec<Trajectory<f64>>, GpuError> {
-        let sweep = self.sweep(robots, starts, false);
+    ///
+    /// # Panics
+    /// If there is no robot, or if the robots differ in numbers that those for which the program was printed share.
+    pub fn run(&self, robots: &[Robot<f64>]) -> Result<Vec<Trajectory<f64>>, GpuError> {
+        let sweep = self.sweep(robots, false);
         let seen = sweep.observed()?;
         let exceeded = match self.printed.span().watched {
             true => sweep.exceeded()?,
-            false => vec![false; starts.len()],
+            false => vec![false; robots.len()],
         };
-        let trajectory = |k: usize| {
+        let trajectory = |(k, robot): (usize, &Robot<f64>)| {
             let value = |&x: &f32| if exceeded[k] { f64::NAN } else { f64::from(x) };
-            let mut numbers = self.at_start(&starts[k]);
+            let mut numbers = self.at_start(robot);
             numbers.extend(self.seen_of(k, &seen).iter().map(value));
-            let (surroundings, body) = robots.body(k);
-            self.printed
-                .trajectory(&numbers, surroundings, body, &starts[k])
+            self.printed.trajectory(&numbers, robot)
         };
-        let members = (0..starts.len()).into_par_iter();
-        Ok(members.map(trajectory).collect())
+        Ok(robots.par_iter().enumerate().map(trajectory).collect())
     }
 
     /// The observed numbers of a member among those of all members.
@@ -199,20 +190,21 @@ impl RobotsOnGpu {
     }
 
     /// Returns the losses of all members and their gradients by any numbers. The losses are computed on the processor, from
-    /// the states that the span observes, and differentiated there. `robots` and `starts` must have the values of the robots
-    /// of `losses`.
+    /// the states that the span observes, and differentiated there. `robots` must have the values of the robots of `losses`.
     ///
     /// # Errors
     /// If the device is lost.
+    ///
+    /// # Panics
+    /// Like [`run`](Self::run).
     pub fn differentiated(
         &self,
-        robots: &Robots<f64>,
-        starts: &[State<f64>],
+        robots: &[Robot<f64>],
         losses: &impl Losses,
     ) -> Result<Vec<Differentiated>, GpuError> {
-        let sweep = self.sweep(robots, starts, true);
+        let sweep = self.sweep(robots, true);
         let seen = sweep.observed()?;
-        let members = (0..starts.len()).into_par_iter();
+        let members = (0..robots.len()).into_par_iter();
         let lost = members.map(|k| self.lost(k, self.seen_of(k, &seen), losses));
         let lost: Vec<Lost> = lost.collect();
         let cotangents: Vec<f32> = lost.iter().flat_map(|lost| &lost.seen).copied().collect();
@@ -230,10 +222,9 @@ impl RobotsOnGpu {
         let (mut tape, mut trajectory) = (Tape::new(), None);
         let value = tape.record(&numbers, |x| {
             let (seen, own) = x.split_at(seen.len());
-            let member = losses.robot(k, own);
-            let seen = [&self.at_start(&member.start), seen].concat();
-            let (surroundings, start) = (&member.surroundings, &member.start);
-            let walk = (self.printed).trajectory(&seen, surroundings, &member.body, start);
+            let robot = losses.robot(k, own);
+            let seen = [&self.at_start(&robot), seen].concat();
+            let walk = self.printed.trajectory(&seen, &robot);
             trajectory = Some(walk.map(|x| x.value()));
             losses.loss(k, &walk)
         });
@@ -256,10 +247,9 @@ impl RobotsOnGpu {
     ) -> Differentiated {
         let (mut tape, mut cotangents) = (Tape::new(), Vec::new());
         let outputs = tape.record(&losses.numbers(k), |own| {
-            let member = losses.robot(k, own);
-            let (surroundings, body) = (&member.surroundings, &member.body);
-            let numbers = (self.printed).numbers_of_one(surroundings, body, &member.controller);
-            let start = self.printed.starts(&[member.start]);
+            let robot = losses.robot(k, own);
+            let numbers = self.printed.numbers_of_one(&robot);
+            let start = self.printed.starts(&[robot]);
             let mut outputs = Vec::new();
             let lists = numbers.into_iter().zip(&bars.parameters);
             let lists = lists.filter(|(_, bars)| !bars.is_empty());
@@ -280,6 +270,21 @@ impl RobotsOnGpu {
                 .collect(),
         }
     }
+}
+
+/// True if two robots share everything but their starts.
+fn share_all(a: &Robot<f64>, b: &Robot<f64>) -> bool {
+    share_build(a, b) && Arc::ptr_eq(&a.surroundings, &b.surroundings)
+}
+
+/// True if two robots share their body and their controller.
+pub(crate) fn share_build(a: &Robot<f64>, b: &Robot<f64>) -> bool {
+    Arc::ptr_eq(&a.body, &b.body) && Arc::ptr_eq(&a.controller, &b.controller)
+}
+
+/// True if two lists have the same bits, so that NaN equals itself.
+fn are_same(a: &[f32], b: &[f32]) -> bool {
+    bytemuck::cast_slice::<f32, u32>(a) == bytemuck::cast_slice::<f32, u32>(b)
 }
 
 fn single(numbers: Vec<f64>) -> Vec<f32> {

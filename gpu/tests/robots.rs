@@ -4,8 +4,8 @@ use crate::alike::{Begun, assert_alike, assert_alike_in, positions};
 use crate::device::gpu;
 use cosmic::geometry::Vector;
 use cosmic::scene::{BUILTIN, Integrator, Scene};
-use cosmic::world::{Span, Wanted};
-use cosmic_gpu::{Batch, OnGpu, RobotsOnGpu};
+use cosmic::world::{Robot, Span, Wanted};
+use cosmic_gpu::{OnGpu, RobotsOnGpu};
 use cosmic_tests::{laws, own_reference_folder, references};
 
 #[test]
@@ -20,43 +20,24 @@ fn scenes_begin_alike_on_a_device_and_on_the_processor() {
     }
 }
 
-fn batch(begun: &Begun, observed: Vec<usize>) -> Batch {
-    Batch {
-        simulator: begun.simulator.clone(),
-        span: Span::from_start(observed),
-        surroundings: begun.surroundings.to_vec(),
-        bodies: begun.bodies.clone(),
-        controllers: begun.controllers.clone(),
-        starts: begun.starts.clone(),
-    }
-}
-
 /// One robot from several starts walks like several equal robots, also if the population is divided.
 #[test]
 fn robots_may_share_body_and_controller() {
     let Some(gpu) = gpu() else { return };
-    let begun = Begun::new(&Scene::load("stability").unwrap());
+    let Begun { world, robots } = Begun::new(&Scene::load("stability").unwrap());
     let moved = |k: usize| {
-        let mut start = begun.starts[0].clone();
-        start.x[5] += Vector::upright(0.0, 0.001 * k as f64);
-        start
+        let mut robot = robots[0].clone();
+        robot.start.x[5] += Vector::upright(0.0, 0.001 * k as f64);
+        robot
     };
-    let shared = Batch {
-        bodies: begun.bodies[..1].to_vec(),
-        controllers: begun.controllers[..1].to_vec(),
-        starts: (0..3).map(moved).collect(),
-        ..batch(&begun, vec![0, 32])
-    };
-    let own = Batch {
-        bodies: vec![shared.bodies[0].clone(); 3],
-        controllers: vec![shared.controllers[0].clone(); 3],
-        ..shared.clone()
-    };
-    // Two robots at a time.
+    let shared: Vec<Robot<f64>> = (0..3).map(moved).collect();
+    let own: Vec<Robot<f64>> = shared.iter().map(|robot| robot.map(|x| x)).collect();
+    // One robot at a time.
     let device = OnGpu::new(gpu.with_memory(1));
-    let [of_shared, of_own] = [&shared, &own].map(|batch| device.rollouts(batch).unwrap());
-    let pairs = of_shared.iter().zip(&of_own).zip(&shared.starts);
-    for ((shared, own), start) in pairs {
+    let span = Span::from_start(vec![0, 32]);
+    let [of_shared, of_own] = [&shared, &own].map(|of| device.run(&world, of, &span).unwrap());
+    let pairs = of_shared.iter().zip(&of_own).zip(&shared);
+    for ((shared, own), Robot { start, .. }) in pairs {
         let [a, b] = [shared, own].map(positions);
         let apart = a.iter().zip(&b).map(|(a, b)| (a - b).abs());
         // The two programs may order sums differently: rounding of 32 steps.
@@ -70,11 +51,12 @@ fn robots_may_share_body_and_controller() {
 #[test]
 fn a_lost_device_is_an_error() {
     let Some(gpu) = gpu() else { return };
-    let batch = batch(&Begun::new(&Scene::load("stability").unwrap()), vec![32]);
+    let Begun { world, robots } = Begun::new(&Scene::load("stability").unwrap());
     let device = OnGpu::new(gpu);
-    device.rollouts(&batch).unwrap();
+    let run = || device.run(&world, &robots, &Span::of_steps(32));
+    run().unwrap();
     device.gpu().give_up();
-    let error = device.rollouts(&batch).unwrap_err();
+    let error = run().unwrap_err();
     assert!(!error.is_empty());
 }
 
@@ -82,28 +64,19 @@ fn a_lost_device_is_an_error() {
 #[test]
 fn a_robot_that_is_too_fast_has_no_observations() {
     let Some(gpu) = gpu() else { return };
-    let mut begun = Begun::new(&Scene::load("stability").unwrap());
+    let Begun { world, mut robots } = Begun::new(&Scene::load("stability").unwrap());
     // The last node is at the top; the lowest ones would stop where they touch the ground.
-    let fast = begun.starts[1].v.last_mut().unwrap();
+    let fast = robots[1].start.v.last_mut().unwrap();
     *fast = Vector::upright(1e5, 0.0);
     let span = Span {
         watched: true,
         ..Span::from_start(vec![4, 8])
     };
-    let printed = begun
-        .simulator
-        .printed(&begun.robots(), &span, Wanted::default(), 64)
-        .unwrap();
+    let printed = (world.printed(&robots, &span, Wanted::default(), 64)).unwrap();
     let device = RobotsOnGpu::new(&gpu, printed).unwrap();
-    let walked = device.rollouts(&begun.robots(), &begun.starts).unwrap();
+    let walked = device.run(&robots).unwrap();
     for (k, is_fast) in [false, true].into_iter().enumerate() {
-        let single = |x: f64| x as f32;
-        let here = begun.simulator.rollout(
-            &begun.bodies[k].map(single),
-            &begun.controllers[k].map(single),
-            &begun.starts[k].map(single),
-            &span,
-        );
+        let here = world.run_one(&robots[k].map(|x| x as f32), &span);
         assert!(positions(&here).iter().all(|x| x.is_nan() == is_fast));
         assert!(positions(&walked[k]).iter().all(|x| x.is_nan() == is_fast));
     }
@@ -239,12 +212,9 @@ fn what_does_not_fit_is_refused() {
         "implicit",
         "lattice.columns = 3\nlattice.rows = 2\nphysics.integrator = \"implicit\"",
     );
-    let begun = Begun::new(&implicit.unwrap());
-    let span = Span::from_start(vec![1]);
-    let refused = begun
-        .simulator
-        .printed(&begun.robots(), &span, Wanted::default(), 64)
-        .unwrap_err();
+    let Begun { world, robots } = Begun::new(&implicit.unwrap());
+    let printed = world.printed(&robots, &Span::of_steps(1), Wanted::default(), 64);
+    let refused = printed.unwrap_err();
     assert!(
         refused.to_string().contains("solves linear equations"),
         "{refused}"

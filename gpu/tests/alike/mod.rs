@@ -1,15 +1,14 @@
 //! Compares robots on a device with the processor.
 
+use std::sync::Arc;
+
 use autodiff::{Real, Tape, Var};
 use cosmic::case::Case;
 use cosmic::geometry::Vector;
-use cosmic::lattice::{Body, State};
-use cosmic::policy::Controller;
+use cosmic::lattice::State;
 use cosmic::scene::Scene;
-use cosmic::world::{
-    PrintedRobots, Robots, Simulator, Span, Surroundings, Trajectory, Wanted, Workgroup,
-};
-use cosmic_gpu::{Gpu, GpuError, Losses, Member, RobotsOnGpu, WORKGROUP};
+use cosmic::world::{PrintedRobots, Robot, Span, Trajectory, Wanted, Workgroup, World};
+use cosmic_gpu::{Gpu, GpuError, Losses, RobotsOnGpu, WORKGROUP};
 
 /// The mean of the positions of all nodes in all observed states: forward, and a little upward.
 fn loss<R: Real>(trajectory: &Trajectory<R>) -> R {
@@ -23,13 +22,8 @@ fn loss<R: Real>(trajectory: &Trajectory<R>) -> R {
 
 /// The robots from which an optimisation of a scene begins with two seeds.
 pub(crate) struct Begun {
-    pub(crate) simulator: Simulator,
-    pub(crate) bodies: Vec<Body<f64>>,
-    pub(crate) controllers: Vec<Controller<f64>>,
-    pub(crate) starts: Vec<State<f64>>,
-    pub(crate) surroundings: [Surroundings<f64>; 1],
-    /// The distance of neighbouring nodes, m.
-    pub(crate) spacing: f64,
+    pub(crate) world: World,
+    pub(crate) robots: Vec<Robot<f64>>,
 }
 
 impl Begun {
@@ -38,23 +32,12 @@ impl Begun {
     }
 
     pub(crate) fn of(cases: [Case; 2]) -> Self {
-        let first = &cases[0];
-        let simulator = first.task().simulator;
+        let world = cases[0].world();
+        let surroundings = Arc::new(world.surroundings());
+        let robot = |case: &Case| case.robot().in_surroundings(Arc::clone(&surroundings));
         Self {
-            surroundings: [simulator.surroundings()],
-            bodies: cases.iter().map(Case::body).collect(),
-            controllers: cases.iter().map(|case| case.controller.clone()).collect(),
-            starts: cases.iter().map(|case| case.start.clone()).collect(),
-            spacing: first.lattice.spacing,
-            simulator,
-        }
-    }
-
-    pub(crate) fn robots(&self) -> Robots<'_, f64> {
-        Robots {
-            surroundings: &self.surroundings,
-            bodies: &self.bodies,
-            controllers: &self.controllers,
+            robots: cases.iter().map(robot).collect(),
+            world,
         }
     }
 
@@ -69,15 +52,15 @@ impl Begun {
             invocations: WORKGROUP,
             memory,
         };
-        let printed = (self.simulator).printed(&self.robots(), &span, wanted, workgroup);
+        let printed = (self.world).printed(&self.robots, &span, wanted, workgroup);
         printed.unwrap_or_else(|error| panic!("{error}"))
     }
 
     /// Compares the printed robots with rollouts in `f32` on the processor.
     pub(crate) fn compare(&self, gpu: &Gpu, printed: PrintedRobots) -> Result<Compared, GpuError> {
         let device = RobotsOnGpu::new(gpu, printed)?;
-        let walked = device.rollouts(&self.robots(), &self.starts)?;
-        let differentiated = device.differentiated(&self.robots(), &self.starts, self)?;
+        let walked = device.run(&self.robots)?;
+        let differentiated = device.differentiated(&self.robots, self)?;
         let mut compared = Compared {
             position: 0.0,
             cosine: 1.0,
@@ -85,8 +68,8 @@ impl Begun {
         for (k, (walked, found)) in walked.iter().zip(&differentiated).enumerate() {
             let (expected, slopes) = self.on_processor(k, device.printed().span());
             for (a, b) in positions(walked).into_iter().zip(expected) {
-                compared.position =
-                    f64::max(compared.position, (a - b).abs() / (10.0 * self.spacing));
+                let spacing = self.world.lattice.spacing;
+                compared.position = f64::max(compared.position, (a - b).abs() / (10.0 * spacing));
             }
             let lists = self.lists(k, &found.gradient).into_iter();
             for (list, expected) in lists.zip(self.lists(k, &slopes)) {
@@ -101,31 +84,30 @@ impl Begun {
     }
 
     /// The robot with these numbers of its body, its controller and its start.
-    fn member<R: Real>(&self, k: usize, numbers: &[R]) -> Member<R> {
-        let body = &self.bodies[k];
-        let (of_body, rest) = numbers.split_at(body.numbers().len());
-        let mut controller = self.controllers[k].map(R::lit);
+    fn with_numbers<R: Real>(&self, k: usize, numbers: &[R]) -> Robot<R> {
+        let robot = &self.robots[k];
+        let (of_body, rest) = numbers.split_at(robot.body.numbers().len());
+        let mut controller = robot.controller.map(R::lit);
         let (of_controller, rest) = rest.split_at(controller.numbers().len());
         controller.numbers_mut().copy_from_slice(of_controller);
-        let (x, v) = rest.split_at(rest.len() / 2);
-        let dimension = self.starts[k].dimension;
-        Member {
-            surroundings: self.surroundings[0].map(R::lit),
-            body: body.with_numbers(of_body),
-            controller,
-            start: State::from_flat(dimension, [x, v]),
+        let start = rest.split_at(rest.len() / 2);
+        Robot {
+            surroundings: Arc::new(robot.surroundings.map(R::lit)),
+            body: Arc::new(robot.body.with_numbers(of_body)),
+            controller: Arc::new(controller),
+            start: State::from_flat(robot.start.dimension, start.into()),
         }
     }
 
     /// The slopes by stiffnesses, strains, masses, presence, controller, and the positions and velocities at the start.
     fn lists(&self, k: usize, slopes: &[f64]) -> [Vec<f64>; 7] {
-        let slopes = self.member(k, slopes);
-        let (body, start) = (slopes.body, slopes.start);
+        let slopes = self.with_numbers(k, slopes);
+        let (body, start) = (&slopes.body, &slopes.start);
         [
-            body.stiffness,
-            body.strain,
-            body.mass,
-            body.presence,
+            body.stiffness.clone(),
+            body.strain.clone(),
+            body.mass.clone(),
+            body.presence.clone(),
             slopes.controller.numbers().to_vec(),
             self.flat_above(k, &start.x),
             self.flat_above(k, &start.v),
@@ -135,7 +117,7 @@ impl Begun {
     /// The coordinates of the nodes that are above the ground at the start. A node exactly on the ground is at the kink of
     /// the contact, where rounding decides the slope.
     fn flat_above(&self, k: usize, points: &[Vector<f64>]) -> Vec<f64> {
-        let columns = self.simulator.flatten(&self.starts[k]);
+        let columns = self.world.flatten(&self.robots[k].start);
         let heights = &columns[points.len()..];
         let above = points.iter().zip(heights).filter(|(_, up)| **up > 1e-6);
         above.flat_map(|(point, _)| point.in_plane()).collect()
@@ -144,7 +126,7 @@ impl Begun {
     /// The positions of a member, and the slopes of its loss by its [numbers](Losses::numbers).
     fn on_processor(&self, k: usize, span: &Span) -> (Vec<f64>, Vec<f64>) {
         let numbers: Vec<f32> = self.numbers(k).iter().map(|&x| x as f32).collect();
-        let of_body = self.bodies[k].numbers().len();
+        let of_body = self.robots[k].body.numbers().len();
         let (mut tape, mut places) = (Tape::new(), Vec::new());
         let result = tape.record(&numbers, |x: &[Var<f32>]| {
             // Parts that a robot does not have are left out only if their number is a constant zero.
@@ -153,9 +135,7 @@ impl Begun {
                 false => *x,
             };
             let x: Vec<Var<f32>> = x.iter().enumerate().map(or_zero).collect();
-            let robot = self.member(k, &x);
-            let (body, controller) = (&robot.body, &robot.controller);
-            let walk = (self.simulator).rollout(body, controller, &robot.start, span);
+            let walk = self.world.run_one(&self.with_numbers(k, &x), span);
             let values = positions(&walk).into_iter().map(|x| f64::from(x.value()));
             places = values.collect();
             loss(&walk)
@@ -167,13 +147,19 @@ impl Begun {
 
 impl Losses for Begun {
     fn numbers(&self, robot: usize) -> Vec<f64> {
-        let (body, start) = (self.bodies[robot].numbers(), &self.starts[robot]);
-        let [x, v] = start.to_flat();
-        [&body[..], self.controllers[robot].numbers(), &x, &v].concat()
+        let robot = &self.robots[robot];
+        let [x, v] = robot.start.to_flat();
+        [
+            &robot.body.numbers()[..],
+            robot.controller.numbers(),
+            &x,
+            &v,
+        ]
+        .concat()
     }
 
-    fn robot(&self, robot: usize, numbers: &[Var<f64>]) -> Member<Var<f64>> {
-        self.member(robot, numbers)
+    fn robot(&self, robot: usize, numbers: &[Var<f64>]) -> Robot<Var<f64>> {
+        self.with_numbers(robot, numbers)
     }
 
     fn loss(&self, _: usize, walk: &Trajectory<Var<f64>>) -> Var<f64> {
