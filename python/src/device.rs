@@ -1,15 +1,12 @@
 //! Populations on a GPU.
 
 use crate::arrays::{Number, flattened};
-use crate::asked::{Asked, scaled, surroundings_of};
+use crate::asked::Asked;
 use crate::errors::{Error, InputError};
 use crate::work::OfProcess;
 use autodiff::Var;
-use cosmic::inputs::{ALL, Inputs};
-use cosmic::lattice::Body;
-use cosmic::world::Task;
-use cosmic::world::{Trajectory, Wanted};
-use cosmic_gpu::{Batch, Gpu, Losses, Member, OnGpu, Refused};
+use cosmic::world::{Robot, Trajectory, Wanted};
+use cosmic_gpu::{Gpu, Losses, OnGpu, Refused};
 use pyo3::prelude::*;
 use std::sync::Arc;
 
@@ -20,8 +17,7 @@ static OPENED: OfProcess<Device> = OfProcess::new();
 
 /// A robot's positions and velocities times their cotangents, as a loss.
 struct Pulled<'a, R> {
-    task: &'a Task,
-    asked: &'a Asked<R>,
+    asked: &'a Asked<'a, R>,
     /// The cotangents of all robots' observed positions, and of their velocities.
     bars: [&'a [R]; 2],
 }
@@ -50,31 +46,29 @@ impl Device {
     /// Computes the rollouts of all robots, in single precision.
     pub(crate) fn rollouts<R: Number>(
         &self,
-        task: &Task,
         asked: &Asked<R>,
     ) -> Result<Vec<Trajectory<R>>, Refused> {
-        let walks = self.0.rollouts(&batch(task, asked))?.into_iter();
-        Ok(walks.map(|walk| walk.map(R::lit)).collect())
+        let robots = asked.robots(0..asked.count, Into::into);
+        let walks = self.0.run(&asked.kind.world, &robots, &asked.span)?;
+        Ok(walks.into_iter().map(|walk| walk.map(R::lit)).collect())
     }
 
-    /// For each robot, whether its last state is absurd, and the gradient of its states times `bars` by all inputs and
-    /// then by its other inputs.
+    /// For each robot, whether its last state is absurd, and the gradient of its states times `bars` by all its arrays.
     pub(crate) fn pulled<R: Number>(
         &self,
-        task: &Task,
         asked: &Asked<R>,
         bars: [&[R]; 2],
     ) -> Result<Vec<(bool, Vec<R>)>, Refused> {
-        let of = batch(task, asked);
+        let robots = asked.robots(0..asked.count, Into::into);
         let by = Wanted {
             bodies: true,
             controllers: true,
-            surroundings: !asked.others(0).is_empty(),
+            surroundings: asked.arrays.len() > asked.kind.sizes.shapes().len(),
         };
-        let losses = Pulled { task, asked, bars };
-        let found = self.0.differentiated(&of, by, &losses)?.into_iter();
+        let (world, losses) = (&asked.kind.world, Pulled { asked, bars });
+        let found = (self.0).differentiated(world, &robots, &asked.span, by, &losses)?;
         let single = |gradient: Vec<f64>| gradient.into_iter().map(R::lit).collect();
-        let found = found.map(|found| {
+        let found = found.into_iter().map(|found| {
             let last = found.trajectory.states.last();
             let is_absurd = last.is_some_and(|state| state.is_absurd());
             (is_absurd, single(found.gradient))
@@ -83,59 +77,18 @@ impl Device {
     }
 }
 
-/// The requested robots as a population.
-fn batch<R: Number>(task: &Task, asked: &Asked<R>) -> Batch {
-    let robots = asked.robots;
-    let or_one = |is_shared: bool| 0..if is_shared { 1 } else { robots };
-    let body = |robot| -> Body<f64> { asked.body(task, robot).map(Into::into) };
-    let surroundings = |robot| asked.surroundings(task, robot).map(Into::into);
-    Batch {
-        simulator: task.simulator.clone(),
-        span: asked.span.clone(),
-        surroundings: or_one(asked.shares_surroundings())
-            .map(surroundings)
-            .collect(),
-        bodies: or_one(asked.shares_body()).map(body).collect(),
-        controllers: or_one(asked.shared_controller().is_some())
-            .map(|robot| asked.controller(robot).map(Into::into))
-            .collect(),
-        starts: (0..robots)
-            .map(|robot| asked.start(robot).map(Into::into))
-            .collect(),
-    }
-}
-
-impl<R: Number> Pulled<'_, R> {
-    fn inputs(&self, robot: usize) -> Inputs<f64> {
-        self.asked.inputs(robot).map(Into::into)
-    }
-}
-
 impl<R: Number> Losses for Pulled<'_, R> {
     fn numbers(&self, robot: usize) -> Vec<f64> {
-        let others = self.asked.others(robot).iter();
-        let mut numbers = self.inputs(robot).get(ALL);
-        numbers.extend(others.map(|&x| Into::<f64>::into(x)));
-        numbers
+        let row = self.asked.arrays.row(robot).into_iter();
+        row.map(Into::into).collect()
     }
 
-    fn robot(&self, robot: usize, numbers: &[Var<f64>]) -> Member<Var<f64>> {
-        let mut inputs: Inputs<Var<f64>> = self.inputs(robot).lift();
-        let others = self.asked.others(robot).len();
-        let (own, others) = numbers.split_at(numbers.len() - others);
-        inputs.set(ALL, own);
-        let body = self.asked.mixing[robot].body(self.task, &inputs.z);
-        let sizes = &self.asked.sizes;
-        Member {
-            surroundings: surroundings_of(self.task, sizes, others),
-            body: scaled(self.task, sizes, body, others),
-            controller: inputs.controller,
-            start: inputs.start,
-        }
+    fn robot(&self, robot: usize, numbers: &[Var<f64>]) -> Robot<Var<f64>> {
+        self.asked.robot(robot, numbers, None)
     }
 
     fn loss(&self, robot: usize, walk: &Trajectory<Var<f64>>) -> Var<f64> {
-        let length = self.bars[0].len() / self.asked.robots;
+        let length = self.bars[0].len() / self.asked.count;
         let bars = self.bars.map(|bars| &bars[robot * length..][..length]);
         let pairs = flattened(std::slice::from_ref(walk)).concat().into_iter();
         let pairs = pairs.zip(bars.concat());

@@ -12,11 +12,11 @@ use cosmic::projection::Projection;
 use cosmic::random::{Purpose, stream};
 use cosmic::record::{DesignFile, TrajectoryFile};
 use cosmic::scene::{ControllerSettings, GoalKind};
-use cosmic::world::draw_goals;
-use cosmic::world::{Effort, Span, Trajectory};
+use cosmic::world::{Effort, Robot, Span, Trajectory, draw_goals};
 use cosmic_lab::report::{FRAME_WIDTH, RobotFiles};
 use numpy::{PyArrayDyn, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
+use std::sync::Arc;
 
 /// Robots of one design whose activations the caller supplies, without a controller.
 #[pyclass(frozen, module = "cosmic._core")]
@@ -25,7 +25,7 @@ pub(crate) struct Driven {
     /// How robots are observed.
     settings: ControllerSettings,
     materials: Vec<Material>,
-    body: Body<f64>,
+    body: Arc<Body<f64>>,
 }
 
 type Floats<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -69,20 +69,20 @@ impl Driven {
     fn new(simulator: Py<Simulator>, z: PyReadonlyArray2<f64>, is_scaled: bool) -> PyResult<Self> {
         let z = z.as_slice()?.as_chunks().0.to_vec();
         caught(|| {
-            let Simulator { scene, task, .. } = simulator.get();
-            let settings = scene.controller.clone();
+            let Simulator { scene, kind } = simulator.get();
+            let (world, settings) = (&kind.world, scene.controller.clone());
             let settings = match is_scaled {
-                true => scaled(settings, &task.lattice),
+                true => scaled(settings, &world.lattice),
                 false => settings,
             };
             let materials = z.iter().map(Material::dominant).collect();
             let design = Design::of_vectors(z);
-            let body = task.body(&task.projector.projected(Projection::Performance, &design));
+            let design = world.projector.projected(Projection::Performance, &design);
             Ok(Self {
+                body: Arc::new(world.body(&design)),
                 simulator,
                 settings,
                 materials,
-                body,
             })
         })
     }
@@ -98,7 +98,7 @@ impl Driven {
     /// The number of values in an observation.
     #[getter]
     fn inputs(&self) -> usize {
-        let sizes = &self.simulator.get().sizes;
+        let sizes = &self.simulator.get().kind.sizes;
         self.settings
             .observation_length(sizes.dimension, sizes.nodes)
     }
@@ -118,13 +118,14 @@ impl Driven {
     /// if the settings allow both. Returns the numbers of steps at which goals change, and the goals, an array of
     /// shape `(goals, 2)`, in space `(goals, 3)`.
     fn draw_goals<'py>(&self, py: Python<'py>, seed: u64) -> PyResult<(Vec<usize>, Floats<'py>)> {
-        let Simulator { scene, task, .. } = self.simulator.get();
+        let Simulator { scene, kind } = self.simulator.get();
+        let world = &kind.world;
         let (settings, ahead) = (&scene.goals, seed.is_multiple_of(2));
         let goals = caught(|| {
             let mut stream = stream(seed, Purpose::Errands);
-            Ok(draw_goals(task, settings, ahead, &mut stream))
+            Ok(draw_goals(world, settings, ahead, &mut stream))
         })?;
-        let dimension = task.lattice.dimension;
+        let dimension = world.lattice.dimension;
         let points = goals.iter().flat_map(|goal| dimension.components(goal));
         let changes = goals.later.iter().map(|&(steps, _)| steps).collect();
         let shape = [goals.later.len() + 1, dimension.count()];
@@ -134,9 +135,9 @@ impl Driven {
     /// Returns the position of each robot's payload, or of the body that `objective.body` names, in the ground's frame, m: an
     /// array of shape `(robots, 2)`, in space `(robots, 3)`.
     fn places<'py>(&self, py: Python<'py>, x: PyReadonlyArray3<f64>) -> PyResult<Floats<'py>> {
-        let task = &self.simulator.get().task;
-        let (ground, dimension) = (task.ground(), task.lattice.dimension);
-        let rest = task.lattice.state_at_rest();
+        let world = &self.simulator.get().kind.world;
+        let (ground, dimension) = (world.ground(), world.lattice.dimension);
+        let rest = world.lattice.state_at_rest();
         let place = |state| ground.vector_to_ground(self.body.marker.place(&rest.x, state));
         let states = states(dimension, &x, &x)?;
         let places: Vec<Vector<f64>> = states.iter().map(place).collect();
@@ -162,22 +163,25 @@ impl Driven {
         steps: usize,
         is_metered: bool,
     ) -> PyResult<(Floats<'py>, Floats<'py>, Vec<bool>, Vec<f64>)> {
-        let task = &self.simulator.get().task;
-        let (starts, robots) = (states(task.lattice.dimension, &x, &v)?, x.shape()[0]);
+        let world = &self.simulator.get().kind.world;
+        let (starts, robots) = (states(world.lattice.dimension, &x, &v)?, x.shape()[0]);
+        let surroundings = Arc::new(world.surroundings());
         let held = activations.as_slice()?.chunks_exact(activations.shape()[1]);
-        let held: Vec<&[f64]> = held.collect();
+        let robot = |(held, start): (&[f64], State<f64>)| Robot {
+            body: Arc::clone(&self.body),
+            controller: Arc::new(Controller::given(held.to_vec())),
+            surroundings: Arc::clone(&surroundings),
+            start,
+        };
+        let all: Vec<Robot<f64>> = held.zip(starts).map(robot).collect();
         let span = Span {
             first,
             metered: is_metered,
             ..Span::from_start(vec![steps])
         };
         let work = |stop: &_| {
-            each(robots, group_size(robots, true), stop, |robots| {
-                let (held, starts) = (&held[robots.clone()], &starts[robots]);
-                let surroundings = [task.simulator.surroundings()];
-                let bodies = std::slice::from_ref(&self.body);
-                (task.simulator).driven(&surroundings, bodies, held, starts, &span)
-            })
+            let size = group_size(robots, true);
+            each(robots, size, stop, |robots| world.run(&all[robots], &span))
         };
         let seen = caught(|| whole(py.detach(|| in_pool(robots, work))?))?;
         let seen: Vec<Trajectory<f64>> = seen.into_iter().flatten().collect();
@@ -190,7 +194,7 @@ impl Driven {
         };
         let energy = seen.iter().map(given).collect();
         let [x, v] = flattened(&seen);
-        let [nodes, axes] = self.simulator.get().sizes.points();
+        let [nodes, axes] = self.simulator.get().kind.sizes.points();
         let shape = [robots, nodes, axes];
         Ok((
             array(py, x, &shape)?,
@@ -210,10 +214,11 @@ impl Driven {
         done: Vec<usize>,
         goals: Option<Vec<Vec<f64>>>,
     ) -> PyResult<Floats<'py>> {
-        let Simulator { scene, task, .. } = self.simulator.get();
+        let Simulator { scene, kind } = self.simulator.get();
+        let world = &kind.world;
         let mut settings = self.settings.clone();
-        let dimension = task.lattice.dimension;
-        let (states, ground) = (states(dimension, &x, &v)?, task.ground());
+        let dimension = world.lattice.dimension;
+        let (states, ground) = (states(dimension, &x, &v)?, world.ground());
         let goals = match goals {
             Some(goals) => {
                 let goals = goals.iter();
@@ -239,8 +244,9 @@ impl Driven {
         steps: Vec<usize>,
         x: PyReadonlyArray3<f64>,
     ) -> PyResult<Bound<'py, PyArrayDyn<u8>>> {
-        let Simulator { scene, task, .. } = self.simulator.get();
-        let lattice = &task.lattice;
+        let Simulator { scene, kind } = self.simulator.get();
+        let world = &kind.world;
+        let lattice = &world.lattice;
         let layout = Design::Layout(self.materials.clone());
         let controller = Controller::xavier(&scene.controller, lattice, 0);
         let robot = RobotFiles {

@@ -8,6 +8,7 @@ mod errors;
 mod work;
 mod arrays;
 mod scene;
+mod kind;
 mod asked;
 #[cfg_attr(not(feature = "gpu"), path = "no_device.rs")]
 mod device;
@@ -52,7 +53,7 @@ mod _core {
     #[pymodule_export]
     const GPU: bool = crate::device::Device::IS_SUPPORTED;
     #[pymodule_export]
-    const GRADIENTS: [&str; 5] = crate::rollouts::GRADIENTS;
+    const GRADIENTS: [&str; 5] = crate::arrays::GRADIENTS;
     #[pymodule_export]
     use crate::simulator::Simulator;
     #[pymodule_export]

@@ -2,7 +2,6 @@
 
 use crate::asked::Asked;
 use crate::errors::InputError;
-use cosmic::world::Task;
 use cosmic::world::Trajectory;
 use pyo3::prelude::*;
 use std::sync::Arc;
@@ -25,13 +24,12 @@ impl Device {
         match *self {}
     }
 
-    pub(crate) fn rollouts<R>(&self, _: &Task, _: &Asked<R>) -> Result<Vec<Trajectory<R>>, String> {
+    pub(crate) fn rollouts<R>(&self, _: &Asked<R>) -> Result<Vec<Trajectory<R>>, String> {
         match *self {}
     }
 
     pub(crate) fn pulled<R>(
         &self,
-        _: &Task,
         _: &Asked<R>,
         _: [&[R]; 2],
     ) -> Result<Vec<(bool, Vec<R>)>, String> {

@@ -1,6 +1,6 @@
 //! Rollouts that JAX has compiled.
 
-use crate::arrays::Number;
+use crate::arrays::{Arrays, Number};
 use crate::asked::Asked;
 use crate::errors::{InputError, caught};
 use crate::simulator::Simulator;
@@ -104,7 +104,7 @@ pub(crate) const PULLED: i32 = 2;
 
 /// Runs the rollouts of a plan or their derivatives, and writes the results into the arrays `made`. The arrays `given` are
 /// those of the plan and the number of earlier steps, then in mode [`PUSHED`] their tangents, and in mode [`PULLED`] the
-/// cotangents. `by` chooses the gradients, as in [`Simulator::pulled`]. The thread must not have the interpreter's lock.
+/// cotangents. `by` chooses the gradients, as in [`Asked::pulled`]. The thread must not have the interpreter's lock.
 pub(crate) fn rollouts<R: Number>(
     [plan, mode, by]: [i32; 3],
     given: &[Array<R>],
@@ -144,8 +144,9 @@ impl Plan {
         if robots == 0 {
             return Ok(());
         }
-        let count = |own: &[Option<usize>]| -> Vec<usize> {
-            own.iter().map(|own| own.unwrap_or(1)).collect()
+        let arrays = |given: &[Array<R>], own: &[Option<usize>]| {
+            let arrays = given.iter().zip(own);
+            Arrays::new(arrays.map(|(array, own)| (array.numbers.to_vec(), own.unwrap_or(1))))
         };
         let span = Span {
             first: self.first(first.numbers)?,
@@ -155,24 +156,20 @@ impl Plan {
             PULLED => simulator.backwards(span, self.bounded),
             _ => span,
         };
-        let numbers: Vec<&[R]> = inputs.iter().map(|array| array.numbers).collect();
-        let asked = Asked::of(simulator, &numbers, &count(&own), robots, span)?;
+        let asked = Asked::new(&simulator.kind, arrays(inputs, &own), robots, span)?;
         let products = match (mode, directions, &mut *made) {
             (STATES, [], [x, v]) => {
-                if let (_, Some(interrupt)) = simulator.filled(&asked, [x, v])? {
+                if let (_, Some(interrupt)) = asked.filled([x, v])? {
                     return Err(interrupt);
                 }
                 return Ok(());
             }
             (PUSHED, [tangents @ .., _], [_, _]) if tangents.len() == inputs.len() => {
-                let numbers: Vec<&[R]> = tangents.iter().map(|array| array.numbers).collect();
-                let (counts, span) = (count(&directions_own), asked.span.clone());
-                let along = Asked::along(&simulator.sizes, &numbers, &counts, robots, span);
-                simulator.pushed(&asked, &along)?
+                asked.pushed(&arrays(tangents, &directions_own))?
             }
             (PULLED, [x, v], [.., by_first]) => {
                 by_first.fill(R::zero());
-                simulator.pulled(&asked, [x.numbers, v.numbers], by)?
+                asked.pulled([x.numbers, v.numbers], by)?
             }
             _ => return Err(misfit()),
         };

@@ -1,9 +1,10 @@
 //! The class `Simulator`. Arrays from Python have an axis for robots in front.
 
-use crate::arrays::{Number, Others, Sizes, array};
+use crate::arrays::{Sizes, array};
 use crate::device::Device;
-use crate::errors::{InputError, caught, raised};
-use crate::rollouts::Pair;
+use crate::errors::{caught, raised};
+use crate::kind::Kind;
+use crate::rollouts::{self, Pair};
 use crate::scene::Scene;
 use autodiff_programs::CotangentBound;
 use cosmic::design::{LayoutRules, Material, VolumeBounds, snap};
@@ -13,76 +14,29 @@ use cosmic::projection::Projection;
 use cosmic::scene::{self, VolumeSettings};
 use cosmic::search::CoDesign;
 use cosmic::world::Span;
-use cosmic::world::Task;
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use std::sync::{Arc, OnceLock};
 
 /// Simulates robots on the lattice and in the world of a scene.
 #[pyclass(frozen, module = "cosmic._core")]
 pub(crate) struct Simulator {
     pub(crate) scene: scene::Scene,
-    pub(crate) task: Task,
-    pub(crate) sizes: Sizes,
-    /// Whether rollouts run on the GPU.
-    pub(crate) on_gpu: bool,
-    /// Whether the first robots choose the projection.
-    is_automatic: bool,
-    projection: Arc<OnceLock<String>>,
+    pub(crate) kind: Kind,
 }
 
 impl Simulator {
-    /// The span of a gradient. If it is `bounded`, cotangents are limited as the scene says.
+    /// The span of a gradient, with the memory that the scene allows. If it is `bounded`, cotangents are limited as the scene
+    /// says.
     pub(crate) fn backwards(&self, span: Span, bounded: bool) -> Span {
-        let every = scene::GradientSettings::COTANGENT_EVERY;
-        let bound = self.scene.gradient.cotangent_bound.filter(|_| bounded);
+        let (every, gradient) = (
+            scene::GradientSettings::COTANGENT_EVERY,
+            &self.scene.gradient,
+        );
+        let bound = gradient.cotangent_bound.filter(|_| bounded);
         Span {
             cotangent_bound: bound.map(|norm| CotangentBound { norm, every }),
+            memory: gradient.budget(),
             ..span
-        }
-    }
-
-    /// The projection of robots with these numbers `z`, which all robots may share. The first call decides what `"auto"`
-    /// is. The robots that are `lost` do not count, because their inputs are not finite.
-    pub(crate) fn projection_of<R: Number>(&self, z: &[R], lost: &[bool]) -> PyResult<&str> {
-        let rows = z.as_chunks().0.iter();
-        let rows: Vec<[f64; 3]> = rows.map(|row: &[R; 3]| row.map(Into::into)).collect();
-        let is_chosen = |row: &[f64; 3]| {
-            row.iter().all(|&share| share == 0.0 || share == 1.0) && row.iter().sum::<f64>() == 1.0
-        };
-        if self.is_automatic {
-            let robots = rows.chunks(self.sizes.edges);
-            let finished: Vec<bool> = robots.map(|rows| rows.iter().all(is_chosen)).collect();
-            let counted = (0..lost.len()).filter(|&robot| !lost[robot]);
-            let counted: Vec<bool> = counted
-                .map(|robot| finished[robot % finished.len()])
-                .collect();
-            let Some(&is_finished) = counted.first() else {
-                return Ok(self.projection.get().map_or("performance", String::as_str));
-            };
-            if counted.contains(&!is_finished) {
-                return Err(InputError::new_err(
-                    "z: the batch has finished robots, whose rows are zeros and ones, and others; simulate them with \
-                     two simulators",
-                ));
-            }
-            let own = if is_finished { "layout" } else { "performance" };
-            let projection = self.projection.get_or_init(|| own.to_owned());
-            if is_finished && projection != "layout" {
-                return Err(InputError::new_err(
-                    "z: this is a finished robot, and the first robots of this simulator were design vectors; use \
-                     another simulator, or choose the projection, for example Simulator(scene, \"layout\")",
-                ));
-            }
-        }
-        let projection = self.projection();
-        let is_vague = |row: &&[f64; 3]| !row.iter().any(|&share| share > 0.5);
-        match rows.iter().find(is_vague) {
-            Some(row) if projection == "layout" => Err(InputError::new_err(format!(
-                "z: a row is {row:?}; this simulator is for finished robots (projection=\"layout\"), so one number of \
-                 every row must be above 0.5; use another Simulator for other designs"
-            ))),
-            _ => Ok(projection),
         }
     }
 }
@@ -111,17 +65,10 @@ impl Simulator {
             }
             let scene = scene.scene.clone();
             let codesign = CoDesign::new(&scene).map_err(raised)?;
-            let task = codesign.task().clone();
+            let world = codesign.world().clone();
             Ok(Self {
-                sizes: Sizes::of(&task.lattice, &scene.controller),
+                kind: Kind::new(world, &scene.controller, on_gpu, projection),
                 scene,
-                task,
-                on_gpu,
-                is_automatic: projection == "auto",
-                projection: Arc::new(match &*projection {
-                    "auto" => OnceLock::new(),
-                    _ => OnceLock::from(projection),
-                }),
             })
         })
     }
@@ -139,30 +86,9 @@ impl Simulator {
         physics: Vec<(String, usize)>,
     ) -> PyResult<Self> {
         caught(|| {
-            let (mut sizes, mut task) = (self.sizes.clone(), self.task.clone());
-            if driven.is_some() {
-                sizes.blocks.clear();
-            }
-            let axes = sizes.dimension.count();
-            let goals = changes
-                .as_ref()
-                .map_or(0, |changes| axes * (1 + changes.len()));
-            if let Some(changes) = changes {
-                sizes.changes = Some(changes);
-                task = task.with_goals(&sizes.goals(&vec![0.0; goals]));
-            }
-            sizes.others = Others {
-                driven,
-                goals,
-                physics,
-            };
             Ok(Self {
                 scene: self.scene.clone(),
-                task,
-                sizes,
-                on_gpu: self.on_gpu,
-                is_automatic: self.is_automatic,
-                projection: Arc::clone(&self.projection),
+                kind: self.kind.with_others(driven, changes, physics),
             })
         })
     }
@@ -172,11 +98,11 @@ impl Simulator {
     #[getter]
     fn physics(&self) -> PyResult<Vec<(String, f64, usize)>> {
         caught(|| {
-            let surroundings = self.task.simulator.surroundings::<f64>();
+            let surroundings = self.kind.world.surroundings::<f64>();
             let numbers = surroundings.iter();
             let numbers = numbers.filter(|(name, _)| !name.starts_with("goal."));
             let numbers = numbers.map(|(name, value)| (name.to_owned(), value, 0));
-            let Sizes { edges, nodes, .. } = self.sizes;
+            let Sizes { edges, nodes, .. } = self.kind.sizes;
             let factors = FACTORS.iter().zip([edges, edges, edges, nodes]);
             let factors = factors.map(|(name, count)| ((*name).to_owned(), 1.0, count));
             Ok(numbers.chain(factors).collect())
@@ -186,13 +112,13 @@ impl Simulator {
     /// How rows of `z` become a robot; `"auto"` until the first robot decides.
     #[getter]
     fn projection(&self) -> &str {
-        self.projection.get().map_or("auto", String::as_str)
+        self.kind.projection()
     }
 
     /// Decides the projection of a copy, as the first robots of the original did.
     fn decide(&self, projection: String) -> PyResult<()> {
         caught(|| {
-            self.projection.get_or_init(|| projection);
+            self.kind.decide(projection);
             Ok(())
         })
     }
@@ -201,10 +127,11 @@ impl Simulator {
     /// the ground, in metres. `None` if goals are not inputs of a rollout.
     #[getter]
     fn goal_origin(&self) -> Option<Vec<f64>> {
-        let (lattice, ground) = (&self.task.lattice, self.task.ground());
+        let Kind { world, sizes, .. } = &self.kind;
+        let (lattice, ground) = (&world.lattice, world.ground());
         let origin = lattice.payload_point(&lattice.state_at_rest(), &ground);
-        let origin = || self.sizes.dimension.list(origin);
-        self.sizes.changes.is_some().then(origin)
+        let origin = || sizes.dimension.list(origin);
+        sizes.changes.is_some().then(origin)
     }
 
     /// The length of a time step, in seconds.
@@ -222,33 +149,36 @@ impl Simulator {
     /// The names of the arrays of a robot, each with its shape.
     #[getter]
     fn shapes(&self) -> Vec<(&'static str, Vec<usize>)> {
-        self.sizes.shapes()
+        self.kind.sizes.shapes()
     }
 
     /// The nodes `[i, j]` of every edge, of shape `(edges, 2)`.
     #[getter]
     fn edges<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<i64>>> {
-        let ends = self.task.lattice.edges.as_flattened().iter();
+        let ends = self.kind.world.lattice.edges.as_flattened().iter();
         let ends = ends.map(|&node| node as i64).collect();
-        array(py, ends, &[self.sizes.edges, 2])
+        array(py, ends, &[self.kind.sizes.edges, 2])
     }
 
     /// The rest length of every edge, in metres.
     #[getter]
     fn rest_length(&self) -> Vec<f64> {
-        self.task.lattice.rest_length.clone()
+        self.kind.world.lattice.rest_length.clone()
     }
 
     /// The node of the payload whose displacement counts.
     #[getter]
     fn payload(&self) -> usize {
-        self.task.lattice.payload[0].node
+        self.kind.world.lattice.payload[0].node
     }
 
     /// The unit vector along the ground, in which distances are measured.
     #[getter]
     fn along(&self) -> Vec<f64> {
-        self.sizes.dimension.list(self.task.ground().tangent())
+        self.kind
+            .sizes
+            .dimension
+            .list(self.kind.world.ground().tangent())
     }
 
     /// Returns all numbers of the robot with which an optimisation with this seed starts.
@@ -270,12 +200,12 @@ impl Simulator {
         z: PyReadonlyArrayDyn<'py, f64>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         caught(|| {
-            let (scene, task) = (&self.scene, &self.task);
-            let rules = LayoutRules::new(&task.lattice, &scene.design);
+            let (scene, world) = (&self.scene, &self.kind.world);
+            let rules = LayoutRules::new(&world.lattice, &scene.design);
             let bounds = VolumeBounds::widened(&scene.volume, VolumeSettings::WIDENING);
-            let robots = z.as_slice()?.as_chunks().0.chunks(self.sizes.edges);
+            let robots = z.as_slice()?.as_chunks().0.chunks(self.kind.sizes.edges);
             let snapped = robots.flat_map(|z| {
-                let mixtures = task.projector.mixtures(Projection::Performance, z);
+                let mixtures = world.projector.mixtures(Projection::Performance, z);
                 snap(&mixtures, &bounds, &rules)
             });
             array(py, snapped.flat_map(Material::one_hot).collect(), z.shape())
@@ -292,15 +222,15 @@ impl Simulator {
         first: usize,
         check: bool,
     ) -> PyResult<Pair<'py>> {
-        let span = span(observed, first);
+        let (kind, span) = (&self.kind, span(observed, first));
         caught(|| match is_single(&arrays) {
-            true => self.rollout_in::<f32>(py, &arrays, span, check),
-            false => self.rollout_in::<f64>(py, &arrays, span, check),
+            true => rollouts::states::<f32>(py, kind, &arrays, span, check),
+            false => rollouts::states::<f64>(py, kind, &arrays, span, check),
         })
     }
 
     /// Returns the cotangents of the arrays, given the cotangents of positions and velocities: a row per robot. `by` chooses
-    /// the [`GRADIENTS`](crate::rollouts::GRADIENTS). The others may be 0.
+    /// the [`GRADIENTS`](crate::arrays::GRADIENTS). The others may be 0.
     #[expect(clippy::too_many_arguments, reason = "the signature of Python")]
     fn vjp<'py>(
         &self,
@@ -315,10 +245,10 @@ impl Simulator {
         by: u32,
     ) -> PyResult<Bound<'py, PyAny>> {
         let span = self.backwards(span(observed, first), bounded);
-        let bars = [x_bar, v_bar];
+        let (kind, bars) = (&self.kind, [x_bar, v_bar]);
         caught(|| match is_single(&arrays) {
-            true => self.vjp_in::<f32>(py, &arrays, bars, span, check, by),
-            false => self.vjp_in::<f64>(py, &arrays, bars, span, check, by),
+            true => rollouts::gradients::<f32>(py, kind, &arrays, bars, span, check, by),
+            false => rollouts::gradients::<f64>(py, kind, &arrays, bars, span, check, by),
         })
     }
 
@@ -332,10 +262,10 @@ impl Simulator {
         first: usize,
         check: bool,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let span = span(observed, first);
+        let (kind, span) = (&self.kind, span(observed, first));
         caught(|| match is_single(&arrays) {
-            true => self.jvp_in::<f32>(py, &arrays, &tangents, span, check),
-            false => self.jvp_in::<f64>(py, &arrays, &tangents, span, check),
+            true => rollouts::tangents::<f32>(py, kind, &arrays, &tangents, span, check),
+            false => rollouts::tangents::<f64>(py, kind, &arrays, &tangents, span, check),
         })
     }
 }
