@@ -190,36 +190,23 @@ impl<R: Real> Inputs<R> {
         function: impl FnOnce(&Inputs<Var<R>>) -> Vec<Var<R>>,
         cotangents: &[R],
     ) -> (Vec<R>, Vec<R>) {
-        let alone = WithOthers {
-            inputs: self.clone(),
-            others: Vec::new(),
-        };
-        let of_one = |robots: &[WithOthers<_>]| function(&robots[0].inputs);
-        let (values, mut gradients) = vjp(&[alone], blocks, of_one, cotangents);
-        (values, gradients.remove(0))
+        let on = |variables: &[Var<R>]| function(&self.with_variables(blocks, variables));
+        autodiff::vjp(on, &self.get(blocks), cotangents)
     }
 
     /// The values of a function with several results, and its Jacobian-vector product: the derivatives of these values
-    /// in the direction `tangents` of the inputs and `by_others` of the further numbers `others`.
+    /// in the direction `tangents`.
     pub fn jvp(
         &self,
         tangents: &Self,
-        [others, by_others]: [&[R]; 2],
-        function: impl FnOnce(WithOthers<Dual<R, 1>>) -> Vec<Dual<R, 1>>,
+        function: impl FnOnce(&Inputs<Dual<R, 1>>) -> Vec<Dual<R, 1>>,
     ) -> (Vec<R>, Vec<R>) {
-        let mut inputs = self.map(Dual::constant);
-        let duals = |values: &[R], tangents: &[R]| -> Vec<Dual<R, 1>> {
-            let pairs = values.iter().zip(tangents);
-            let dual = |(&value, &tangent)| Dual {
-                value,
-                tangent: [tangent],
-            };
-            pairs.map(dual).collect()
+        let along = |numbers: &[Dual<R, 1>]| {
+            let mut inputs = self.map(Dual::constant);
+            inputs.set(ALL, numbers);
+            function(&inputs)
         };
-        inputs.set(ALL, &duals(&self.get(ALL), &tangents.get(ALL)));
-        let others = duals(others, by_others);
-        let results = function(WithOthers { inputs, others }).into_iter();
-        results.map(|y| (y.value, y.tangent[0])).unzip()
+        autodiff::jvp(along, &self.get(ALL), &tangents.get(ALL))
     }
 
     /// For each of `N` functions, its value and its gradient with respect to the numbers of `blocks`. All functions
@@ -239,56 +226,6 @@ impl<R: Real> Inputs<R> {
             (value.value(), gradient)
         })
     }
-}
-
-/// The inputs of a robot, and further numbers that a function depends on, such as goals.
-#[derive(Clone, Debug)]
-pub struct WithOthers<R> {
-    /// The inputs.
-    pub inputs: Inputs<R>,
-    /// The further numbers.
-    pub others: Vec<R>,
-}
-
-/// The values of a function of several robots, and its vector-Jacobian product: for each robot, the gradient of `sum_k
-/// cotangent_k value_k` with respect to the numbers of `blocks` and then to its other numbers.
-///
-/// # Panics
-/// If the number of cotangents is not the number of results.
-pub fn vjp<R: Real>(
-    robots: &[WithOthers<R>],
-    blocks: &[Block],
-    function: impl FnOnce(&[WithOthers<Var<R>>]) -> Vec<Var<R>>,
-    cotangents: &[R],
-) -> (Vec<R>, Vec<Vec<R>>) {
-    let own = |robot: &WithOthers<R>| [robot.inputs.get(blocks), robot.others.clone()].concat();
-    let numbers: Vec<Vec<R>> = robots.iter().map(own).collect();
-    let mut tape = Tape::new();
-    let values = tape.record(&numbers.concat(), |mut variables| {
-        let with_variables = |robot: &WithOthers<R>| {
-            let others = robot.others.len();
-            let inputs = robot.inputs.get(blocks).len();
-            let (own, rest) = variables.split_at(inputs + others);
-            variables = rest;
-            WithOthers {
-                inputs: robot.inputs.with_variables(blocks, &own[..inputs]),
-                others: own[inputs..].to_vec(),
-            }
-        };
-        let robots: Vec<_> = robots.iter().map(with_variables).collect();
-        function(&robots)
-    });
-    let mut gradient = tape.pullback(&values, cotangents);
-    let gradients = numbers.iter().map(|own| {
-        let (of_robot, rest) = gradient.split_at(own.len());
-        gradient = rest;
-        of_robot.to_vec()
-    });
-    let gradients = gradients.collect();
-    (
-        values.iter().map(|value| value.value()).collect(),
-        gradients,
-    )
 }
 
 impl Inputs<f64> {
