@@ -1,14 +1,15 @@
 //! The work of a session: a design in progress, or a finished robot, with its walk and its measurements.
 
 use crate::{packed, view};
-use cosmic::codesign::{CoDesign, Delivery, Progress};
 use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::Error;
 use cosmic::geometry::{Ground, Vector};
+use cosmic::judge::Delivery;
+use cosmic::judge::verdict::Measured;
 use cosmic::lattice::State;
 use cosmic::policy::{Controller, Goals};
 use cosmic::scene::{ControllerSettings, GoalKind, PhysicsSettings, Scene, SelectionSettings};
-use cosmic::verdict::Measured;
+use cosmic::search::{CoDesign, Progress};
 use cosmic::world::{Span, Trajectory, World};
 use serde_json::{Value, json};
 
