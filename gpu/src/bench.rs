@@ -4,7 +4,7 @@ use std::error::Error;
 use std::sync::Arc;
 use std::time::Instant;
 
-use autodiff::{Real, Tape, Var};
+use autodiff::{Parameters, Real, Tape, Var};
 use clap::Args;
 use cosmic::case::Case;
 use cosmic::lattice::Body;
@@ -208,10 +208,9 @@ impl Few<'_> {
     fn rolled<R: Real>(
         &self,
         mut body: impl FnMut(&Body<f64>) -> Body<R>,
-        controller: Controller<R>,
+        controller: Arc<Controller<R>>,
     ) -> Vec<Trajectory<R>> {
-        let (controller, surroundings) =
-            (Arc::new(controller), Arc::new(self.world.surroundings()));
+        let surroundings = Arc::new(self.world.surroundings());
         let robot = |robot: &Robot<f64>| Robot {
             body: Arc::new(body(&robot.body)),
             controller: Arc::clone(&controller),
@@ -227,25 +226,25 @@ impl Few<'_> {
         let (of_bodies, controller) = (work == Work::OfDesigns, &self.robots[0].controller);
         let bodies = self.robots.iter().map(|robot| &robot.body);
         let numbers: Vec<f64> = match of_bodies {
-            true => bodies.flat_map(|body| body.numbers()).collect(),
+            true => bodies.flat_map(|body| body.flatten()).collect(),
             false => controller.numbers().to_vec(),
         };
         let numbers: Vec<f32> = numbers.into_iter().map(single).collect();
         let mut tape = Tape::new();
         let loss = tape.record(&numbers, |mut x: &[Var<f32>]| {
-            let mut controller = controller.map(Var::lit);
+            let mut controller = (**controller).map(Var::lit);
             if !of_bodies {
                 controller.numbers_mut().copy_from_slice(x);
             }
             let body = |body: &Body<f64>| match of_bodies {
                 true => {
-                    let (own, others) = x.split_at(body.numbers().len());
+                    let (own, others) = x.split_at(body.flatten().len());
                     x = others;
-                    body.with_numbers(own)
+                    body.with(own)
                 }
                 false => body.map(Var::lit),
             };
-            let walks = self.rolled(body, controller);
+            let walks = self.rolled(body, Arc::new(controller));
             let states = walks.iter().flat_map(|walk| &walk.states);
             states.map(|state| state.x[0].forward()).sum::<Var<f32>>()
         });

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use autodiff::Var;
+use autodiff::{Parameters, Var};
 use cosmic::world::{PrintedRobots, Robot, Span, Trajectory, Wanted, Workgroup, World};
 
 use crate::device::{Gpu, GpuError};
@@ -188,7 +188,7 @@ fn examples(robots: &[Robot<f64>]) -> Vec<Robot<f64>> {
         return [first].into_iter().chain(other).cloned().collect();
     }
     let example = || Robot {
-        body: Arc::new(first.body.map(|_| 1.0)),
+        body: first.body.map(|_| 1.0),
         ..first.map(|x| x)
     };
     vec![example(), example()]

@@ -3,7 +3,7 @@
 use std::slice;
 use std::sync::Arc;
 
-use autodiff::{Real, Tape, Var};
+use autodiff::{Parameters, Real, Tape, Var};
 use cosmic::world::{PrintedRobots, Robot, Trajectory};
 use rayon::prelude::*;
 

@@ -2,6 +2,7 @@
 
 use crate::alike::{Begun, assert_alike, assert_alike_in, positions};
 use crate::device::gpu;
+use autodiff::Parameters;
 use cosmic::geometry::Vector;
 use cosmic::scene::{BUILTIN, Integrator, Scene};
 use cosmic::world::{Robot, Span, Wanted};

@@ -3,7 +3,7 @@
 use crate::arrays::{Arrays, Number, Others, Sizes, flattened};
 use crate::kind::{Kind, Mixing};
 use crate::work::{Stop, group_size};
-use autodiff::Real;
+use autodiff::{Parameters, Real};
 use cosmic::error::Error;
 use cosmic::lattice::State;
 use cosmic::world::{Robot, Span, Trajectory};

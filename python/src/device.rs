@@ -4,7 +4,7 @@ use crate::arrays::{Number, flattened};
 use crate::asked::Asked;
 use crate::errors::{Error, InputError};
 use crate::work::OfProcess;
-use autodiff::Var;
+use autodiff::{Parameters, Var};
 use cosmic::world::{Robot, Trajectory, Wanted};
 use cosmic_gpu::{Gpu, Losses, OnGpu, Refused};
 use pyo3::prelude::*;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use autodiff::{Real, Tape, Var};
+use autodiff::{Parameters, Real, Tape, Var};
 use cosmic::case::Case;
 use cosmic::geometry::Vector;
 use cosmic::lattice::State;
@@ -86,14 +86,14 @@ impl Begun {
     /// The robot with these numbers of its body, its controller and its start.
     fn with_numbers<R: Real>(&self, k: usize, numbers: &[R]) -> Robot<R> {
         let robot = &self.robots[k];
-        let (of_body, rest) = numbers.split_at(robot.body.numbers().len());
-        let mut controller = robot.controller.map(R::lit);
+        let (of_body, rest) = numbers.split_at(robot.body.flatten().len());
+        let mut controller = (*robot.controller).map(R::lit);
         let (of_controller, rest) = rest.split_at(controller.numbers().len());
         controller.numbers_mut().copy_from_slice(of_controller);
         let start = rest.split_at(rest.len() / 2);
         Robot {
-            surroundings: Arc::new(robot.surroundings.map(R::lit)),
-            body: Arc::new(robot.body.with_numbers(of_body)),
+            surroundings: robot.surroundings.map(R::lit),
+            body: robot.body.with(of_body),
             controller: Arc::new(controller),
             start: State::from_flat(robot.start.dimension, start.into()),
         }
@@ -126,7 +126,7 @@ impl Begun {
     /// The positions of a member, and the slopes of its loss by its [numbers](Losses::numbers).
     fn on_processor(&self, k: usize, span: &Span) -> (Vec<f64>, Vec<f64>) {
         let numbers: Vec<f32> = self.numbers(k).iter().map(|&x| x as f32).collect();
-        let of_body = self.robots[k].body.numbers().len();
+        let of_body = self.robots[k].body.flatten().len();
         let (mut tape, mut places) = (Tape::new(), Vec::new());
         let result = tape.record(&numbers, |x: &[Var<f32>]| {
             // Parts that a robot does not have are left out only if their number is a constant zero.
@@ -150,7 +150,7 @@ impl Losses for Begun {
         let robot = &self.robots[robot];
         let [x, v] = robot.start.to_flat();
         [
-            &robot.body.numbers()[..],
+            &robot.body.flatten()[..],
             robot.controller.numbers(),
             &x,
             &v,
