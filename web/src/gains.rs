@@ -1,8 +1,8 @@
 //! What a change of each bar would bring, by the gradient of the distance.
 
-use cosmic::search::{CoDesign, GradientPoint, Progress, Schedule, Variables};
 use cosmic::design::Design;
 use cosmic::error::{Error, Result};
+use cosmic::search::{CoDesign, GradientPoint, Progress, Schedule, Variables};
 use cosmic::world::Span;
 use serde_json::{Value, json};
 

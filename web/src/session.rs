@@ -4,12 +4,12 @@ use crate::evolve::Evolution;
 use crate::gains;
 use crate::work::{MEASURED, Robot, Whole, Work, clearance, nothing, solid_nodes};
 use cosmic::case::Case;
-use cosmic::search::{CoDesign, Progress};
 use cosmic::design::{Design, Material};
 use cosmic::error::Error;
 use cosmic::geometry::Vector;
 use cosmic::record::DesignFile;
 use cosmic::scene::{GoalKind, Scene};
+use cosmic::search::{CoDesign, Progress};
 use cosmic::shop::{self, Piece};
 use serde_json::{Value, json};
 

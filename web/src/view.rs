@@ -1,8 +1,8 @@
 //! The JSON data from which the page draws a scene and a rollout.
 
-use cosmic::search::CoDesign;
 use cosmic::geometry::{Dimension, Ground, Range};
 use cosmic::lattice::{Lattice, State};
+use cosmic::search::CoDesign;
 use cosmic::world::{Trajectory, World};
 use serde_json::{Value, json};
 
