@@ -179,6 +179,21 @@ fn no_files_of_a_folder_import_one_another_in_a_circle() {
     }
 }
 
+/// Only the world runs recorded steps of robots: everything else calls its verb.
+#[test]
+fn only_the_world_runs_recorded_steps() {
+    let rooms = SOURCES.into_iter().filter(|source| {
+        let parts = ["cosmic", "gpu", "python", "web"];
+        parts.iter().any(|part| source.starts_with(part))
+    });
+    let runs = |path: &PathBuf| names_after("autodiff_programs::", &code(path)).contains("Rollout");
+    let running: Vec<PathBuf> = rooms.flat_map(sources).filter(runs).collect();
+    let (world, others): (Vec<_>, Vec<_>) = (running.into_iter())
+        .partition(|path| path.starts_with(workspace().join("cosmic/src/world")));
+    assert!(!world.is_empty());
+    assert_eq!(others, Vec::<PathBuf>::new());
+}
+
 /// Every source file is declared as a module; otherwise it would not be compiled.
 #[test]
 fn every_file_is_declared() {
