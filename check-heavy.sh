@@ -19,7 +19,6 @@ cargo check -p cosmic-autodiff --features derive
 cargo check -p cosmic-autodiff --features nalgebra
 cargo check -p cosmic-autodiff --features rayon
 cargo check -p cosmic-autodiff-programs --no-default-features
-cargo check -p cosmic-autodiff-programs --features wgsl
 cargo check -p cosmic-codesign --no-default-features
 cargo check -p cosmic-optimiser
 if rustup target add wasm32-unknown-unknown >/dev/null 2>&1; then

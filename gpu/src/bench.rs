@@ -10,8 +10,8 @@ use cosmic::case::Case;
 use cosmic::lattice::Body;
 use cosmic::policy::Controller;
 use cosmic::scene::Scene;
-use cosmic::world::{Robot, Span, Trajectory, Wanted, World};
-use cosmic_gpu::{Gpu, RobotsOnGpu, WORKGROUP};
+use cosmic::world::{Robot, Span, Trajectory, World};
+use cosmic_gpu::{Gpu, PrintedRobots, RobotsOnGpu, WORKGROUP, Wanted};
 use rayon::prelude::*;
 
 /// The settings of a measurement.
@@ -150,7 +150,7 @@ fn on_device(
         controllers: work == Work::OfControllers,
         surroundings: false,
     };
-    let printed = (drawn.world).printed(&robots, &span(steps), wanted, WORKGROUP)?;
+    let printed = PrintedRobots::new(&drawn.world, &robots, &span(steps), wanted, WORKGROUP)?;
     let cotangents = vec![1.0; robots.len() * 2 * printed.program.entries()];
     let device = RobotsOnGpu::new(gpu, printed)?;
     let sweep = device.sweep(&robots, work != Work::Forward);

@@ -6,7 +6,6 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
-use autodiff_programs::wgsl::{GROUPS_IN_A_ROW, Printed};
 use pollster::block_on;
 use wgpu::{
     Adapter, Backends, BindGroup, Buffer, BufferDescriptor, BufferUsages, CommandEncoder,
@@ -14,6 +13,8 @@ use wgpu::{
     InstanceDescriptor, PipelineCompilationOptions, PollType, Queue, ShaderModuleDescriptor,
     ShaderSource,
 };
+
+use crate::wgsl::{GROUPS_IN_A_ROW, Printed};
 
 /// A device that runs printed programs. Copies are the same device.
 #[derive(Clone)]
@@ -254,7 +255,7 @@ impl Gpu {
             label: None,
             source: ShaderSource::Wgsl(printed.source().into()),
         };
-        // SAFETY: checks of indices and of loops take half of the time. `autodiff` prints every index as a constant place
+        // SAFETY: checks of indices and of loops take half of the time. `wgsl` prints every index as a constant place
         // plus a loop variable below the length of the array, or as an entry of a table that it has made itself; all loops
         // end after a fixed number of turns. `Population` makes the buffers in the lengths that the program states.
         #[allow(unsafe_code)]

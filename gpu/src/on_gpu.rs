@@ -4,10 +4,11 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use autodiff::{Parameters, Var};
-use cosmic::world::{PrintedRobots, Robot, Span, Trajectory, Wanted, Workgroup, World};
+use cosmic::world::{Robot, Span, Trajectory, World};
 
 use crate::device::{Gpu, GpuError};
 use crate::population::Population;
+use crate::printed::{PrintedRobots, Wanted, Workgroup};
 use crate::robots::{Differentiated, Losses, RobotsOnGpu, share_build};
 
 /// The number of invocations that carry one robot.
@@ -140,7 +141,7 @@ impl OnGpu {
                 invocations: WORKGROUP,
                 memory,
             };
-            let printed = world.printed(&robots, span, wanted, workgroup);
+            let printed = PrintedRobots::new(world, &robots, span, wanted, workgroup);
             printed.map_err(|error| error.to_string())
         };
         let whole = printed(usize::MAX)?;

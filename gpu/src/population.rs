@@ -1,10 +1,10 @@
 //! Runs a printed program for many members at once.
 
-use autodiff_programs::wgsl::{GROUPS_IN_A_ROW, Printed};
 use rayon::prelude::*;
 use wgpu::{BindGroup, Buffer, ComputePipeline};
 
 use crate::device::{Gpu, GpuError};
+use crate::wgsl::{GROUPS_IN_A_ROW, Placed, Printed};
 
 /// A printed program on a device.
 pub struct Population {
@@ -332,7 +332,7 @@ impl Sweep<'_> {
         let (population, gpu) = (self.population, &self.population.gpu);
         let printed = &population.printed;
         let all = gpu.read(&self.bars, self.members * printed.lengths()[2])?;
-        let of_parameter = |placed: &autodiff_programs::wgsl::Placed| {
+        let of_parameter = |placed: &Placed| {
             let bars: Vec<usize> = placed.bars().collect();
             let parts = all.chunks(printed.lengths()[2].max(1));
             let of_member = |part: &[f32]| bars.iter().map(|&at| part[at]).collect::<Vec<f32>>();

@@ -1,14 +1,14 @@
 //! Losses and gradients of a population of robots.
 
-use std::slice;
 use std::sync::Arc;
 
 use autodiff::{Parameters, Real, Tape, Var};
-use cosmic::world::{PrintedRobots, Robot, Trajectory};
+use cosmic::world::{Robot, Trajectory};
 use rayon::prelude::*;
 
 use crate::device::{Gpu, GpuError};
 use crate::population::{Cotangents, Members, Population, Sweep};
+use crate::printed::PrintedRobots;
 
 /// Robots on a device.
 pub struct RobotsOnGpu {
@@ -25,7 +25,7 @@ pub trait Losses: Sync {
     fn numbers(&self, robot: usize) -> Vec<f64>;
 
     /// The robot as a function of these numbers. Bodies, controllers or surroundings that were not
-    /// [wanted](cosmic::world::Wanted) when the step was printed count as constant in the rollout. If cotangents are
+    /// [wanted](crate::Wanted) when the step was printed count as constant in the rollout. If cotangents are
     /// bounded, those of an observed start are added after the bound.
     fn robot(&self, robot: usize, numbers: &[Var<f64>]) -> Robot<Var<f64>>;
 
@@ -68,7 +68,13 @@ impl RobotsOnGpu {
     pub(crate) fn of(population: Arc<Population>, printed: PrintedRobots) -> Self {
         Self {
             population,
-            inputs: printed.inputs.iter().map(|&x| x as f32).collect(),
+            inputs: printed
+                .recorded
+                .rollout()
+                .inputs
+                .iter()
+                .map(|&x| x as f32)
+                .collect(),
             observed: (printed.span().observed.iter().copied())
                 .filter(|&step| step > 0)
                 .collect(),
@@ -93,7 +99,7 @@ impl RobotsOnGpu {
         if self.printed.span().observed.first() != Some(&0) {
             return Vec::new();
         }
-        let flat = self.printed.starts(slice::from_ref(robot));
+        let flat = self.printed.recorded.start(robot);
         let nodes = robot.start.x.len();
         let observed = self.printed.span().nodes.min(nodes);
         let parts = 2 * robot.start.dimension.count();
@@ -108,7 +114,7 @@ impl RobotsOnGpu {
     /// Like [`run`](Self::run).
     pub fn sweep(&self, robots: &[Robot<f64>], reverses: bool) -> Sweep<'_> {
         let numbers = self.numbers(robots);
-        let start = |robot: &Robot<f64>| single(self.printed.starts(slice::from_ref(robot)));
+        let start = |robot: &Robot<f64>| single(self.printed.recorded.start(robot));
         let starts: Vec<Vec<f32>> = robots.par_iter().map(start).collect();
         let members = Members {
             starts: &starts.concat(),
@@ -178,7 +184,7 @@ impl RobotsOnGpu {
             let value = |&x: &f32| if exceeded[k] { f64::NAN } else { f64::from(x) };
             let mut numbers = self.at_start(robot);
             numbers.extend(self.seen_of(k, &seen).iter().map(value));
-            self.printed.trajectory(&numbers, robot)
+            self.printed.recorded.trajectory(&numbers, robot)
         };
         Ok(robots.par_iter().enumerate().map(trajectory).collect())
     }
@@ -224,7 +230,7 @@ impl RobotsOnGpu {
             let (seen, own) = x.split_at(seen.len());
             let robot = losses.robot(k, own);
             let seen = [&self.at_start(&robot), seen].concat();
-            let walk = self.printed.trajectory(&seen, &robot);
+            let walk = (self.printed.recorded).trajectory(&seen, &robot);
             trajectory = Some(walk.map(|x| x.value()));
             losses.loss(k, &walk)
         });
@@ -249,7 +255,7 @@ impl RobotsOnGpu {
         let outputs = tape.record(&losses.numbers(k), |own| {
             let robot = losses.robot(k, own);
             let numbers = self.printed.numbers_of_one(&robot);
-            let start = self.printed.starts(&[robot]);
+            let start = self.printed.recorded.start(&robot);
             let mut outputs = Vec::new();
             let lists = numbers.into_iter().zip(&bars.parameters);
             let lists = lists.filter(|(_, bars)| !bars.is_empty());

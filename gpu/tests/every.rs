@@ -5,8 +5,8 @@ use std::sync::Arc;
 use crate::device::gpu;
 use crate::program::Every;
 use autodiff::{Tape, Var};
-use autodiff_programs::wgsl::{Options, Placed, print};
 use autodiff_programs::{CotangentBound, Rollout};
+use cosmic_gpu::wgsl::{Options, Placed, print};
 use cosmic_gpu::{Gpu, Members, Population};
 
 const MEMBERS: usize = 3;

@@ -5,5 +5,6 @@ mod commands;
 mod device;
 mod every;
 mod program;
+mod refused;
 mod robots;
 mod text;

@@ -5,8 +5,8 @@ use crate::device::gpu;
 use autodiff::Parameters;
 use cosmic::geometry::Vector;
 use cosmic::scene::{BUILTIN, Integrator, Scene};
-use cosmic::world::{Robot, Span, Wanted};
-use cosmic_gpu::{OnGpu, RobotsOnGpu};
+use cosmic::world::{Robot, Span};
+use cosmic_gpu::{OnGpu, PrintedRobots, RobotsOnGpu, Wanted};
 use cosmic_tests::{laws, own_reference_folder, references};
 
 #[test]
@@ -73,7 +73,7 @@ fn a_robot_that_is_too_fast_has_no_observations() {
         watched: true,
         ..Span::from_start(vec![4, 8])
     };
-    let printed = (world.printed(&robots, &span, Wanted::default(), 64)).unwrap();
+    let printed = PrintedRobots::new(&world, &robots, &span, Wanted::default(), 64).unwrap();
     let device = RobotsOnGpu::new(&gpu, printed).unwrap();
     let walked = device.run(&robots).unwrap();
     for (k, is_fast) in [false, true].into_iter().enumerate() {
@@ -214,7 +214,7 @@ fn what_does_not_fit_is_refused() {
         "lattice.columns = 3\nlattice.rows = 2\nphysics.integrator = \"implicit\"",
     );
     let Begun { world, robots } = Begun::new(&implicit.unwrap());
-    let printed = world.printed(&robots, &Span::of_steps(1), Wanted::default(), 64);
+    let printed = PrintedRobots::new(&world, &robots, &Span::of_steps(1), Wanted::default(), 64);
     let refused = printed.unwrap_err();
     assert!(
         refused.to_string().contains("solves linear equations"),

@@ -2,9 +2,9 @@
 
 use crate::program::Every;
 use autodiff::{Elementary, Real};
-use autodiff_programs::wgsl::{Options, Printed, print};
 use autodiff_programs::{Kernel, Model, Program};
 use cosmic::kernel;
+use cosmic_gpu::wgsl::{Options, Printed, print};
 
 /// Parses and checks a text as a device would.
 fn check(printed: &Printed) {

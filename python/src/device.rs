@@ -5,8 +5,8 @@ use crate::asked::Asked;
 use crate::errors::{Error, InputError};
 use crate::work::OfProcess;
 use autodiff::{Parameters, Var};
-use cosmic::world::{Robot, Trajectory, Wanted};
-use cosmic_gpu::{Gpu, Losses, OnGpu, Refused};
+use cosmic::world::{Robot, Trajectory};
+use cosmic_gpu::{Gpu, Losses, OnGpu, Refused, Wanted};
 use pyo3::prelude::*;
 use std::sync::Arc;
 

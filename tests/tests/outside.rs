@@ -121,7 +121,7 @@ fn the_dependencies_of_the_pages_resolve() {
             "[features]\nall = [\"autodiff/derive\", \"autodiff/nalgebra\", \"autodiff/rayon\""
                 .to_owned();
         if block.contains("autodiff_programs") {
-            features += ", \"autodiff_programs/derive\", \"autodiff_programs/wgsl\"";
+            features += ", \"autodiff_programs/derive\"";
         }
         features += "]\n";
         // Until a release is published, its versions are those of the workspace.

@@ -49,14 +49,11 @@
 //! | [`kernels`] | for kernels that have their own [`Kernel::vjp`] |
 //!
 //! This crate compiles the operations of a step, and replays of recordings, for floats. Your crate compiles its kernels.
-//! The feature `wgsl` adds the module `wgsl`, which prints programs for GPUs.
 
 // The modules are in the order of the architecture: each module uses only those above it.
 mod arrays;
 mod record;
 mod steps;
-#[cfg(feature = "wgsl")]
-pub mod wgsl;
 pub mod data;
 
 #[doc = include_str!("../guide.md")]
@@ -68,6 +65,15 @@ pub mod kernels {
     pub use crate::arrays::{Fixed, MOST_UNIFORMS, constants, pulled_back, vjp_by_duals};
     #[doc(inline)]
     pub use autodiff::internal::seeded;
+}
+
+/// What `cosmic-gpu` reads of a program to print it. It may change in any version.
+#[doc(hidden)]
+pub mod internal {
+    pub use crate::arrays::{Gather, Layer, NodeSum, Parameter, SlotEdge, Weighted};
+    pub use crate::record::operation::{Binary, Logic, Op, Place, Unary};
+    pub use crate::record::{Formula, Places, ReplayedKernel};
+    pub use crate::steps::{Parts, StepOperation, check_bounds, check_units};
 }
 
 /// The folder of this crate's source files, as the compiler writes it.

@@ -2,7 +2,6 @@
 
 use autodiff::{Dual, Function, Real, Var, gradient};
 use autodiff_programs::data::{Recorded, Sum, Summand};
-use autodiff_programs::wgsl::{self, print};
 use autodiff_programs::{
     Array, CotangentBound, Given, Graph, Kernel, Memory, Model, Program, Rollout, emit, kernel,
 };
@@ -125,11 +124,6 @@ fn rollouts_name_the_line_of_their_caller() {
     assert_named(|| gradient(|x| few.run_batch(&[x; 3], &shared)[0][0], &[1.0]));
 }
 
-const NO_BOUND: CotangentBound = CotangentBound {
-    norm: 1.0,
-    every: 0,
-};
-
 /// Changes a setting of a rollout of three steps.
 fn set(change: impl FnOnce(&mut Rollout<Scaled>)) -> Rollout<Scaled> {
     let mut rollout = Rollout::new(Scaled, 3);
@@ -203,24 +197,6 @@ impl Kernel<1, 1> for Power {
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn printers_name_the_line_of_their_caller() {
-    let with = |change: fn(&mut wgsl::Options)| {
-        let mut options = wgsl::Options::default();
-        change(&mut options);
-        options
-    };
-    let printed = |options: &wgsl::Options| print(&Scaled, options);
-    assert!(printed(&wgsl::Options::default()).is_ok());
-    assert_named(|| print(&Stuck, &wgsl::Options::default()));
-    assert_named(|| print(&Scaled, &with(|options| options.common = vec![1])));
-    assert_named(|| print(&Scaled, &with(|options| options.wanted = vec![1])));
-    assert_named(|| print(&Scaled, &with(|options| options.entries = Some(vec![1]))));
-    assert_named(|| print(&Scaled, &with(|options| options.workgroup = 0)));
-    assert_named(|| print(&Scaled, &with(|options| options.kept = 0)));
-    assert_named(|| print(&Scaled, &with(|options| options.state_bound = Some(-1.0))));
-    let endless = with(|options| options.cotangent_bound = Some(NO_BOUND));
-    assert_named(|| print(&Scaled, &endless));
-    let none = with(|options| options.cotangent_units = Some([].into()));
-    assert_named(|| print(&Scaled, &none));
     assert_named(|| emit::adjoint("Power", &["self.0"], |fields| Power(fields[0])));
     assert_named(|| emit::assert_fresh("no/such/file", "", &[]));
 }

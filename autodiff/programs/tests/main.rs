@@ -31,4 +31,3 @@ mod solve;
 mod special;
 mod sums;
 mod trace;
-mod wgsl;

@@ -21,8 +21,7 @@ mod base;
 mod draws;
 mod plan;
 mod run;
-#[cfg(feature = "wgsl")]
-mod printed;
+mod recorded;
 mod blame;
 mod divergence;
 mod magnitude;
@@ -39,8 +38,7 @@ pub use effort::{Effort, Efforts};
 pub use energy::IdleEnergy;
 pub use loads::{BarLoad, EdgeMoments, Loads};
 pub use magnitude::{Largest, Magnitude};
-#[cfg(feature = "wgsl")]
-pub use printed::{PrintedRobots, Wanted, Workgroup};
+pub use recorded::{RecordedRobots, Source};
 pub use robot::{Robot, Variation};
 pub use span::Span;
 pub use step_check::{Grade, StepCheck, StepLimit, rounded_down};

@@ -7,8 +7,8 @@ use cosmic::case::Case;
 use cosmic::geometry::Vector;
 use cosmic::lattice::State;
 use cosmic::scene::Scene;
-use cosmic::world::{PrintedRobots, Robot, Span, Trajectory, Wanted, Workgroup, World};
-use cosmic_gpu::{Gpu, GpuError, Losses, RobotsOnGpu, WORKGROUP};
+use cosmic::world::{Robot, Span, Trajectory, World};
+use cosmic_gpu::{Gpu, GpuError, Losses, PrintedRobots, RobotsOnGpu, WORKGROUP, Wanted, Workgroup};
 
 /// The mean of the positions of all nodes in all observed states: forward, and a little upward.
 fn loss<R: Real>(trajectory: &Trajectory<R>) -> R {
@@ -52,7 +52,7 @@ impl Begun {
             invocations: WORKGROUP,
             memory,
         };
-        let printed = (self.world).printed(&self.robots, &span, wanted, workgroup);
+        let printed = PrintedRobots::new(&self.world, &self.robots, &span, wanted, workgroup);
         printed.unwrap_or_else(|error| panic!("{error}"))
     }
 

@@ -22,14 +22,27 @@ impl Array {
         self.len / self.starts
     }
 
+    /// The index of the first number: among the parameters, or in the row.
+    #[doc(hidden)]
+    pub fn start(self) -> usize {
+        self.start
+    }
+
+    /// Whether the array is a parameter.
+    #[doc(hidden)]
+    pub fn is_parameter(self) -> bool {
+        self.parameter
+    }
+
     /// Whether the array holds no numbers.
     pub fn is_empty(self) -> bool {
         self.len == 0
     }
 
     /// The range of the array's indices: among the parameters, or in the row.
+    #[doc(hidden)]
     #[inline(always)]
-    pub(crate) fn range(self) -> Range<usize> {
+    pub fn range(self) -> Range<usize> {
         self.start..self.start + self.len
     }
 }
@@ -43,6 +56,18 @@ pub struct Matrix {
 }
 
 impl Matrix {
+    /// The index among the parameters.
+    #[doc(hidden)]
+    pub fn parameter(self) -> usize {
+        self.parameter
+    }
+
+    /// The numbers of rows and columns.
+    #[doc(hidden)]
+    pub fn shape(self) -> [usize; 2] {
+        [self.rows, self.columns]
+    }
+
     /// The number of entries.
     #[track_caller]
     pub(crate) fn len(self) -> usize {
@@ -51,8 +76,9 @@ impl Matrix {
 }
 
 /// The declared shape of a parameter.
+#[allow(missing_docs)] // Only `cosmic-gpu` reads it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Parameter {
+pub enum Parameter {
     Array(Array),
     Matrix(Matrix),
     /// A control, given by its index in `Program::controls`.

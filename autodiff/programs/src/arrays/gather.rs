@@ -7,10 +7,12 @@ use super::array::Array;
 use super::operation::LaneOperation;
 use super::row::{Bars, StepValues};
 
-pub(crate) struct Gather {
-    pub(crate) input: Array,
+/// Implements [`Program::gather`](crate::Program::gather).
+#[allow(missing_docs)] // Only `cosmic-gpu` reads it.
+pub struct Gather {
+    pub input: Array,
     moves: Moves,
-    pub(crate) output: Array,
+    pub output: Array,
     active: bool,
 }
 
@@ -72,8 +74,7 @@ impl Moves {
 impl Gather {
     /// For each element of the output, the index of the element of the input that it is a copy of; `None` for zeros. For
     /// a program with one start.
-    #[cfg(feature = "wgsl")]
-    pub(crate) fn indices(&self) -> Vec<Option<usize>> {
+    pub fn indices(&self) -> Vec<Option<usize>> {
         let mut indices = vec![None; self.output.len];
         for CopyRun { from, to, len } in &self.moves.runs {
             (0..*len).for_each(|k| indices[to + k] = Some(from + k));

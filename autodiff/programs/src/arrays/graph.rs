@@ -23,11 +23,12 @@ struct SlotLayout {
 }
 
 /// An edge: its slot and its two nodes.
+#[allow(missing_docs)] // Only `cosmic-gpu` reads it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SlotEdge {
-    pub(crate) slot: usize,
-    pub(crate) tail: usize,
-    pub(crate) head: usize,
+pub struct SlotEdge {
+    pub slot: usize,
+    pub tail: usize,
+    pub head: usize,
 }
 
 /// The edges `(i, i + offset)`. The slot of tail `i` is `first_slot + i`.

@@ -9,10 +9,11 @@ use super::operation::LaneOperation;
 use super::row::{Bars, StepValues};
 
 /// Implements [`Program::sum_at_nodes`](crate::Program::sum_at_nodes).
-pub(crate) struct NodeSum {
-    pub(crate) edges: Vec<SlotEdge>,
-    pub(crate) input: Array,
-    pub(crate) output: Array,
+#[allow(missing_docs)] // Only `cosmic-gpu` reads it.
+pub struct NodeSum {
+    pub edges: Vec<SlotEdge>,
+    pub input: Array,
+    pub output: Array,
     is_active: bool,
 }
 

@@ -16,17 +16,18 @@ use super::row::{Bars, Places, Reach, StepValues, add};
 
 /// Implements [`Program::weighted`](super::Program::weighted). The number of arrays is a run-time value: compiling one
 /// instance for each number of arrays would need half a megabyte of code.
-pub(crate) struct Weighted {
-    pub(crate) weights: Array,
+#[allow(missing_docs)] // Only `cosmic-gpu` reads it.
+pub struct Weighted {
+    pub weights: Array,
     /// The arrays that are multiplied by the weights. The arrays that are centred come first.
-    pub(crate) weighed: Vec<Array>,
+    pub weighed: Vec<Array>,
     /// The number of centred arrays.
-    pub(crate) offsets: usize,
+    pub offsets: usize,
     /// Arrays that are appended to the result unchanged.
-    pub(crate) others: Vec<Array>,
+    pub others: Vec<Array>,
     /// Three adjacent arrays. The first consists of the weighted arrays, followed by `others`. The second has the
     /// means, the third the sum of the weights.
-    pub(crate) outputs: [Array; 3],
+    pub outputs: [Array; 3],
     /// For each array id, whether the array carries derivatives. If the list is empty, all arrays do.
     active: Vec<bool>,
     reach: Reach,

@@ -6,6 +6,7 @@
 //! many **points** at once. A point is one set of values of the inputs. In addition, there are shared arguments, which
 //! are the same at all points.
 
+#[allow(missing_docs)] // Only `cosmic-gpu` reads it.
 pub(crate) mod operation;
 pub(crate) mod arithmetic;
 mod known;
@@ -13,6 +14,10 @@ pub(crate) mod recording;
 pub(crate) mod symbol;
 pub mod emit;
 pub(crate) mod replay;
+#[allow(missing_docs)] // Only `cosmic-gpu` reads it.
 mod replayed;
+mod formula;
 
-pub(crate) use replayed::{Places, ReplayedKernel, recorded};
+pub use formula::Formula;
+pub(crate) use replayed::recorded;
+pub use replayed::{Places, ReplayedKernel};

@@ -6,7 +6,7 @@ use autodiff::internal::functions;
 /// Identifies a number of a recording. It is the index either of a shared argument, which is the same at all points, or
 /// of the operation whose result it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(crate) struct Place(u32);
+pub struct Place(u32);
 
 /// This bit is set in the places of shared arguments.
 const SHARED: u32 = 1 << 31;
@@ -28,7 +28,7 @@ impl Place {
     }
     /// The place's index among the shared arguments if it is a shared argument, otherwise among the operations.
     #[inline(always)]
-    pub(crate) fn at(self) -> usize {
+    pub fn at(self) -> usize {
         (self.0 & !SHARED) as usize
     }
     /// The distance to the place `later`. `None` unless `later` is larger and both places are shared arguments or both
@@ -45,9 +45,9 @@ impl Place {
 
 /// A sequence of places (indices in a recording) at equal distances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct Run {
-    pub(crate) first: Place,
-    pub(crate) step: u32,
+pub struct Run {
+    pub first: Place,
+    pub step: u32,
 }
 
 impl Run {
@@ -81,7 +81,7 @@ macro_rules! define {
     (basic { $($_method:ident $Basic:ident),* } composed { $($_composed:tt)* } special { $($_special:tt)* }) => {
         /// A function of one number.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-        pub(crate) enum Unary {
+        pub enum Unary {
             Neg,
             Abs,
             Detach,
@@ -96,7 +96,7 @@ functions!(define);
 
 /// A function of two numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Binary {
+pub enum Binary {
     Add,
     Sub,
     Mul,
@@ -111,7 +111,7 @@ pub(crate) enum Binary {
 
 /// An operation whose result is a mask.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Logic {
+pub enum Logic {
     Less,
     LessEqual,
     And,
@@ -122,7 +122,7 @@ pub(crate) enum Logic {
 
 /// One operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Op {
+pub enum Op {
     /// The input with this number.
     Input(u32),
     /// A constant, as the bits of an f64.
@@ -169,7 +169,7 @@ impl Op {
     }
 
     /// Returns all places that the operation reads.
-    pub(crate) fn operands(self) -> Vec<Place> {
+    pub fn operands(self) -> Vec<Place> {
         let mut operands = Vec::new();
         self.with_operands(|run, len| {
             operands.extend((0..len as usize).map(|j| run.at(j)));

@@ -25,7 +25,7 @@ pub(crate) fn recorded<K: Kernel<I, O>, const I: usize, const O: usize>(
 }
 
 /// The elements or edges to which a kernel is applied.
-pub(crate) enum Places {
+pub enum Places {
     /// This many elements of arrays of equal length.
     Elements(usize),
     /// The edges of a graph; see [`Program::map_edges`](crate::Program::map_edges).
@@ -77,13 +77,13 @@ impl Places {
 }
 
 /// A recorded kernel that is mapped over arrays or over the edges of a graph.
-pub(crate) struct ReplayedKernel {
+pub struct ReplayedKernel {
     pub(crate) kernel: Plan,
-    pub(crate) places: Places,
-    pub(crate) inputs: Vec<Array>,
-    pub(crate) uniforms: Vec<Array>,
+    pub places: Places,
+    pub inputs: Vec<Array>,
+    pub uniforms: Vec<Array>,
     /// The output arrays, adjacent in memory.
-    pub(crate) outputs: Vec<Array>,
+    pub outputs: Vec<Array>,
     active: Vec<bool>,
     active_uniforms: Vec<bool>,
 }

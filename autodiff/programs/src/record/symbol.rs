@@ -15,11 +15,11 @@ use super::recording::current;
 /// A number without a value. Generic code over symbols records one operation for each call. It cannot branch on values,
 /// so one recording is valid for all values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Symbol(pub(crate) Place);
+pub struct Symbol(pub(crate) Place);
 
 /// The result of a comparison, or of a combination of comparisons.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SymbolMask(Place);
+pub struct SymbolMask(Place);
 
 impl Symbol {
     /// Returns argument number `number` of the recorded code.

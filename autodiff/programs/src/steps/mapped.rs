@@ -11,19 +11,19 @@ use crate::record::replay::Plan;
 use crate::record::{Places, ReplayedKernel, recorded};
 
 /// A kernel that is mapped over arrays.
-pub(crate) struct Mapped {
+pub struct Mapped {
     kernel: Box<dyn AnyKernel>,
-    pub(crate) arrays: Arrays,
+    pub arrays: Arrays,
     /// Where the kernel is mapped.
     place: &'static Location<'static>,
 }
 
 /// What a kernel reads and writes.
-pub(crate) struct Arrays {
-    pub(crate) inputs: Vec<Array>,
-    pub(crate) uniforms: Vec<Array>,
+pub struct Arrays {
+    pub inputs: Vec<Array>,
+    pub uniforms: Vec<Array>,
     /// The output arrays, adjacent in memory.
-    pub(crate) outputs: Vec<Array>,
+    pub outputs: Vec<Array>,
     /// The edges over which the kernel is mapped; `None` if it is mapped over the elements of the arrays.
     pub(super) edges: Option<Edges>,
 }
@@ -69,7 +69,7 @@ impl Mapped {
     ///
     /// # Panics
     /// If it cannot be recorded: see [`Program`](super::Program).
-    pub(crate) fn replayed(&self) -> ReplayedKernel {
+    pub fn replayed(&self) -> ReplayedKernel {
         let Arrays {
             inputs,
             uniforms,

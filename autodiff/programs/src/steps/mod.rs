@@ -11,8 +11,11 @@
 
 mod checks;
 mod mapped;
-pub(crate) mod operation;
+#[allow(missing_docs)] // Only `cosmic-gpu` reads it.
+mod operation;
 pub(crate) mod program;
+#[allow(missing_docs)] // Only `cosmic-gpu` reads it.
+mod parts;
 mod recording;
 mod on_graphs;
 pub(crate) mod instance;
@@ -28,7 +31,8 @@ mod tests;
 
 pub use checkpoints::Memory;
 pub use cotangent_bound::CotangentBound;
+pub use operation::StepOperation;
+pub use parts::Parts;
 pub use program::Program;
 pub use settings::{Given, Model, Rollout};
-#[cfg(feature = "wgsl")]
-pub(crate) use settings::{check_bounds, check_units};
+pub use settings::{check_bounds, check_units};

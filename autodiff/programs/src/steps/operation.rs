@@ -9,7 +9,7 @@ use crate::arrays::{
 };
 
 /// A recorded operation.
-pub(crate) enum StepOperation {
+pub enum StepOperation {
     Kernel(Mapped),
     Gather(Gather),
     Weighted(Weighted),

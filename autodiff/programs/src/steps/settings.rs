@@ -147,7 +147,7 @@ impl Rollout<()> {
 /// # Panics
 /// If a bound is negative or NaN, or [`CotangentBound::every`] is 0.
 #[track_caller]
-pub(crate) fn check_bounds(state: Option<f64>, cotangent: Option<CotangentBound>) {
+pub fn check_bounds(state: Option<f64>, cotangent: Option<CotangentBound>) {
     if let Some(bound) = state {
         assert!(
             bound >= 0.0,
@@ -166,7 +166,7 @@ pub(crate) fn check_bounds(state: Option<f64>, cotangent: Option<CotangentBound>
 /// # Panics
 /// If there are units, but not one for each number of the state.
 #[track_caller]
-pub(crate) fn check_units(units: Option<&[f64]>, state: usize) {
+pub fn check_units(units: Option<&[f64]>, state: usize) {
     if let Some(units) = units {
         let count = units.len();
         assert!(

@@ -14,12 +14,13 @@ use super::outer::Pending;
 use super::product::{MatrixProduct, PackedMatrix};
 
 /// The declaration of a dense layer in a step.
-pub(crate) struct Layer {
-    pub(crate) matrix: Matrix,
-    pub(crate) x: Vec<Array>,
-    pub(crate) bias: Array,
-    pub(crate) output: Array,
-    pub(crate) tanh: bool,
+#[allow(missing_docs)] // Only `cosmic-gpu` reads it.
+pub struct Layer {
+    pub matrix: Matrix,
+    pub x: Vec<Array>,
+    pub bias: Array,
+    pub output: Array,
+    pub tanh: bool,
 }
 
 pub(crate) struct DenseLayer<R> {
@@ -48,7 +49,7 @@ struct Active {
 
 impl Layer {
     /// The inputs, with adjacent arrays joined.
-    pub(crate) fn inputs(&self) -> Vec<Array> {
+    pub fn inputs(&self) -> Vec<Array> {
         joined(&self.x)
     }
 }

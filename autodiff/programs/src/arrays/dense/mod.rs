@@ -9,4 +9,5 @@ mod outer;
 mod layer;
 
 pub(crate) use aligned::Aligned;
-pub(crate) use layer::{DenseLayer, Layer};
+pub(crate) use layer::DenseLayer;
+pub use layer::Layer;

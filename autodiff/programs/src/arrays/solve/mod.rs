@@ -27,7 +27,7 @@ pub(crate) fn triangle(n: usize) -> Vec<[usize; 2]> {
 pub(crate) const MOST_UNKNOWNS: usize = 4;
 
 /// The declaration of linear equations in a step: see [`Program::solve`](crate::Program::solve).
-pub(crate) struct Equations {
+pub struct Equations {
     pub(crate) graph: Graph,
     pub(crate) nodes: Vec<Array>,
     pub(crate) edges: Vec<Array>,

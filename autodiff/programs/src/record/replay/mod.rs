@@ -11,7 +11,6 @@ mod functions;
 mod layer;
 mod sweep;
 mod points;
-#[cfg(feature = "wgsl")]
 mod evaluate;
 
 pub(crate) use plan::Plan;

@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use autodiff::Real;
 use autodiff::internal::by_squaring;
+use autodiff_programs::internal::Formula;
 
 use super::calls::Called;
 use super::formula;
@@ -23,14 +24,15 @@ pub(super) fn print(calls: BTreeSet<Called>) -> String {
         if printed.contains_key(&called) {
             continue;
         }
-        let function = match called {
-            Called::Elementary(function) => formula::of_one(&name, |x| function.value(x)),
-            Called::Power(exponent) => formula::of_one(&name, |x| {
+        let formula = match called {
+            Called::Elementary(function) => Formula::of_one(|x| function.value(x)),
+            Called::Power(exponent) => Formula::of_one(|x| {
                 let times = exponent.unsigned_abs();
                 let power = by_squaring(Real::lit(1.0), x, times);
                 if exponent < 0 { power.recip() } else { power }
             }),
         };
+        let function = formula::of_one(&name, &formula);
         pending.extend(&function.calls);
         printed.insert(called, function.text);
     }

@@ -3,11 +3,13 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
+use autodiff_programs::Array;
+use autodiff_programs::internal::SlotEdge;
+
 use super::calls::Called;
 use super::formula;
 use super::memory::Memory;
 use super::writer::{Access, By, Space, Tables, Writer, each};
-use crate::arrays::{Array, SlotEdge};
 
 /// The printed parts of a program, and what they share.
 pub(super) struct Printing<'a> {
@@ -85,7 +87,7 @@ impl<'a> Printing<'a> {
     }
 
     pub(super) fn read(&self, array: Array, by: By) -> Option<Access> {
-        (!array.parameter).then(|| Access::new(Space::Row, array.range(), by, false))
+        (!array.is_parameter()).then(|| Access::new(Space::Row, array.range(), by, false))
     }
 
     pub(super) fn write(&self, array: Array, by: By) -> Access {
@@ -93,11 +95,11 @@ impl<'a> Printing<'a> {
     }
 
     pub(super) fn bar(&self, array: Array, by: By, writes: bool) -> Access {
-        let (space, start) = match array.parameter {
+        let (space, start) = match array.is_parameter() {
             true => (Space::ParameterBar, self.memory.bar_of_parameter(array)),
-            false => (Space::RowBar, array.start),
+            false => (Space::RowBar, array.start()),
         };
-        Access::new(space, start..start + array.len, by, writes)
+        Access::new(space, start..start + array.len(), by, writes)
     }
 
     pub(super) fn scratch(&self, by: By, writes: bool) -> Access {
@@ -152,12 +154,12 @@ impl<'a> Printing<'a> {
 
     /// The place of the cotangent of an array's element.
     pub(super) fn bar_at(&self, array: Array, at: &str) -> String {
-        match array.parameter {
+        match array.is_parameter() {
             true => format!(
                 "parameter_bar[{}u + {at}]",
                 self.memory.bar_of_parameter(array)
             ),
-            false => format!("row_bar[{}u + {at}]", array.start),
+            false => format!("row_bar[{}u + {at}]", array.start()),
         }
     }
 
@@ -198,9 +200,9 @@ impl<'a> Printing<'a> {
 
 /// The beginning of the expressions for the elements of an array.
 pub(super) fn start_of(array: Array) -> String {
-    match array.parameter {
-        true => format!("parameter[{}u", array.start),
-        false => format!("row[{}u", array.start),
+    match array.is_parameter() {
+        true => format!("parameter[{}u", array.start()),
+        false => format!("row[{}u", array.start()),
     }
 }
 
@@ -211,5 +213,5 @@ pub(super) fn value(array: Array, at: &str) -> String {
 
 /// The place of an element of an array of the row.
 pub(super) fn place(array: Array, at: &str) -> String {
-    format!("row[{}u + {at}]", array.start)
+    format!("row[{}u + {at}]", array.start())
 }

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use crate::arrays::{Array, Parameter};
-use crate::steps::Program;
+use autodiff_programs::Array;
+use autodiff_programs::internal::{Parameter, Parts};
 
 /// A parameter of a printed program.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,7 +25,7 @@ pub struct Placed {
 
 impl Placed {
     /// Where the numbers lie, counted from the beginning of the member's part, for each number in the order in which a
-    /// [`Rollout`](crate::Rollout) takes them.
+    /// [`Rollout`](autodiff_programs::Rollout) takes them.
     pub fn places(&self) -> impl Iterator<Item = usize> {
         self.order().map({
             let start = self.start;
@@ -77,16 +77,16 @@ pub(super) struct Memory {
 
 impl Memory {
     /// `common` and `wanted` say for each parameter whether all members share it, and whether its cotangents are wanted.
-    pub(super) fn new(program: &Program, common: &[bool], wanted: &[bool]) -> Self {
+    pub(super) fn new(program: &Parts, common: &[bool], wanted: &[bool]) -> Self {
         let [mut own, mut shared, mut bars] = [0; 3];
         let (mut parameters, mut arrays) = (Vec::new(), Vec::new());
         for (k, parameter) in program.parameters.iter().enumerate() {
             let (len, matrix) = match *parameter {
                 Parameter::Array(array) => {
                     arrays.push((array, k));
-                    (array.len, None)
+                    (array.len(), None)
                 }
-                Parameter::Matrix(m) => (m.len(), Some([m.rows, m.columns])),
+                Parameter::Matrix(m) => (m.shape().iter().product(), Some(m.shape())),
                 Parameter::Control(_) => unreachable!("controls are refused"),
             };
             let end = if common[k] { &mut shared } else { &mut own };
@@ -134,7 +134,7 @@ impl Memory {
 
     /// Whether the cotangents of an array are needed.
     pub(super) fn is_active(&self, array: Array) -> bool {
-        match array.parameter {
+        match array.is_parameter() {
             true => self.of_array(array).bar.is_some(),
             false => self.active[array.range()].contains(&true),
         }
@@ -149,7 +149,7 @@ impl Memory {
         let known = self
             .arrays
             .iter()
-            .find(|(known, _)| known.start == array.start && known.len > 0);
+            .find(|(known, _)| known.start() == array.start() && !known.is_empty());
         let (_, parameter) = known.expect("every parameter has a place");
         &self.parameters[*parameter]
     }

@@ -2,6 +2,9 @@
 
 use std::fmt::Write;
 
+use autodiff_programs::Array;
+use autodiff_programs::internal::{Parts, StepOperation};
+
 use super::bounds;
 use super::kernels;
 use super::layers;
@@ -12,9 +15,6 @@ use super::printing::{Printing, value};
 use super::spill::Spill;
 use super::sums;
 use super::writer::{By, Writer, block, each};
-use crate::arrays::Array;
-use crate::steps::Program;
-use crate::steps::operation::StepOperation;
 
 /// The declarations of the buffers.
 const BUFFERS: &str = "\
@@ -42,9 +42,8 @@ struct Plan {
 ";
 
 #[track_caller]
-pub(super) fn print(program: &Program, options: &Options) -> Result<Printed, Refused> {
-    program.assert_advanced();
-    let state = program.states.iter().map(|part| part.len).sum();
+pub(super) fn print(program: &Parts, options: &Options) -> Result<Printed, Refused> {
+    let state = program.states.iter().map(|part| part.len()).sum();
     options.check(program.parameters.len(), state);
     if !program.controls.is_empty() {
         return Err(Refused("it has a control".to_owned()));
@@ -103,7 +102,7 @@ pub(super) fn print(program: &Program, options: &Options) -> Result<Printed, Ref
 
 /// The parts of a program that do not depend on the direction of the sweep.
 struct Step<'a> {
-    program: &'a Program,
+    program: &'a Parts<'a>,
     options: &'a Options,
     /// How many numbers a state has.
     state: usize,
@@ -118,7 +117,7 @@ struct Step<'a> {
 }
 
 impl<'a> Step<'a> {
-    fn new(program: &'a Program, options: &'a Options, printing: &mut Printing) -> Self {
+    fn new(program: &'a Parts<'a>, options: &'a Options, printing: &mut Printing) -> Self {
         let parts = program.states.iter();
         let places: Vec<usize> = parts.flat_map(|part| part.range()).collect();
         let state = places.len();
@@ -152,26 +151,26 @@ impl<'a> Step<'a> {
             .map(|next| next.expect("`print` checked that every part of the state is advanced"));
         let parts = self.program.states.iter().zip(next);
         parts.scan(0, |end, (&part, next)| {
-            *end += part.len;
-            Some((part, next, *end - part.len))
+            *end += part.len();
+            Some((part, next, *end - part.len()))
         })
     }
 }
 
 /// Finds out which arrays carry derivatives, and refuses operations that cannot be printed.
-fn propagate(program: &Program, memory: &mut Memory) -> Result<(), Refused> {
+fn propagate(program: &Parts, memory: &mut Memory) -> Result<(), Refused> {
     program
         .states
         .iter()
         .for_each(|&part| memory.activate(part));
-    for operation in &program.operations {
+    for operation in program.operations {
         let (inputs, outputs): (Vec<Array>, Vec<Array>) = match operation {
             StepOperation::Kernel(of) => {
                 let of = &of.arrays;
                 let computed = of
                     .uniforms
                     .iter()
-                    .find(|u| !u.parameter && memory.is_active(**u));
+                    .find(|u| !u.is_parameter() && memory.is_active(**u));
                 if computed.is_some() {
                     let what = "a uniform input of a kernel is computed in the step and carries a derivative";
                     return Err(Refused(what.to_owned()));
@@ -187,9 +186,9 @@ fn propagate(program: &Program, memory: &mut Memory) -> Result<(), Refused> {
             StepOperation::Dense(of) => {
                 let of_inputs = of.x.iter().any(|&x| memory.is_active(x));
                 if of_inputs {
-                    memory.copy_rows(of.matrix.parameter);
+                    memory.copy_rows(of.matrix.parameter());
                 }
-                if of_inputs || memory.is_wanted(of.matrix.parameter) {
+                if of_inputs || memory.is_wanted(of.matrix.parameter()) {
                     memory.activate(of.output);
                 }
                 ([&of.x[..], &[of.bias]].concat(), vec![of.output])
@@ -215,7 +214,7 @@ fn beginning(step: &Step, printing: &Printing) -> String {
     );
     for (array, placed) in printing.memory.arrays() {
         let line = format!("{} = {} + i];", value(array, "i"), placed.expression());
-        text += &each(array.len, &line);
+        text += &each(array.len(), &line);
     }
     text += &each(step.program.ends[1], "row[i] = 0.0f;");
     text
@@ -225,13 +224,13 @@ fn beginning(step: &Step, printing: &Printing) -> String {
 fn read_inputs(step: &Step) -> String {
     let (width, mut first) = (step.program.inputs_len + 1, 0);
     let mut text = String::new();
-    for &input in &step.program.inputs {
+    for &input in step.program.inputs {
         let line = format!(
             "{} = inputs[n * {width}u + {first}u + i];",
             value(input, "i")
         );
-        text += &each(input.len, &line);
-        first += input.len;
+        text += &each(input.len(), &line);
+        first += input.len();
     }
     text
 }
@@ -289,10 +288,10 @@ fn advance(step: &Step, printing: &mut Printing, writer: &mut Writer) {
         .filter(|(part, next, _)| is_state(next) && part != next)
     {
         moves += &each(
-            next.len,
+            next.len(),
             &format!("scratch[{first}u + i] = {};", value(next, "i")),
         );
-        moved = moved.max(first + next.len);
+        moved = moved.max(first + next.len());
     }
     printing.scratch = printing.scratch.max(moved);
     if moved > 0 {
@@ -305,7 +304,7 @@ fn advance(step: &Step, printing: &mut Printing, writer: &mut Writer) {
             true => format!("scratch[{first}u + i]"),
             false => value(next, "i"),
         };
-        writer.text += &each(part.len, &format!("{} = {from};", value(part, "i")));
+        writer.text += &each(part.len(), &format!("{} = {from};", value(part, "i")));
     }
     writer.barrier();
 }
@@ -424,7 +423,7 @@ fn reverse_step(step: &Step, printing: &mut Printing) -> String {
     for (_, next, first) in step.parts() {
         if printing.memory.is_active(next) {
             let bar = printing.bar_at(next, "i");
-            let add = each(next.len, &format!("{bar} += carry[{first}u + i];"));
+            let add = each(next.len(), &format!("{bar} += carry[{first}u + i];"));
             writer.stage(vec![printing.bar(next, By::Element, true)], &add);
         }
     }

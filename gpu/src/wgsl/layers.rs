@@ -2,9 +2,10 @@
 
 use std::fmt::Write;
 
+use autodiff_programs::internal::Layer;
+
 use super::printing::{Kept, Printing, place, start_of, value};
 use super::writer::{Access, By, Space, Writer, block, each};
-use crate::arrays::Layer;
 
 /// How many terms of a sum are printed one after the other, so that a device waits only once for their numbers.
 const UNROLLED: usize = 8;
@@ -115,8 +116,8 @@ impl Product {
 pub(super) fn forward(p: &mut Printing, writer: &mut Writer, of: &Layer) {
     let inputs = of.inputs();
     let reads = p.reads(&inputs, By::Any);
-    let vector = inputs.iter().map(|&x| (x.len, start_of(x))).collect();
-    let matrix = p.memory.matrix(of.matrix.parameter);
+    let vector = inputs.iter().map(|&x| (x.len(), start_of(x))).collect();
+    let matrix = p.memory.matrix(of.matrix.parameter());
     let to = place(of.output, "i");
     let stored = match of.tanh {
         true => format!("{to} = tanh_of(sum);\n"),
@@ -124,7 +125,7 @@ pub(super) fn forward(p: &mut Printing, writer: &mut Writer, of: &Layer) {
     };
     let mut stores = vec![p.write(of.output, By::Any)];
     stores.extend(p.read(of.bias, By::Any));
-    let product = Product::new(p.size, matrix, of.matrix.rows, vector);
+    let product = Product::new(p.size, matrix, of.matrix.shape()[0], vector);
     product.print(
         p,
         writer,
@@ -137,7 +138,7 @@ pub(super) fn forward(p: &mut Printing, writer: &mut Writer, of: &Layer) {
 /// Prints the reverse of a dense layer.
 pub(super) fn reverse(p: &mut Printing, writer: &mut Writer, of: &Layer) {
     let of_inputs = of.x.iter().any(|&x| p.memory.is_active(x));
-    if of_inputs || p.memory.is_wanted(of.matrix.parameter) || p.memory.is_active(of.bias) {
+    if of_inputs || p.memory.is_wanted(of.matrix.parameter()) || p.memory.is_active(of.bias) {
         reverse_activation(p, writer, of);
     }
     if of_inputs {
@@ -147,7 +148,7 @@ pub(super) fn reverse(p: &mut Printing, writer: &mut Writer, of: &Layer) {
 
 /// Prints the cotangents before the activation, and keeps the numbers for the cotangents of the matrix.
 fn reverse_activation(p: &mut Printing, writer: &mut Writer, of: &Layer) {
-    let ([rows, columns], inputs) = ([of.matrix.rows, of.matrix.columns], of.inputs());
+    let ([rows, columns], inputs) = (of.matrix.shape(), of.inputs());
     let first = p.kept();
     let bar = p.bar_at(of.output, "i");
     let slope = match of.tanh {
@@ -168,18 +169,18 @@ fn reverse_activation(p: &mut Printing, writer: &mut Writer, of: &Layer) {
         accesses.push(p.bar(of.bias, By::Element, true));
     }
     let mut text = String::new();
-    if p.memory.is_wanted(of.matrix.parameter) {
+    if p.memory.is_wanted(of.matrix.parameter()) {
         let _ = writeln!(body, "kept[kept_at + {first}u + i] = bar;");
         accesses.push(Access::new(Space::Kept, 0..usize::MAX, By::Any, true));
         let mut from = first + rows;
         for &x in &inputs {
             let keep = format!("kept[kept_at + {from}u + i] = {};", value(x, "i"));
-            text += &each(x.len, &keep);
-            from += x.len;
+            text += &each(x.len(), &keep);
+            from += x.len();
         }
         accesses.extend(p.reads(&inputs, By::Any));
         p.layers.push(Kept {
-            matrix: of.matrix.parameter,
+            matrix: of.matrix.parameter(),
             rows,
             columns,
             first,
@@ -191,13 +192,13 @@ fn reverse_activation(p: &mut Printing, writer: &mut Writer, of: &Layer) {
 
 /// Prints the cotangents of the inputs: the product of the transpose and the numbers in scratch.
 fn reverse_product(p: &mut Printing, writer: &mut Writer, of: &Layer) {
-    let ([rows, columns], inputs) = ([of.matrix.rows, of.matrix.columns], of.inputs());
-    let matrix = p.memory.transpose(of.matrix.parameter);
+    let ([rows, columns], inputs) = (of.matrix.shape(), of.inputs());
+    let matrix = p.memory.transpose(of.matrix.parameter());
     let vector = vec![(rows, "scratch[0u".to_owned())];
     let product = Product::new(p.size, matrix, columns, vector);
     let (mut stored, mut before, mut stores) = (String::new(), 0, Vec::new());
     for &x in &inputs {
-        let end = before + x.len;
+        let end = before + x.len();
         if p.memory.is_active(x) {
             let add = format!("{} += sum;", p.bar_at(x, &format!("i - {before}u")));
             stored += &match inputs.len() {

@@ -2,11 +2,12 @@
 
 use std::fmt::Write;
 
+use autodiff_programs::Array;
+use autodiff_programs::internal::{Places, ReplayedKernel, SlotEdge};
+
 use super::formula;
 use super::printing::{Printing, place, value};
 use super::writer::{Access, By, Writer, each};
-use crate::arrays::{Array, SlotEdge};
-use crate::record::{Places, ReplayedKernel};
 
 /// The edges over which a kernel is mapped.
 struct Edges<'a> {
@@ -120,7 +121,7 @@ impl Call {
         });
         let uniforms = of.uniforms.iter().map(|&u| value(u, "0u"));
         Self {
-            count: edges.map_or(of.outputs[0].len, |edges| edges.edges.len()),
+            count: edges.map_or(of.outputs[0].len(), |edges| edges.edges.len()),
             arguments: x.chain(uniforms).collect(),
             head: edges.map_or_else(String::new, |edges| p.edge_head(edges.list)),
             accesses,
@@ -156,8 +157,7 @@ impl Call {
 /// Prints a kernel.
 pub(super) fn forward(p: &mut Printing, writer: &mut Writer, number: usize, of: &ReplayedKernel) {
     let name = format!("kernel_{number}");
-    let counts = [of.inputs.len(), of.uniforms.len()];
-    p.add(&name, |name| formula::forward(name, &of.kernel, counts));
+    p.add(&name, |name| formula::forward(name, of));
     let edges = edges(p, of);
     let mut call = Call::new(p, of, edges.as_ref());
     let mut body = call.text("y", &name);
@@ -186,7 +186,7 @@ pub(super) fn forward(p: &mut Printing, writer: &mut Writer, number: usize, of: 
             .iter()
             .map(|&y| p.write(y, By::Element))
             .collect();
-        let size = (of.outputs[0].len, of.outputs.len());
+        let size = (of.outputs[0].len(), of.outputs.len());
         edges.sum_at_ends(p, writer, size, (&store, stores));
     }
 }
@@ -199,10 +199,7 @@ pub(super) fn reverse(p: &mut Printing, writer: &mut Writer, number: usize, of: 
         return;
     }
     let name = format!("adjoint_{number}");
-    let counts = [of.inputs.len(), of.uniforms.len()];
-    p.add(&name, |name| {
-        formula::adjoint(name, &of.kernel, counts, &wanted)
-    });
+    p.add(&name, |name| formula::adjoint(name, of, &wanted));
     let edges = edges(p, of);
     let mut call = Call::new(p, of, edges.as_ref());
     call.take_bars(p, &of.outputs, edges.as_ref());
@@ -242,6 +239,11 @@ pub(super) fn reverse(p: &mut Printing, writer: &mut Writer, number: usize, of: 
             .iter()
             .map(|&x| p.bar(x, By::Element, true))
             .collect();
-        edges.sum_at_ends(p, writer, (of_ends[0].len, of_ends.len()), (&store, stores));
+        edges.sum_at_ends(
+            p,
+            writer,
+            (of_ends[0].len(), of_ends.len()),
+            (&store, stores),
+        );
     }
 }

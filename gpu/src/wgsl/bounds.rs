@@ -1,9 +1,10 @@
 //! Prints the bounds on the state and on its cotangent.
 
+use autodiff_programs::CotangentBound;
+
 use super::printed::Options;
 use super::printing::Printing;
 use super::writer::{block, each};
-use crate::steps::CotangentBound;
 
 /// The bits of the smallest float that is not finite.
 const INFINITE: u32 = f32::INFINITY.to_bits();

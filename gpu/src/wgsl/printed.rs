@@ -4,8 +4,10 @@ use std::error::Error;
 use std::fmt::{self, Display};
 use std::sync::Arc;
 
+use autodiff_programs::CotangentBound;
+use autodiff_programs::internal::{check_bounds, check_units};
+
 use super::memory::Placed;
-use crate::steps::{CotangentBound, check_bounds, check_units};
 
 /// The number of workgroups in a row of a dispatch: member `m` is the workgroup with `x + GROUPS_IN_A_ROW y = m`.
 pub const GROUPS_IN_A_ROW: usize = 32768;
@@ -25,12 +27,12 @@ pub struct Options {
     pub kept: usize,
     /// How much memory a workgroup has, in bytes. Arrays that do not fit are moved to the buffer `spilled`.
     pub memory: usize,
-    /// Like [`Rollout::state_bound`](crate::Rollout::state_bound): `forward` marks the members of which a number is not
+    /// Like [`Rollout::state_bound`](autodiff_programs::Rollout::state_bound): `forward` marks the members of which a number is not
     /// below the bound.
     pub state_bound: Option<f64>,
-    /// Like [`Rollout::cotangent_bound`](crate::Rollout::cotangent_bound).
+    /// Like [`Rollout::cotangent_bound`](autodiff_programs::Rollout::cotangent_bound).
     pub cotangent_bound: Option<CotangentBound>,
-    /// Like [`Rollout::cotangent_units`](crate::Rollout::cotangent_units).
+    /// Like [`Rollout::cotangent_units`](autodiff_programs::Rollout::cotangent_units).
     pub cotangent_units: Option<Arc<[f64]>>,
 }
 

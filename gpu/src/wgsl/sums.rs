@@ -2,9 +2,11 @@
 
 use std::fmt::Write;
 
+use autodiff_programs::Array;
+use autodiff_programs::internal::{Gather, NodeSum, Weighted};
+
 use super::printing::{Printing, place, value};
 use super::writer::{By, Writer, each};
-use crate::arrays::{Array, Gather, NodeSum, Weighted};
 
 /// Prints a gather.
 pub(super) fn gather(p: &mut Printing, writer: &mut Writer, of: &Gather) {
@@ -30,7 +32,7 @@ pub(super) fn gather_reverse(p: &mut Printing, writer: &mut Writer, of: &Gather)
     if !p.memory.is_active(of.input) {
         return;
     }
-    let mut copies = vec![Vec::new(); of.input.len];
+    let mut copies = vec![Vec::new(); of.input.len()];
     for (to, from) in of.indices().into_iter().enumerate() {
         if let Some(from) = from {
             copies[from].push(to as u32);
@@ -48,12 +50,12 @@ pub(super) fn gather_reverse(p: &mut Printing, writer: &mut Writer, of: &Gather)
         p.bar(of.output, By::Any, false),
         p.bar(of.input, By::Element, true),
     ];
-    writer.stage(accesses, &each(of.input.len, &body));
+    writer.stage(accesses, &each(of.input.len(), &body));
 }
 
 /// Prints a sum at nodes.
 pub(super) fn node_sum(p: &mut Printing, writer: &mut Writer, of: &NodeSum) {
-    let mut lists = vec![Vec::new(); of.output.len];
+    let mut lists = vec![Vec::new(); of.output.len()];
     for edge in &of.edges {
         lists[edge.tail].push(edge.slot as u32);
         lists[edge.head].push(edge.slot as u32);
@@ -65,7 +67,7 @@ pub(super) fn node_sum(p: &mut Printing, writer: &mut Writer, of: &NodeSum) {
     let body = format!("var sum = 0.0f;\n{sum}{} = sum;\n", place(of.output, "i"));
     let mut accesses = p.reads([&of.input], By::Any);
     accesses.push(p.write(of.output, By::Element));
-    writer.stage(accesses, &each(of.output.len, &body));
+    writer.stage(accesses, &each(of.output.len(), &body));
 }
 
 /// Prints the reverse of a sum at nodes.
@@ -88,7 +90,7 @@ pub(super) fn node_sum_reverse(p: &mut Printing, writer: &mut Writer, of: &NodeS
 
 /// Prints weighted arrays.
 pub(super) fn weighted(p: &mut Printing, writer: &mut Writer, of: &Weighted) {
-    let (count, width) = (of.weights.len, p.size + 1);
+    let (count, width) = (of.weights.len(), p.size + 1);
     let weight = value(of.weights, "i");
     let weighted = |&x: &Array| format!("{weight} * {}", value(x, "i"));
     let mut terms = vec![weight.clone()];
@@ -103,12 +105,12 @@ pub(super) fn weighted(p: &mut Printing, writer: &mut Writer, of: &Weighted) {
             true => format!("{} / {}", sum(c + 1), sum(0)),
             false => "0.0f".to_owned(),
         };
-        let to = format!("row[{}u + i]", all.start + c * count);
+        let to = format!("row[{}u + i]", all.start() + c * count);
         let _ = writeln!(body, "{to} = {weight} * ({} - {mean});", value(x, "i"));
     }
     let mut text = each(count, &body);
     for k in 0..of.offsets {
-        let to = format!("row[{}u]", means.start + k);
+        let to = format!("row[{}u]", means.start() + k);
         let _ = writeln!(
             text,
             "if (lid == 0u) {{ {to} = {} / {}; }}",
@@ -119,17 +121,17 @@ pub(super) fn weighted(p: &mut Printing, writer: &mut Writer, of: &Weighted) {
     let _ = writeln!(
         text,
         "if (lid == 0u) {{ row[{}u] = {}; }}",
-        total.start,
+        total.start(),
         sum(0)
     );
     let mut accesses = read;
-    let mut from = all.start + of.weighed.len() * count;
+    let mut from = all.start() + of.weighed.len() * count;
     for &other in &of.others {
         text += &each(
-            other.len,
+            other.len(),
             &format!("row[{from}u + i] = {};", value(other, "i")),
         );
-        from += other.len;
+        from += other.len();
         accesses.extend(p.read(other, By::Element));
     }
     accesses.push(p.scratch(By::Any, false));
@@ -139,10 +141,10 @@ pub(super) fn weighted(p: &mut Printing, writer: &mut Writer, of: &Weighted) {
 
 /// Prints the reverse of weighted arrays; [`Weighted`] has the formula.
 pub(super) fn weighted_reverse(p: &mut Printing, writer: &mut Writer, of: &Weighted) {
-    let (count, width) = (of.weights.len, p.size + 1);
+    let (count, width) = (of.weights.len(), p.size + 1);
     let weight = value(of.weights, "i");
     let [all, means, total] = of.outputs;
-    let y_bar = |c: usize| format!("row_bar[{}u + i]", all.start + c * count);
+    let y_bar = |c: usize| format!("row_bar[{}u + i]", all.start() + c * count);
     let terms: Vec<String> = (0..of.offsets)
         .map(|c| format!("{weight} * {}", y_bar(c)))
         .collect();
@@ -159,9 +161,9 @@ pub(super) fn weighted_reverse(p: &mut Printing, writer: &mut Writer, of: &Weigh
         let (mut shift, mut mean) = ("0.0f".to_owned(), "0.0f".to_owned());
         if c < of.offsets {
             let sum = format!("scratch[{}u]", c * width + p.size);
-            let mean_bar = format!("row_bar[{}u]", means.start + c);
-            shift = format!("({sum} - {mean_bar}) / row[{}u]", total.start);
-            mean = format!("row[{}u]", means.start + c);
+            let mean_bar = format!("row_bar[{}u]", means.start() + c);
+            shift = format!("({sum} - {mean_bar}) / row[{}u]", total.start());
+            mean = format!("row[{}u]", means.start() + c);
         }
         let _ = writeln!(body, "rest = {} - {shift};", y_bar(c));
         if p.memory.is_active(x) {
@@ -179,14 +181,14 @@ pub(super) fn weighted_reverse(p: &mut Printing, writer: &mut Writer, of: &Weigh
         accesses.push(p.bar(of.weights, By::Element, true));
     }
     let mut text = each(count, &body);
-    let mut from = all.start + of.weighed.len() * count;
+    let mut from = all.start() + of.weighed.len() * count;
     for &other in &of.others {
         if p.memory.is_active(other) {
             let add = format!("{} += row_bar[{from}u + i];", p.bar_at(other, "i"));
-            text += &each(other.len, &add);
+            text += &each(other.len(), &add);
             accesses.push(p.bar(other, By::Element, true));
         }
-        from += other.len;
+        from += other.len();
     }
     accesses.push(p.scratch(By::Any, false));
     writer.stage(accesses, &text);

@@ -3,14 +3,9 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use autodiff::Var;
+use autodiff_programs::internal::{Binary, Formula, Logic, Op, Place, ReplayedKernel, Unary};
 
 use super::calls::{Called, constant};
-use crate::record::emit::{places, pulled_back};
-use crate::record::operation::{Binary, Logic, Op, Place, Unary};
-use crate::record::recording::{Recording, record};
-use crate::record::replay::Plan;
-use crate::record::symbol::Symbol;
 
 /// A function of the printed program, and the functions of the library that it calls.
 pub(super) struct Function {
@@ -20,45 +15,27 @@ pub(super) struct Function {
 
 /// Prints a kernel. The function takes the inputs `x0, x1, ...` and then the uniform inputs, and returns an array of the
 /// results.
-pub(super) fn forward(name: &str, kernel: &Plan, [inputs, uniforms]: [usize; 2]) -> Function {
-    let (results, recording) = record(Recording::simplified(&[], &[]), || {
-        let given: Vec<Symbol> = (0..inputs + uniforms).map(Symbol::input).collect();
-        places(&kernel.evaluate(&given[..inputs], &given[inputs..]))
-    });
-    Printer::new(&recording, &results, inputs + uniforms, 0).print(name)
+pub(super) fn forward(name: &str, of: &ReplayedKernel) -> Function {
+    let inputs = of.inputs.len() + of.uniforms.len();
+    Printer::new(&Formula::of_kernel(of), [inputs, 0]).print(name)
 }
 
 /// Prints the adjoint of a kernel. The function takes the arguments of [`forward`] and then the cotangents `b0, b1, ...`
 /// of the results. It returns an array of the cotangents of the arguments that are `wanted`.
-pub(super) fn adjoint(
-    name: &str,
-    kernel: &Plan,
-    [inputs, uniforms]: [usize; 2],
-    wanted: &[bool],
-) -> Function {
-    let (arguments, outputs) = (inputs + uniforms, kernel.results.len());
-    let (results, recording) = record(Recording::simplified(&[], &[]), || {
-        let eval = |x: &[Var<Symbol>]| kernel.evaluate(&x[..inputs], &x[inputs..]);
-        let x_bar = pulled_back([arguments, outputs], eval).x_bar.into_iter();
-        let wanted = x_bar.zip(wanted).filter(|(_, wanted)| **wanted);
-        wanted.map(|(x_bar, _)| x_bar).collect::<Vec<Place>>()
-    });
-    Printer::new(&recording, &results, arguments, outputs).print(name)
+pub(super) fn adjoint(name: &str, of: &ReplayedKernel, wanted: &[bool]) -> Function {
+    let counts = [of.inputs.len() + of.uniforms.len(), of.outputs.len()];
+    Printer::new(&Formula::of_adjoint(of, wanted), counts).print(name)
 }
 
-/// Prints a function of one number from its formula.
-pub(super) fn of_one(name: &str, formula: impl FnOnce(Symbol) -> Symbol) -> Function {
-    let (results, recording) = record(Recording::simplified(&[], &[]), || {
-        vec![formula(Symbol::input(0)).0]
-    });
-    let mut printed = Printer::new(&recording, &results, 1, 0);
+/// Prints a function of one number.
+pub(super) fn of_one(name: &str, formula: &Formula) -> Function {
+    let mut printed = Printer::new(formula, [1, 0]);
     printed.single = true;
     printed.print(name)
 }
 
 struct Printer<'a> {
-    recording: &'a Recording,
-    results: &'a [Place],
+    formula: &'a Formula,
     /// The number of inputs `x`, and of cotangents `b` after them.
     inputs: usize,
     cotangents: usize,
@@ -70,22 +47,16 @@ struct Printer<'a> {
 }
 
 impl<'a> Printer<'a> {
-    fn new(
-        recording: &'a Recording,
-        results: &'a [Place],
-        inputs: usize,
-        cotangents: usize,
-    ) -> Self {
-        let mut is_read = vec![false; recording.ops.len()];
-        let mut pending = results.to_vec();
+    fn new(formula: &'a Formula, [inputs, cotangents]: [usize; 2]) -> Self {
+        let mut is_read = vec![false; formula.ops.len()];
+        let mut pending = formula.results.clone();
         while let Some(place) = pending.pop() {
             if !std::mem::replace(&mut is_read[place.at()], true) {
-                pending.extend(recording.op(place).operands());
+                pending.extend(formula.ops[place.at()].operands());
             }
         }
         Self {
-            recording,
-            results,
+            formula,
             inputs,
             cotangents,
             is_read,
@@ -98,7 +69,8 @@ impl<'a> Printer<'a> {
         let x = (0..self.inputs).map(|k| format!("x{k}: f32"));
         let b = (0..self.cotangents).map(|k| format!("b{k}: f32"));
         let arguments: Vec<String> = x.chain(b).collect();
-        let results: Vec<String> = self.results.iter().map(|&place| self.name(place)).collect();
+        let results = self.formula.results.iter();
+        let results: Vec<String> = results.map(|&place| self.name(place)).collect();
         let (kind, result) = match self.single {
             true => ("f32".to_owned(), results[0].clone()),
             false => {
@@ -108,7 +80,7 @@ impl<'a> Printer<'a> {
             }
         };
         let mut text = format!("fn {name}({}) -> {kind} {{\n", arguments.join(", "));
-        for (at, &op) in self.recording.ops.iter().enumerate() {
+        for (at, &op) in self.formula.ops.iter().enumerate() {
             if self.is_read[at] && !matches!(op, Op::Input(_) | Op::Constant(_)) {
                 let expression = self.expression(op);
                 let _ = writeln!(text, "    let t{at} = {expression};");
@@ -122,7 +94,7 @@ impl<'a> Printer<'a> {
     }
 
     fn name(&self, place: Place) -> String {
-        match self.recording.op(place) {
+        match self.formula.ops[place.at()] {
             Op::Input(k) if (k as usize) < self.inputs => format!("x{k}"),
             Op::Input(k) => format!("b{}", k as usize - self.inputs),
             Op::Constant(bits) => constant(f64::from_bits(bits)),
@@ -135,7 +107,7 @@ impl<'a> Printer<'a> {
         match op {
             Op::Input(_) | Op::Constant(_) => unreachable!("inputs and constants have names"),
             Op::Dot(..) | Op::Sum(..) => {
-                unreachable!("a simplified recording has neither dot products nor sums")
+                unreachable!("a formula has neither dot products nor sums")
             }
             Op::Always(value) => value.to_string(),
             Op::Unary(f, x) => {

@@ -6,13 +6,14 @@
 //! through many steps, with the numbers of the step in the workgroup's memory.
 //!
 //! Nothing is written twice for this. Kernels are recorded, and their adjoints are recorded on the reverse tape, as for
-//! [`emit`](crate::emit). Numbers are single precision. The elementary functions are those of `autodiff`; those of the
+//! [`emit`](autodiff_programs::emit). Numbers are single precision. The elementary functions are those of `autodiff`; those of the
 //! language have too few digits.
 //!
 //! ```
-//! use autodiff_programs::wgsl::{Options, print};
 //! use autodiff::{Real, lit};
-//! use autodiff_programs::{Kernel, Model, Program, kernel};
+//! use autodiff_programs::{Kernel, Model, Program};
+//! use cosmic::kernel;
+//! use cosmic_gpu::wgsl::{Options, print};
 //!
 //! /// A pendulum of length 1, in steps of 0.01 s.
 //! struct Swing;
@@ -42,7 +43,7 @@
 //! assert!(printed.source().contains("fn forward("));
 //! assert!(printed.source().contains("fn reverse("));
 //! assert_eq!(printed.state(), 2);
-//! # Ok::<(), autodiff_programs::wgsl::Refused>(())
+//! # Ok::<(), cosmic_gpu::wgsl::Refused>(())
 //! ```
 //!
 //! # Differences from a processor
@@ -51,7 +52,7 @@
 //! NaN. A literal that is infinite becomes the largest float. So results agree with those of `f32` within rounding, and
 //! repeat bit for bit only on one device.
 //!
-//! A program with [controls](crate::Program::control), with linear equations ([`solve`](crate::Program::solve)), or with
+//! A program with [controls](autodiff_programs::Program::control), with linear equations ([`solve`](autodiff_programs::Program::solve)), or with
 //! uniform inputs that are computed in the step and carry derivatives is [refused](Refused). So is a kernel that calls
 //! `ln_gamma`, `digamma`, `trigamma` or `cot_pi`.
 
@@ -69,7 +70,7 @@ mod bounds;
 mod spill;
 mod source;
 
-use crate::steps::{Model, Program};
+use autodiff_programs::{Model, Program};
 
 pub use memory::Placed;
 pub use printed::{GROUPS_IN_A_ROW, Options, Printed, Refused};
@@ -87,5 +88,5 @@ pub use printed::{GROUPS_IN_A_ROW, Options, Printed, Refused};
 pub fn print(model: &dyn Model, options: &Options) -> Result<Printed, Refused> {
     let mut program = Program::default();
     model.record(&mut program);
-    source::print(&program, options)
+    source::print(&program.parts(), options)
 }
