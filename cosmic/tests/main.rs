@@ -56,6 +56,7 @@ mod parallel;
 mod policy {
     mod mlp;
     mod saved;
+    mod weighted;
 }
 mod projection;
 mod property_design;

@@ -46,6 +46,7 @@
 //! | [`guide`] | how to write a step, which of these types to use when |
 //! | [`data`] | values, gradients and sums over many points |
 //! | [`emit`] | the adjoint of a kernel as source code |
+//! | [`operations`] | operations on whole arrays that your crate adds |
 //! | [`kernels`] | for kernels that have their own [`Kernel::vjp`] |
 //!
 //! This crate compiles the operations of a step, and replays of recordings, for floats. Your crate compiles its kernels.
@@ -67,13 +68,19 @@ pub mod kernels {
     pub use autodiff::internal::seeded;
 }
 
+/// Operations on arrays that your crate adds to steps.
+pub mod operations {
+    #[doc(inline)]
+    pub use crate::arrays::{ArrayOperation, Forward, InputBars, Inputs, Reverse};
+}
+
 /// What `cosmic-gpu` reads of a program to print it. It may change in any version.
 #[doc(hidden)]
 pub mod internal {
-    pub use crate::arrays::{Gather, Layer, NodeSum, Parameter, SlotEdge, Weighted};
+    pub use crate::arrays::{Gather, Layer, NodeSum, Parameter, SlotEdge};
     pub use crate::record::operation::{Binary, Logic, Op, Place, Unary};
     pub use crate::record::{Formula, Places, ReplayedKernel};
-    pub use crate::steps::{Parts, StepOperation, check_bounds, check_units};
+    pub use crate::steps::{AddedOperation, Parts, StepOperation, check_bounds, check_units};
 }
 
 /// The folder of this crate's source files, as the compiler writes it.

@@ -146,7 +146,6 @@ fn programs_name_the_line_of_their_caller() {
     assert_named(|| p.dense_tanh(matrix, &[two], three));
     assert_named(|| p.gather(two, &[Some(2)]));
     assert_named(|| p.map_edges(&graph, Product, [three], &none, &[]));
-    assert_named(|| p.weighted(two, &[three], &[], &[]));
     assert_named(|| p.solve(&graph, &[two], &none, &[], [two]));
     assert_named(|| p.solve(&graph, &[three], &[slots], &[], [two]));
     assert_named(|| p.advance(two, three));
@@ -179,7 +178,6 @@ fn programs_name_the_line_of_their_caller() {
     assert_named(|| p.gather(foreign, &[Some(0)])).says(another);
     assert_named(|| p.map_edges(&graph, Product, [foreign], &[slots], &[])).says(another);
     assert_named(|| p.dense(matrix, &[foreign], two)).says(another);
-    assert_named(|| p.weighted(two, &[foreign], &[], &[])).says(another);
     assert_named(|| p.advance(two, foreign)).says(another);
 }
 

@@ -21,6 +21,7 @@ mod graph;
 mod kinks;
 mod local_jacobians;
 mod memory;
+mod operations;
 mod pointers;
 mod program;
 mod recorded;

@@ -44,7 +44,7 @@ impl Model for Chain {
         let [moved] = p.map(Turn, [moved, at_nodes], &[]);
         let [heat] = p.map(Product, [capacity, moved], &[]);
         let [smooth] = p.solve(graph, &[capacity], &[conductance], &[], [heat]);
-        let [products, _] = p.weighted(capacity, &[], &[smooth], &[]);
+        let [products] = p.map(Product, [capacity, smooth], &[]);
         let own: Vec<Option<usize>> = (0..NODES).map(Some).collect();
         let weighed = p.gather(products, &own);
         let [next] = p.map(Turn, [smooth, weighed], &[]);

@@ -11,6 +11,7 @@ mod goals;
 mod image;
 mod tempo;
 mod fold;
+mod weighted;
 mod step;
 mod mlp;
 mod clock;
@@ -31,3 +32,6 @@ pub(crate) use step::{Given, Outputs, Seen};
 pub use step::{Policy, PolicyStep, Sizes};
 pub use tempo::{TEMPO, frequency};
 pub(crate) use tempo::{Turn, ahead, ticks};
+#[doc(hidden)] // For the printer of `cosmic-gpu`.
+pub use weighted::Weighted;
+pub(crate) use weighted::weighted;

@@ -10,6 +10,7 @@ use super::fold::Fold;
 use super::goals::{Offset, Towards};
 use super::image;
 use super::sensing::Sight;
+use super::weighted::weighted;
 use crate::geometry::{Axes, Dimension};
 use crate::in_dimension;
 use crate::lattice::{Mirror, Sides};
@@ -415,7 +416,7 @@ impl<'a> PolicyStep<'a> {
                     .copied()
                     .filter(|_| senses.v)
                     .collect();
-                let [all, mean] = self.program.weighted(presence, &x, &v, &[clock]);
+                let [all, mean] = weighted(self.program, presence, [&x, &v, &[clock]]);
                 match goal {
                     Some(goal) => vec![all, self.towards(goal, mean)],
                     None if self.follows_goal && senses.x => vec![all, mean],

@@ -16,6 +16,7 @@ use crate::laws::{
     AnyContact, Equation, FindGround, FirstPass, Flat, Force, FreeEquation, GroundBelow, Impulse,
     Linear, Motion, NextPass, NodeContacts, Push, Reaction, Step, Terrain, add,
 };
+use crate::policy::weighted;
 use crate::{in_both_dimensions, in_dimension, kernel};
 
 /// An implicit step of all nodes, as it is recorded.
@@ -130,7 +131,7 @@ impl Implicit<'_> {
         let contacts = pass.contacts.as_ref();
         let is_held = contacts.map_or(start.none, |contacts| contacts.is_held);
         let averaged = [&per_mass[1..], &[is_held]].concat();
-        let [_, means] = p.weighted(per_mass[0], &averaged, &[], &[]);
+        let [_, means] = weighted(p, per_mass[0], [&averaged, &[], &[]]);
         let mut mean = |k: usize| p.gather(means, &vec![Some(k); nodes]);
         let count = self.dimension().count();
         let (means, is_held) = (Axes::from_fn(self.dimension(), &mut mean), mean(count));

@@ -179,10 +179,6 @@ fn propagate(program: &Parts, memory: &mut Memory) -> Result<(), Refused> {
             }
             StepOperation::Gather(of) => (vec![of.input], vec![of.output]),
             StepOperation::NodeSum(of) => (vec![of.input], vec![of.output]),
-            StepOperation::Weighted(of) => {
-                let inputs = [&[of.weights][..], &of.weighed, &of.others].concat();
-                (inputs, of.outputs.to_vec())
-            }
             StepOperation::Dense(of) => {
                 let of_inputs = of.x.iter().any(|&x| memory.is_active(x));
                 if of_inputs {
@@ -196,6 +192,11 @@ fn propagate(program: &Parts, memory: &mut Memory) -> Result<(), Refused> {
             StepOperation::Solve(_) => {
                 return Err(Refused("it solves linear equations".to_owned()));
             }
+            StepOperation::Added(of) if sums::Weighted::of(of).is_none() => {
+                let what = "it has an operation that this printer does not know";
+                return Err(Refused(what.to_owned()));
+            }
+            StepOperation::Added(of) => (of.arrays.inputs.clone(), of.arrays.outputs.clone()),
         };
         if inputs.iter().any(|&array| memory.is_active(array)) {
             outputs.iter().for_each(|&array| memory.activate(array));
@@ -244,8 +245,11 @@ fn operations(step: &Step, printing: &mut Printing, writer: &mut Writer) {
             }
             StepOperation::Gather(of) => sums::gather(printing, writer, of),
             StepOperation::NodeSum(of) => sums::node_sum(printing, writer, of),
-            StepOperation::Weighted(of) => sums::weighted(printing, writer, of),
             StepOperation::Dense(of) => layers::forward(printing, writer, of),
+            StepOperation::Added(of) => {
+                let of = sums::Weighted::of(of).expect("others are refused");
+                sums::weighted(printing, writer, &of);
+            }
             StepOperation::Solve(_) => unreachable!("it is refused"),
         }
     }
@@ -260,8 +264,11 @@ fn operations_reverse(step: &Step, printing: &mut Printing, writer: &mut Writer)
             }
             StepOperation::Gather(of) => sums::gather_reverse(printing, writer, of),
             StepOperation::NodeSum(of) => sums::node_sum_reverse(printing, writer, of),
-            StepOperation::Weighted(of) => sums::weighted_reverse(printing, writer, of),
             StepOperation::Dense(of) => layers::reverse(printing, writer, of),
+            StepOperation::Added(of) => {
+                let of = sums::Weighted::of(of).expect("others are refused");
+                sums::weighted_reverse(printing, writer, &of);
+            }
             StepOperation::Solve(_) => unreachable!("it is refused"),
         }
     }

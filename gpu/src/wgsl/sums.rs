@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use autodiff_programs::Array;
-use autodiff_programs::internal::{Gather, NodeSum, Weighted};
+use autodiff_programs::internal::{AddedOperation, Gather, NodeSum};
 
 use super::printing::{Printing, place, value};
 use super::writer::{By, Writer, each};
@@ -88,6 +88,35 @@ pub(super) fn node_sum_reverse(p: &mut Printing, writer: &mut Writer, of: &NodeS
     writer.stage(accesses, &each(of.edges.len(), &body));
 }
 
+/// Weighted arrays, an operation of `cosmic`.
+pub(super) struct Weighted<'a> {
+    weights: Array,
+    /// The arrays that are multiplied by the weights. The arrays that are centred come first.
+    weighed: &'a [Array],
+    /// The number of centred arrays.
+    offsets: usize,
+    /// Arrays that are appended to the result unchanged.
+    others: &'a [Array],
+    /// The weighted arrays and `others`, the means, and the sum of the weights.
+    outputs: [Array; 3],
+}
+
+impl<'a> Weighted<'a> {
+    /// Returns `None` if this is another operation.
+    pub(super) fn of(added: &'a AddedOperation) -> Option<Self> {
+        let of = added.of_type::<cosmic::policy::Weighted>()?;
+        let (weights, inputs) = added.arrays.inputs.split_first()?;
+        let (weighed, others) = inputs.split_at(of.weighed);
+        Some(Self {
+            weights: *weights,
+            weighed,
+            offsets: of.offsets,
+            others,
+            outputs: added.arrays.outputs[..].try_into().ok()?,
+        })
+    }
+}
+
 /// Prints weighted arrays.
 pub(super) fn weighted(p: &mut Printing, writer: &mut Writer, of: &Weighted) {
     let (count, width) = (of.weights.len(), p.size + 1);
@@ -95,7 +124,7 @@ pub(super) fn weighted(p: &mut Printing, writer: &mut Writer, of: &Weighted) {
     let weighted = |&x: &Array| format!("{weight} * {}", value(x, "i"));
     let mut terms = vec![weight.clone()];
     terms.extend(of.weighed[..of.offsets].iter().map(weighted));
-    let read = p.reads([&of.weights].into_iter().chain(&of.weighed), By::Element);
+    let read = p.reads([&of.weights].into_iter().chain(of.weighed), By::Element);
     p.sums(writer, count, &terms, read.clone());
     let sum = |k: usize| format!("scratch[{}u]", k * width + p.size);
     let [all, means, total] = of.outputs;
@@ -126,7 +155,7 @@ pub(super) fn weighted(p: &mut Printing, writer: &mut Writer, of: &Weighted) {
     );
     let mut accesses = read;
     let mut from = all.start() + of.weighed.len() * count;
-    for &other in &of.others {
+    for &other in of.others {
         text += &each(
             other.len(),
             &format!("row[{from}u + i] = {};", value(other, "i")),
@@ -139,7 +168,7 @@ pub(super) fn weighted(p: &mut Printing, writer: &mut Writer, of: &Weighted) {
     writer.stage(accesses, &text);
 }
 
-/// Prints the reverse of weighted arrays; [`Weighted`] has the formula.
+/// Prints the reverse of weighted arrays; [`Weighted`](cosmic::policy::Weighted) has the formula.
 pub(super) fn weighted_reverse(p: &mut Printing, writer: &mut Writer, of: &Weighted) {
     let (count, width) = (of.weights.len(), p.size + 1);
     let weight = value(of.weights, "i");
@@ -148,7 +177,7 @@ pub(super) fn weighted_reverse(p: &mut Printing, writer: &mut Writer, of: &Weigh
     let terms: Vec<String> = (0..of.offsets)
         .map(|c| format!("{weight} * {}", y_bar(c)))
         .collect();
-    let mut read = p.reads([&of.weights].into_iter().chain(&of.weighed), By::Element);
+    let mut read = p.reads([&of.weights].into_iter().chain(of.weighed), By::Element);
     read.extend(of.outputs.map(|y| p.bar(y, By::Any, false)));
     read.extend(p.reads(&of.outputs, By::Any));
     if !terms.is_empty() {
@@ -182,7 +211,7 @@ pub(super) fn weighted_reverse(p: &mut Printing, writer: &mut Writer, of: &Weigh
     }
     let mut text = each(count, &body);
     let mut from = all.start() + of.weighed.len() * count;
-    for &other in &of.others {
+    for &other in of.others {
         if p.memory.is_active(other) {
             let add = format!("{} += row_bar[{from}u + i];", p.bar_at(other, "i"));
             text += &each(other.len(), &add);

@@ -3,6 +3,7 @@
 use autodiff::{Real, lit};
 use autodiff_programs::{Graph, Kernel, Model, Program};
 use cosmic::kernel;
+use cosmic::policy::Weighted;
 
 /// A spring with two results. Each has its own stiffness; all have the same damping.
 struct Spring;
@@ -60,7 +61,11 @@ impl Model for Every {
         let [x, v] = [(); 2].map(|()| p.state(nodes));
         let clock = p.input(2);
 
-        let [seen, _] = p.weighted(weights, &[x], &[v], &[clock]);
+        let weighted = Weighted {
+            offsets: 1,
+            weighed: 2,
+        };
+        let seen = p.operation(weighted, &[weights, x, v, clock], &[2 * nodes + 2, 1, 1])[0];
         let hidden = p.dense_tanh(first, &[seen], bias);
         let push = p.dense_tanh(second, &[hidden], zeros);
         let push = p.gather(push, &[Some(0), None, Some(1), Some(1), Some(2)]);

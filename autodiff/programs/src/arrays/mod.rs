@@ -17,9 +17,11 @@ mod map;
 mod edges;
 mod gather;
 mod node_sum;
-mod weighted;
 mod solve;
+mod added;
 
+pub(crate) use added::{Added, AddedArrays};
+pub use added::{ArrayOperation, Forward, InputBars, Inputs, Reverse};
 pub use array::{Array, Matrix, Parameter};
 pub(crate) use array::{TOO_LONG, checked_sum, repeated};
 pub use dense::Layer;
@@ -36,4 +38,3 @@ pub(crate) use row::{Bars, RowLayout, StepValues};
 pub(crate) use solve::{Equations, MOST_UNKNOWNS, Solve, triangle};
 pub use uniform::Fixed;
 pub(crate) use uniform::checked;
-pub use weighted::Weighted;

@@ -10,6 +10,7 @@
 pub(crate) mod operation;
 pub(crate) mod arithmetic;
 mod known;
+mod computed;
 pub(crate) mod recording;
 pub(crate) mod symbol;
 pub mod emit;

@@ -9,6 +9,7 @@ use autodiff::{Elementary, Fused, Mask, Real};
 use num_traits::Zero;
 use smallvec::SmallVec;
 
+use super::computed;
 use super::operation::{Binary, Logic, Op, Place, Run, Unary};
 use super::recording::current;
 
@@ -35,6 +36,9 @@ impl Symbol {
 
 #[track_caller]
 fn push(op: Op) -> Symbol {
+    if let Some(place) = computed::current(|values| values.push(op)) {
+        return Symbol(place);
+    }
     let line = Some(Location::caller());
     Symbol(current(|recording| {
         recording.line = line;
@@ -113,15 +117,22 @@ operators! {
     -a => unary(Unary::Neg, a),
     0 => Symbol::lit(0.0),
     1 => Symbol::lit(1.0),
-    // This asks for a value, so the recording becomes unfit for a replay. A constant zero counts as zero, and every other
-    // number does not: nalgebra does not initialise memory that it multiplies by `zero()`.
-    a == 0 => current(|recording| {
-        recording.unfit = true;
-        recording.constant(a.0) == Some(0.0)
-    }),
+    a == 0 => is_zero(a),
 }
 
 literal_operators! { [] Symbol }
+
+/// Without values, the recording becomes unfit for a replay. A constant zero counts as zero then, and every other number does
+/// not: nalgebra does not initialise memory that it multiplies by `zero()`.
+fn is_zero(x: Symbol) -> bool {
+    let known = computed::current(|values| values.is_zero(x.0));
+    known.unwrap_or_else(|| {
+        current(|recording| {
+            recording.unfit = true;
+            recording.constant(x.0) == Some(0.0)
+        })
+    })
+}
 
 impl BitAnd for SymbolMask {
     type Output = Self;
@@ -148,6 +159,9 @@ impl Mask for SymbolMask {
     /// In a simplified recording, `any` is always true and [`all`](Mask::all) is always false, as if the lanes
     /// differed. So the code for both values of the mask is printed.
     fn any(self) -> bool {
+        if let Some(any) = computed::current(|values| values.any(self.0)) {
+            return any;
+        }
         current(|recording| {
             recording.unfit = true;
             recording.is_simplified
@@ -203,6 +217,9 @@ impl Real for Symbol {
     }
     #[track_caller]
     fn primal(self) -> f64 {
+        if let Some(primal) = computed::current(|values| values.primal(self.0)) {
+            return primal;
+        }
         let is_emitted = current(|recording| {
             recording.unfit = true;
             recording.is_simplified

@@ -111,16 +111,6 @@ impl Known<'_> {
     }
 
     #[track_caller]
-    pub(super) fn check_weighted(self, weights: Array, [offsets, values, others]: [&[Array]; 3]) {
-        let weighed = [offsets, values].concat();
-        self.check(&[&[weights][..], &weighed, others].concat());
-        assert!(
-            weighed.iter().all(|array| array.len() == weights.len()),
-            "weighted: each array of `offsets` and `values` must be as long as `weights`"
-        );
-    }
-
-    #[track_caller]
     pub(super) fn check_node_sum(self, graph: &Graph, x: Array) {
         self.check(&[x]);
         assert_eq!(

@@ -12,6 +12,8 @@
 mod checks;
 mod mapped;
 #[allow(missing_docs)] // Only `cosmic-gpu` reads it.
+mod added;
+#[allow(missing_docs)] // Only `cosmic-gpu` reads it.
 mod operation;
 pub(crate) mod program;
 #[allow(missing_docs)] // Only `cosmic-gpu` reads it.
@@ -29,6 +31,7 @@ mod batched;
 #[cfg(test)]
 mod tests;
 
+pub use added::AddedOperation;
 pub use checkpoints::Memory;
 pub use cotangent_bound::CotangentBound;
 pub use operation::StepOperation;

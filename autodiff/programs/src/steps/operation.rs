@@ -3,19 +3,19 @@
 use autodiff::Real;
 use autodiff::internal::of_floats;
 
+use super::added::AddedOperation;
 use super::mapped::Mapped;
-use crate::arrays::{
-    DenseLayer, Equations, Gather, InLanes, Layer, NodeSum, Operation, Solve, Weighted,
-};
+use crate::arrays::{DenseLayer, Equations, Gather, InLanes, Layer, NodeSum, Operation, Solve};
 
 /// A recorded operation.
 pub enum StepOperation {
     Kernel(Mapped),
     Gather(Gather),
-    Weighted(Weighted),
     NodeSum(NodeSum),
     Solve(Equations),
     Dense(Layer),
+    /// An operation of another crate.
+    Added(AddedOperation),
 }
 
 impl StepOperation {
@@ -45,10 +45,10 @@ impl StepOperation {
         match self {
             Self::Kernel(mapped) => mapped.compiled(),
             Self::Gather(gather) => Box::new(InLanes(gather)),
-            Self::Weighted(weighted) => Box::new(InLanes(weighted)),
             Self::NodeSum(sum) => Box::new(InLanes(sum)),
             Self::Solve(equations) => Box::new(InLanes(Solve::new(equations))),
             Self::Dense(layer) => Box::new(DenseLayer::new(layer)),
+            Self::Added(added) => added.compiled(),
         }
     }
 }

@@ -1,10 +1,11 @@
 //! The methods of [`Program`] that record operations.
 
+use super::added::AddedOperation;
 use super::checks::Shape;
 use super::mapped::{AnyKernel, Arrays, Edges, Mapped, OfElements, handles};
 use super::operation::StepOperation;
 use super::program::Program;
-use crate::arrays::{Array, Gather, Kernel, Layer, Matrix, Parameter, Weighted};
+use crate::arrays::{AddedArrays, Array, ArrayOperation, Gather, Kernel, Layer, Matrix, Parameter};
 
 /// The operations. Each method panics if an array or a matrix belongs to another program. It cannot detect this if this
 /// program has an array or a matrix of the same shape at the same position in memory.
@@ -127,55 +128,31 @@ impl Program {
         output
     }
 
-    /// Multiplies arrays by weights, element by element. The arrays of `offsets` are first centred: their weighted mean
-    /// is subtracted. Returns two arrays:
-    /// - one that joins the weighted arrays of `offsets`, the weighted arrays of `values`, and `others` unchanged,
-    /// - the weighted means of the arrays of `offsets`, one after the other.
-    ///
-    /// The mean is `sum w x / sum w`, so elements with weight 0 do not count. The mean is NaN if all weights are 0.
-    ///
-    /// ```
-    /// use autodiff::Real;
-    /// use autodiff_programs::{Model, Program, Rollout};
-    ///
-    /// /// Replaces every number by its weighted offset from the mean.
-    /// #[derive(Clone)]
-    /// struct Spread;
-    ///
-    /// impl Model for Spread {
-    ///     fn record(&self, program: &mut Program) {
-    ///         let (weights, x) = (program.parameter(3), program.state(3));
-    ///         let [offsets, _mean] = program.weighted(weights, &[x], &[], &[]);
-    ///         program.advance(x, offsets);
-    ///     }
-    /// }
-    ///
-    /// let offsets = Rollout::new(Spread, 1).run(&[1.0, 3.0, 50.0], &[&[1.0, 1.0, 0.0]]);
-    /// assert_eq!(offsets, [-1.0, 1.0, 0.0]);
-    /// ```
+    /// Records an operation of your crate that reads the arrays of `x`. Returns its outputs, which have the lengths `lens`.
     ///
     /// # Panics
-    /// If an array of `offsets` or `values` is not as long as the weights, or an array belongs to another program.
+    /// If the operation has no outputs, or an array belongs to another program.
     #[track_caller]
-    pub fn weighted(
+    pub fn operation(
         &mut self,
-        weights: Array,
-        offsets: &[Array],
-        values: &[Array],
-        others: &[Array],
-    ) -> [Array; 2] {
-        (self.known()).check_weighted(weights, [offsets, values, others]);
-        let appended: usize = others.iter().map(|array| array.len()).sum();
+        operation: impl ArrayOperation,
+        x: &[Array],
+        lens: &[usize],
+    ) -> Vec<Array> {
+        self.known().check(x);
+        assert!(
+            !lens.is_empty(),
+            "operation: an operation must have at least one output"
+        );
         self.align(false);
-        let first =
-            self.unaligned_output((offsets.len() + values.len()) * weights.len() + appended);
-        let outputs = [
-            first,
-            self.unaligned_output(offsets.len()),
-            self.unaligned_output(1),
-        ];
-        let weighted = Weighted::new(weights, [offsets, values], others, outputs);
-        self.operations.push(StepOperation::Weighted(weighted));
-        [outputs[0], outputs[1]]
+        let outputs = lens.iter().map(|&len| self.unaligned_output(len));
+        let outputs: Vec<Array> = outputs.collect();
+        let arrays = AddedArrays {
+            inputs: x.to_vec(),
+            outputs: outputs.clone(),
+        };
+        let added = AddedOperation::new(operation, arrays);
+        self.operations.push(StepOperation::Added(added));
+        outputs
     }
 }

@@ -243,7 +243,6 @@ fn an_operation_with_too_few_numbers_panics() {
     let [x, nodes] = [u.len, 17].map(|len| program.state(len));
     program.map(Spring, [x, u], &[]);
     program.map_edges(&graph, Spring, [nodes], &[u], &[]);
-    program.weighted(u, &[x], &[], &[]);
     for operation in program.operations {
         let mut operation = operation.compiled::<f64>();
         let output = *operation.outputs().last().expect("every operation has one");

@@ -1,6 +1,7 @@
 //! Randomly drawn programs must agree with the same steps written out in plain code.
 
 mod draw;
+mod weighted;
 mod step;
 
 use crate::steps::{Mapped, STEPS, Step, Times, assert_same};

@@ -3,6 +3,7 @@
 use autodiff::Real;
 use autodiff_programs::{Array, Graph, Kernel, Matrix, Model, Program, kernel};
 
+use super::weighted::Weighted;
 use crate::steps::{STEPS, Step, Turn};
 
 /// A kernel with three inputs, a uniform input and two results, which stay small. It has each kind of operation.
@@ -217,11 +218,11 @@ impl Model for Drawn {
                     arrays.extend(p.map_edges(&self.graph, Tug, ends, &per_edge, &uniform));
                 }
                 &Operation::Weighted { weights, of, other } => {
-                    let [offset, value, other] = [of[0], of[1], other].map(|k| [arrays[k]]);
-                    let weights = arrays[weights];
-                    let [all, means] = p.weighted(weights, &offset, &value, &other);
-                    let some = p.gather(all, &some_weighted(weights.len()));
-                    arrays.extend([all, means, some]);
+                    let inputs = [weights, of[0], of[1], other].map(|k| arrays[k]);
+                    let (len, appended) = (inputs[0].len(), inputs[3].len());
+                    let outputs = p.operation(Weighted, &inputs, &[2 * len + appended, 1]);
+                    let some = p.gather(outputs[0], &some_weighted(len));
+                    arrays.extend(outputs.into_iter().chain([some]));
                 }
             }
         }

@@ -1,10 +1,12 @@
-//! Runs the recorded operations once, with numbers of any type, also with symbols.
+//! Runs operations once, with numbers of any type, also with symbols.
 
 use autodiff::{Mask, Real};
 
 use super::plan::{Plan, Step};
 use crate::record::arithmetic::{binary_value, unary_value};
+use crate::record::computed::{self, Compute};
 use crate::record::operation::{Logic, Op, Place, Run};
+use crate::record::symbol::Symbol;
 
 /// The result of an operation.
 #[derive(Clone, Copy)]
@@ -20,12 +22,13 @@ impl Plan {
     /// If the recording has layers. A kernel has none, because it has too few shared arguments.
     pub(crate) fn evaluate<R: Real>(&self, x: &[R], shared: &[R]) -> Vec<R> {
         let mut values = Evaluation {
-            shared,
+            shared: shared.to_vec(),
             values: Vec::with_capacity(self.steps.len()),
         };
         for step in &self.steps {
             let value = match *step {
-                Step::Single(op) => values.of(op, x),
+                Step::Single(Op::Input(k)) => Value::Number(x[k as usize]),
+                Step::Single(op) => values.of(op),
                 Step::Nothing => Value::Number(R::zero()),
                 Step::Layer(_) => unreachable!("a recorded kernel has no layers"),
             };
@@ -36,12 +39,28 @@ impl Plan {
     }
 }
 
-struct Evaluation<'a, R: Real> {
-    shared: &'a [R],
+/// Runs code on symbols that have values of type `R`: each of its operations is computed at once, so the code may ask for
+/// values. The symbols that the code gets stand for the `given` numbers. Returns the values of the symbols that it returns.
+pub(crate) fn computed<R: Real>(
+    given: Vec<R>,
+    code: impl FnOnce(&[Symbol]) -> Vec<Symbol>,
+) -> Vec<R> {
+    let symbols: Vec<Symbol> = (0..given.len()).map(Symbol::shared).collect();
+    let values = Evaluation {
+        shared: given,
+        values: Vec::new(),
+    };
+    let (results, values) = computed::with(values, || code(&symbols));
+    let results = results.into_iter();
+    results.map(|symbol| values.number(symbol.0)).collect()
+}
+
+struct Evaluation<R: Real> {
+    shared: Vec<R>,
     values: Vec<Value<R>>,
 }
 
-impl<R: Real> Evaluation<'_, R> {
+impl<R: Real> Evaluation<R> {
     fn number(&self, place: Place) -> R {
         if place.is_shared() {
             return self.shared[place.at()];
@@ -64,10 +83,10 @@ impl<R: Real> Evaluation<'_, R> {
         places.map(|place| self.number(place)).collect()
     }
 
-    fn of(&self, op: Op, x: &[R]) -> Value<R> {
+    fn of(&self, op: Op) -> Value<R> {
         let number = |place| self.number(place);
         Value::Number(match op {
-            Op::Input(k) => x[k as usize],
+            Op::Input(_) => unreachable!("inputs have values"),
             Op::Constant(bits) => R::lit(f64::from_bits(bits)),
             Op::Unary(f, x) => unary_value(f, number(x)),
             Op::Binary(f, [a, b]) => binary_value(f, number(a), number(b)),
@@ -86,5 +105,22 @@ impl<R: Real> Evaluation<'_, R> {
                 });
             }
         })
+    }
+}
+
+impl<R: Real> Compute for Evaluation<R> {
+    fn push(&mut self, op: Op) -> Place {
+        let value = self.of(op);
+        self.values.push(value);
+        Place::own(self.values.len() - 1)
+    }
+    fn is_zero(&self, place: Place) -> bool {
+        self.number(place).is_zero()
+    }
+    fn primal(&self, place: Place) -> f64 {
+        self.number(place).primal()
+    }
+    fn any(&self, mask: Place) -> bool {
+        self.mask(mask).any()
     }
 }

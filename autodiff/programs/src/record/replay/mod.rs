@@ -13,5 +13,6 @@ mod sweep;
 mod points;
 mod evaluate;
 
+pub(crate) use evaluate::computed;
 pub(crate) use plan::Plan;
 pub(crate) use points::{Inputs, Points, Replayed, Wanted};
