@@ -1,6 +1,7 @@
 //! The lattice: nodes, and the edges between them.
 
 use autodiff::Real;
+use autodiff_programs::Graph;
 
 use super::State;
 use super::own::{EdgeRules, Mirror, Payload, Truss, median};
@@ -180,6 +181,13 @@ impl Lattice {
 }
 
 impl Lattice {
+    /// The edges as a graph. Springs are symmetric; a [`Graph`] has the smaller node of each edge first.
+    pub(crate) fn graph(&self) -> Graph {
+        let ascending = |&[i, j]: &[usize; 2]| [i.min(j), i.max(j)];
+        let edges: Vec<[usize; 2]> = self.edges.iter().map(ascending).collect();
+        Graph::new(self.nodes(), &edges)
+    }
+
     /// A number that is added to the square of an edge's length, in m^2. It keeps the length smooth where the two nodes
     /// of the edge coincide (D4). It is the square of a millionth of the [scale](Lattice::scale).
     pub fn softening(&self) -> f64 {

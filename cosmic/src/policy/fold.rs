@@ -4,7 +4,7 @@
 use autodiff::Real;
 
 use super::image;
-use super::sensing::{Sight, phases};
+use super::sensing::{Parts, Sight, phases};
 use crate::geometry::{Dimension, Ground, Vector};
 use crate::lattice::Mirror;
 use crate::scene::{ControllerSettings, GoalKind, Senses};
@@ -103,7 +103,7 @@ impl<'a, R: Real> Fold<'a, R> {
         let inputs = self.inputs(weights);
         let mut folded = Vec::new();
         for row in weights.chunks_exact(inputs) {
-            self.row(row, &mut folded);
+            self.fold_row(row, &mut folded);
         }
         folded
     }
@@ -115,7 +115,7 @@ impl<'a, R: Real> Fold<'a, R> {
     pub fn biases(&self, weights: &[R], biases: &[R]) -> Vec<R> {
         let rows = weights.chunks_exact(self.inputs(weights)).zip(biases);
         let goal = R::lits(&self.dimension.list(self.constant_goal()));
-        rows.map(|(row, &bias)| bias + R::dot(&self.on_goal(row), &goal))
+        rows.map(|(row, &bias)| bias + R::dot(&self.on_goal(&self.parts(row)), &goal))
             .collect()
     }
 
@@ -135,49 +135,46 @@ impl<'a, R: Real> Fold<'a, R> {
         inputs
     }
 
-    /// The weights in `row` that multiply the goal's coordinates, multiplied by the scale of the goal.
-    fn on_goal(&self, row: &[R]) -> Vec<R> {
-        let scale = R::lit(self.settings.goal_scale);
-        let goal = row[self.settings.clocks..]
-            .iter()
-            .take(self.dimension.count());
-        goal.map(|&weight| weight * scale).collect()
+    fn parts<'w>(&self, row: &'w [R]) -> Parts<'w, R> {
+        Parts::of(row, self.settings.clocks, self.dimension)
     }
 
-    /// Folds one row of weights and appends the folded row to `weights`.
-    fn row(&self, row: &[R], weights: &mut Vec<R>) {
-        let goal = self.on_goal(row);
-        let (clocks, row) = row.split_at(self.settings.clocks);
-        let axes = self.dimension.count();
-        let on_seen_goal = &row[..axes];
-        let follows = self.sight.follows_goal(self.settings);
-        if self.sight == Sight::Robot {
-            let (offsets, velocities) = row[axes..].split_at(axes * self.nodes);
-            if self.senses.x {
-                let columns = self.turned(offsets, self.settings.offset_scale);
-                for (column, &goal) in columns.into_iter().zip(&goal) {
-                    weights.extend(self.centred(column, follows.then_some(goal)));
-                }
-            }
-            if self.senses.v {
-                for column in self.turned(velocities, self.settings.velocity_scale) {
-                    weights.extend(self.present(column));
-                }
+    /// The weights that multiply the goal in an observation, multiplied by the scale of the goal: they multiply the goal in
+    /// metres.
+    fn on_goal(&self, row: &Parts<R>) -> Vec<R> {
+        let scale = R::lit(self.settings.goal_scale);
+        row.goal.iter().map(|&weight| weight * scale).collect()
+    }
+
+    /// Appends a folded row to `folded`: the columns in the order that [`Fold`] states.
+    fn fold_row(&self, row: &[R], folded: &mut Vec<R>) {
+        let row = self.parts(row);
+        let on_goal = self.on_goal(&row);
+        let follows_goal = self.sight.follows_goal(self.settings);
+        if self.senses.x {
+            let columns = self.by_component(row.offsets, self.settings.offset_scale);
+            for (column, &on_goal) in columns.into_iter().zip(&on_goal) {
+                folded.extend(self.centred(column, follows_goal.then_some(on_goal)));
             }
         }
-        weights.extend([&self.cosines, &self.sines].map(|shares| R::dot(clocks, shares)));
-        if follows && self.senses.x && matches!(self.mean, Mean::InStep) {
-            weights.extend(goal.into_iter().map(|weight| -weight));
+        if self.senses.v {
+            for column in self.by_component(row.velocities, self.settings.velocity_scale) {
+                folded.extend(self.weighted(column));
+            }
+        }
+        // sin(omega t + phase) = cos(phase) sin(omega t) + sin(phase) cos(omega t)
+        folded.extend([&self.cosines, &self.sines].map(|shares| R::dot(row.clocks, shares)));
+        if follows_goal && self.senses.x && matches!(self.mean, Mean::InStep) {
+            folded.extend(on_goal.into_iter().map(|weight| -weight));
         }
         if self.sight.sees_given_goal(self.settings) {
-            weights.extend_from_slice(on_seen_goal);
+            folded.extend_from_slice(row.goal);
         }
     }
 
-    /// Rotates a row of weights. The given weights belong to vectors in the world's frame, node by node. The results, one
-    /// column for each component, belong to the components of the same vectors in the ground's frame, and are multiplied by
-    /// `scale`.
-    fn turned(&self, row: &[R], scale: f64) -> Vec<Vec<R>> {
+    /// Sorts weights of vectors, node by node in the world's frame, to one column for each component in the ground's frame,
+    /// with a weight for every node. They are multiplied by `scale`.
+    fn by_component(&self, row: &[R], scale: f64) -> Vec<Vec<R>> {
         let count = self.dimension.count();
         let nodes = row.chunks_exact(count);
         if self.ground.is_flat() {
@@ -202,8 +199,8 @@ impl<'a, R: Real> Fold<'a, R> {
             .collect()
     }
 
-    /// Multiplies the weights of a column by the presences of the nodes. Does nothing if the presences are not folded.
-    fn present(&self, mut column: Vec<R>) -> Vec<R> {
+    /// Multiplies the weights of a column by the presences of the nodes, unless the step does that.
+    fn weighted(&self, mut column: Vec<R>) -> Vec<R> {
         if let Mean::Folded(presence) = self.mean {
             for (weight, &presence) in column.iter_mut().zip(presence) {
                 *weight *= presence;
@@ -212,13 +209,13 @@ impl<'a, R: Real> Fold<'a, R> {
         column
     }
 
-    /// Converts the weights of a column: weights of offsets from the mean position become weights of positions. `goal`
-    /// is the weight of a goal that is relative to the mean position.
-    fn centred(&self, column: Vec<R>, goal: Option<R>) -> Vec<R> {
-        let mut column = self.present(column);
+    /// Converts weights of offsets from the mean position to weights of positions, unless the step subtracts the mean.
+    /// `on_goal` is the weight of a goal that is relative to the mean position.
+    fn centred(&self, column: Vec<R>, on_goal: Option<R>) -> Vec<R> {
+        let mut column = self.weighted(column);
         let mut on_mean = R::sum_of(&column);
-        if let Some(goal) = goal {
-            on_mean += goal;
+        if let Some(on_goal) = on_goal {
+            on_mean += on_goal;
         }
         match self.mean {
             Mean::InStep => {}

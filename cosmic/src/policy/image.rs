@@ -2,6 +2,7 @@
 
 use autodiff::Real;
 
+use super::sensing::Parts;
 use crate::geometry::Dimension;
 use crate::lattice::Mirror;
 
@@ -22,18 +23,15 @@ pub(super) fn observed<R: Real>(
         turned
     };
     let row = |row: &[R]| {
-        let (of_clocks, row) = row.split_at(clocks);
-        let (goal, of_nodes) = row.split_at(axes);
-        let of_list = |list: &[R]| -> Vec<R> {
-            let images = mirror.nodes.iter();
+        let parts = Parts::of(row, clocks, dimension);
+        let of_images = |list: &[R]| -> Vec<R> {
+            let images = mirror.nodes.iter().filter(|_| !list.is_empty());
             images
                 .flat_map(|&node| turned(&list[axes * node..]))
                 .collect()
         };
-        let of_image = of_nodes.chunks_exact(axes * mirror.nodes.len());
-        let of_image = of_image.flat_map(of_list);
-        let seen = of_clocks.iter().copied().chain(turned(goal));
-        seen.chain(of_image).collect::<Vec<R>>()
+        let [offsets, velocities] = [parts.offsets, parts.velocities].map(of_images);
+        [parts.clocks, &turned(parts.goal), &offsets, &velocities].concat()
     };
     weights.chunks_exact(inputs).flat_map(row).collect()
 }

@@ -91,6 +91,30 @@ pub fn observation<R: Real>(
     observation
 }
 
+/// The parts of an observation, or of a row of weights that multiply an observation.
+pub(super) struct Parts<'a, R> {
+    pub(super) clocks: &'a [R],
+    pub(super) goal: &'a [R],
+    /// The parts for the offsets of the nodes, node by node; empty if the robot is not observed.
+    pub(super) offsets: &'a [R],
+    /// Like `offsets`, for the velocities.
+    pub(super) velocities: &'a [R],
+}
+
+impl<'a, R> Parts<'a, R> {
+    pub(super) fn of(observation: &'a [R], clocks: usize, dimension: Dimension) -> Self {
+        let (clocks, rest) = observation.split_at(clocks);
+        let (goal, of_nodes) = rest.split_at(dimension.count());
+        let (offsets, velocities) = of_nodes.split_at(of_nodes.len() / 2);
+        Self {
+            clocks,
+            goal,
+            offsets,
+            velocities,
+        }
+    }
+}
+
 /// The sine and the cosine of the clock's phase, from which every clock signal is a weighted sum. They are computed in
 /// double precision even if the rollout is not. The phase must be computed as for [`observation`].
 pub fn clock(phase: f64) -> [f64; 2] {

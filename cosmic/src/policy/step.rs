@@ -2,18 +2,16 @@
 
 use std::fmt::Debug;
 
-use autodiff::Real;
-use autodiff_programs::{Array, Graph, Program};
+use autodiff_programs::{Array, Program};
 
-use super::block::{Block, Controller, Shape};
-use super::fold::Fold;
+use super::block::{Block, Shape};
 use super::goals::{Offset, Towards};
-use super::image;
 use super::sensing::Sight;
+use super::source::{ObservedLayer, Outputs, Source};
 use super::weighted::weighted;
 use crate::geometry::{Axes, Dimension};
 use crate::in_dimension;
-use crate::lattice::{Mirror, Sides};
+use crate::lattice::Sides;
 use crate::laws::Motion;
 use crate::scene::{ControllerSettings, Senses};
 
@@ -73,100 +71,6 @@ pub(crate) struct Seen {
     pub(crate) goal: Option<Array>,
 }
 
-/// The slots in which a step stores its activations.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Outputs<'a> {
-    pub(crate) graph: &'a Graph,
-    /// The slots of the edges that have an actuator, ascending.
-    pub(crate) actuated: &'a [usize],
-    /// The mirror image of the robot, if the robot is its own image.
-    pub(crate) mirror: Option<&'a Mirror>,
-}
-
-impl Outputs<'_> {
-    /// The mirror image of the robot.
-    ///
-    /// # Panics
-    /// If the robot is not its own image.
-    fn image(&self) -> &Mirror {
-        self.mirror.expect("the robot must be its own mirror image")
-    }
-
-    /// The edges with an actuator, in the order of their slots. With this order, whole SIMD lanes of results can be
-    /// moved to slots.
-    pub(crate) fn edges(&self) -> Vec<usize> {
-        let edges = self.graph.edge_of_slot();
-        let slots = self.actuated.iter();
-        slots.filter_map(|&slot| edges[slot]).collect()
-    }
-}
-
-/// The source of the numbers of one parameter of a step. The strings are names of blocks of the controller.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Given {
-    /// The folded weights of a layer that reads the observation.
-    Weights(&'static str),
-    /// The biases of a layer that reads the observation, plus the constant part of the observation. The two strings
-    /// name the layer's weights and its biases.
-    Biases(&'static str, &'static str),
-    /// Like `Weights`, for a layer that sees the mirror image of the robot and of its goal.
-    ImageWeights(&'static str),
-    /// Like `Biases`, for such a layer.
-    ImageBiases(&'static str, &'static str),
-    /// A whole block.
-    Whole(&'static str),
-    /// Some rows of a block: the rows that belong to edges with an actuator. The block has one row, or one number, per
-    /// edge.
-    OfActuators(&'static str),
-    /// Like `OfActuators`, for a robot that is its own mirror image: behind each part of a row, of this length, comes the
-    /// same part of the row that belongs to the image of the edge.
-    WithImages(&'static str, usize),
-    /// Like `OfActuators`: for each edge the mean of its row and of the row that belongs to its image.
-    MeanWithImages(&'static str),
-    /// A block with one number per edge. The parameter has each number in the slot of its edge.
-    OfEdges(&'static str),
-}
-
-impl Given {
-    /// Computes the numbers of this parameter, given a controller.
-    pub(crate) fn numbers<R: Real>(
-        self,
-        controller: &Controller<R>,
-        fold: &Fold<R>,
-        outputs: &Outputs,
-    ) -> Vec<R> {
-        match self {
-            Self::Weights(name) => fold.weights(controller.block(name)),
-            Self::Biases(weights, biases) => {
-                fold.biases(controller.block(weights), controller.block(biases))
-            }
-            Self::ImageWeights(name) => {
-                fold.weights(&fold.image(controller.block(name), outputs.image()))
-            }
-            Self::ImageBiases(weights, biases) => {
-                let image = fold.image(controller.block(weights), outputs.image());
-                fold.biases(&image, controller.block(biases))
-            }
-            Self::Whole(name) => controller.block(name).to_vec(),
-            Self::OfEdges(name) => outputs.graph.to_slots(controller.block(name)),
-            Self::OfActuators(name) => {
-                let block = controller.block(name);
-                let length = block.len() / outputs.graph.slot_of_edge().len();
-                let row = |&edge: &usize| &block[edge * length..][..length];
-                let rows: Vec<&[R]> = outputs.edges().iter().map(row).collect();
-                rows.concat()
-            }
-            Self::WithImages(name, part) => {
-                let (weights, edges) = (controller.block(name), outputs.edges());
-                image::moved(weights, &edges, part, outputs.image())
-            }
-            Self::MeanWithImages(name) => {
-                image::biases(controller.block(name), &outputs.edges(), outputs.image())
-            }
-        }
-    }
-}
-
 /// A step under construction, in which a policy records its part.
 pub struct PolicyStep<'a> {
     program: &'a mut Program,
@@ -180,8 +84,8 @@ pub struct PolicyStep<'a> {
     outputs: Outputs<'a>,
     /// The arrays of the observation, once they are recorded.
     observation: Option<Vec<Array>>,
-    /// The sources of the parameters declared so far.
-    given: Vec<Given>,
+    /// The sources of the parameters declared so far, in the order of their declaration.
+    sources: Vec<Source>,
 }
 
 impl<'a> PolicyStep<'a> {
@@ -202,13 +106,13 @@ impl<'a> PolicyStep<'a> {
             seen,
             outputs,
             observation: None,
-            given: Vec::new(),
+            sources: Vec::new(),
         }
     }
 
     /// The sources of the parameters, in the order of their declaration.
-    pub(crate) fn into_given(self) -> Vec<Given> {
-        self.given
+    pub(crate) fn into_sources(self) -> Vec<Source> {
+        self.sources
     }
 
     /// An array with two numbers: `sin(omega t)` and `cos(omega t)`.
@@ -222,8 +126,7 @@ impl<'a> PolicyStep<'a> {
     /// # Panics
     /// If a block is unknown.
     pub fn observed_layer(&mut self, weights: &'static str, biases: &'static str) -> Array {
-        let given = [Given::Weights(weights), Given::Biases(weights, biases)];
-        self.layer_of_observation(weights, given)
+        self.layer_of_observation(weights, biases, false)
     }
 
     /// Like [`observed_layer`](Self::observed_layer), for the observation of the robot's mirror image: nodes change places
@@ -232,20 +135,27 @@ impl<'a> PolicyStep<'a> {
     /// # Panics
     /// If a block is unknown, or the robot is not its own mirror image (`lattice.mirror`).
     pub fn image_layer(&mut self, weights: &'static str, biases: &'static str) -> Array {
-        let given = [
-            Given::ImageWeights(weights),
-            Given::ImageBiases(weights, biases),
-        ];
-        self.layer_of_observation(weights, given)
+        self.layer_of_observation(weights, biases, true)
     }
 
-    fn layer_of_observation(&mut self, weights: &str, given: [Given; 2]) -> Array {
+    fn layer_of_observation(
+        &mut self,
+        weights: &'static str,
+        biases: &'static str,
+        sees_image: bool,
+    ) -> Array {
         let observation = self.observation();
         let (rows, _) = self.matrix_of(weights);
         let columns = observation.iter().map(|array| array.len()).sum();
         let matrix = self.program.matrix(rows, columns);
         let bias = self.program.parameter(rows);
-        self.given.extend(given);
+        let layer = ObservedLayer {
+            weights,
+            biases,
+            sees_image,
+        };
+        let sources = [Source::Weights(layer), Source::Biases(layer)];
+        self.sources.extend(sources);
         self.program.dense_tanh(matrix, &observation, bias)
     }
 
@@ -262,7 +172,7 @@ impl<'a> PolicyStep<'a> {
     pub fn layer(&mut self, weights: &'static str, biases: &'static str, x: Array) -> Array {
         let (rows, columns) = self.matrix_of(weights);
         let matrix = self.program.matrix(rows, columns);
-        self.given.push(Given::Whole(weights));
+        self.sources.push(Source::Whole(weights));
         let bias = self.block(biases);
         self.program.dense_tanh(matrix, &[x], bias)
     }
@@ -287,8 +197,8 @@ impl<'a> PolicyStep<'a> {
         x: &[Array],
     ) -> Array {
         let (_, columns) = self.matrix_of(weights);
-        let given = [weights, biases].map(Given::OfActuators);
-        self.layer_of_actuators(columns, given, x)
+        let sources = [weights, biases].map(Source::OfActuators);
+        self.layer_of_actuators(columns, sources, x)
     }
 
     /// Like [`output_layer_of`](Self::output_layer_of), for arrays in pairs of equal length: of the robot, and of its mirror
@@ -305,18 +215,18 @@ impl<'a> PolicyStep<'a> {
     ) -> Array {
         let (_, columns) = self.matrix_of(weights);
         let part = 2 * columns / x.len();
-        let given = [
-            Given::WithImages(weights, part),
-            Given::MeanWithImages(biases),
+        let sources = [
+            Source::WithImages(weights, part),
+            Source::MeanWithImages(biases),
         ];
-        self.layer_of_actuators(2 * columns, given, x)
+        self.layer_of_actuators(2 * columns, sources, x)
     }
 
-    fn layer_of_actuators(&mut self, columns: usize, given: [Given; 2], x: &[Array]) -> Array {
+    fn layer_of_actuators(&mut self, columns: usize, sources: [Source; 2], x: &[Array]) -> Array {
         let rows = self.outputs.actuated.len();
         let matrix = self.program.matrix(rows, columns);
         let bias = self.program.parameter(rows);
-        self.given.extend(given);
+        self.sources.extend(sources);
         let mut row_of_slot = vec![None; self.outputs.graph.slots()];
         for (row, &slot) in self.outputs.actuated.iter().enumerate() {
             row_of_slot[slot] = Some(row);
@@ -331,14 +241,14 @@ impl<'a> PolicyStep<'a> {
     /// If the block is unknown.
     pub fn block(&mut self, name: &'static str) -> Array {
         let len = self.shape_of(name).len();
-        self.given.push(Given::Whole(name));
+        self.sources.push(Source::Whole(name));
         self.program.parameter(len)
     }
 
     /// Declares a block with one number per edge as a parameter of the step. The array that it returns has the order of
     /// the activations.
     pub fn per_edge(&mut self, name: &'static str) -> Array {
-        self.given.push(Given::OfEdges(name));
+        self.sources.push(Source::OfEdges(name));
         self.program.parameter(self.outputs.graph.slots())
     }
 
@@ -387,50 +297,31 @@ impl<'a> PolicyStep<'a> {
         self.seen.goal.and(observation.last().copied())
     }
 
-    /// Records the observation on the first call. Returns the arrays that are the inputs of a layer folded by [`Fold`].
+    /// The arrays that are the inputs of a layer folded by [`Fold`](super::Fold), recorded on the first call.
     fn observation(&mut self) -> Vec<Array> {
-        if let Some(observation) = &self.observation {
-            return observation.clone();
+        if self.observation.is_none() {
+            self.observation = Some(self.record_observation());
         }
-        let Seen {
-            nodes,
-            clock,
-            presence,
-            goal,
-            ..
-        } = self.seen;
-        let senses = self.senses;
-        let arrays = match presence {
-            Some(presence) if senses.x || senses.v => {
-                let x: Vec<Array> = nodes
-                    .x
-                    .as_slice()
-                    .iter()
-                    .copied()
-                    .filter(|_| senses.x)
-                    .collect();
-                let v: Vec<Array> = nodes
-                    .v
-                    .as_slice()
-                    .iter()
-                    .copied()
-                    .filter(|_| senses.v)
-                    .collect();
-                let [all, mean] = weighted(self.program, presence, [&x, &v, &[clock]]);
-                match goal {
-                    Some(goal) => vec![all, self.towards(goal, mean)],
-                    None if self.follows_goal && senses.x => vec![all, mean],
-                    None => vec![all],
-                }
-            }
-            _ => {
-                let x = nodes.x.as_slice().iter().copied().filter(|_| senses.x);
-                let v = nodes.v.as_slice().iter().copied().filter(|_| senses.v);
-                x.chain(v).chain([clock]).collect()
-            }
+        self.observation.clone().expect("it is recorded")
+    }
+
+    fn record_observation(&mut self) -> Vec<Array> {
+        let (nodes, clock) = (self.seen.nodes, self.seen.clock);
+        let [x, v] = [(self.senses.x, nodes.x), (self.senses.v, nodes.v)].map(|(is_seen, axes)| {
+            let components = axes.as_slice().iter().copied();
+            components.filter(|_| is_seen).collect::<Vec<Array>>()
+        });
+        // Without nodes there is nothing to weight.
+        let presence = self.seen.presence.filter(|_| x.len() + v.len() > 0);
+        let Some(presence) = presence else {
+            return [x, v, vec![clock]].concat();
         };
-        self.observation = Some(arrays.clone());
-        arrays
+        let [all, mean] = weighted(self.program, presence, [&x, &v, &[clock]]);
+        match self.seen.goal {
+            Some(goal) => vec![all, self.towards(goal, mean)],
+            None if self.follows_goal && self.senses.x => vec![all, mean],
+            None => vec![all],
+        }
     }
 
     /// Records how the robot observes a goal, from its mean position.

@@ -13,8 +13,8 @@ use crate::geometry::{Axes, Dimension, Ground};
 use crate::lattice::{Body, Lattice, Mirror};
 use crate::laws::{Motion, StepInput};
 use crate::policy::{
-    self, Block, Controller, Fold, Given, Goals, Hold, Mean, Outputs, Pick, Policy, PolicyStep,
-    Seen, Turn, ahead, blocks_of, ticks,
+    self, Block, Controller, Fold, Goals, Hold, Mean, Outputs, Pick, Policy, PolicyStep, Seen,
+    Source, Turn, ahead, blocks_of, ticks,
 };
 use crate::scene::{ControllerSettings, GoalKind, PhysicsSettings};
 
@@ -68,8 +68,8 @@ pub(super) enum Drive {
 pub(super) struct Driver {
     policy: Arc<dyn Policy>,
     pub(super) blocks: Arc<[Block]>,
-    /// The parameters that the policy declares when it is recorded.
-    given: Arc<[Given]>,
+    /// The sources of the parameters that the policy declares when it is recorded.
+    sources: Arc<[Source]>,
 }
 
 impl RobotStep {
@@ -78,10 +78,7 @@ impl RobotStep {
         physics: &PhysicsSettings,
         controller: &ControllerSettings,
     ) -> Self {
-        // Springs are symmetric; `Graph` requires i < j.
-        let ascending = |&[i, j]: &[usize; 2]| [i.min(j), i.max(j)];
-        let edges: Vec<[usize; 2]> = lattice.edges.iter().map(ascending).collect();
-        let graph = Graph::new(lattice.nodes(), &edges);
+        let graph = lattice.graph();
         let mut actuated = graph.slot_of_edge().to_vec();
         actuated.sort_unstable();
         let mut robot = Self {
@@ -114,7 +111,7 @@ impl RobotStep {
         let mut driver = Driver {
             policy: policy::of_settings(settings),
             blocks: blocks.into(),
-            given: Arc::new([]),
+            sources: Arc::new([]),
         };
         let p = &mut Program::default();
         let seen = Seen {
@@ -124,8 +121,8 @@ impl RobotStep {
             presence: None,
             goal: (self.goals.as_ref()).map(|_| p.state(self.mechanics.dimension.count())),
         };
-        let (_, given) = driver.record(p, settings, seen, self.outputs());
-        driver.given = given.into();
+        let (_, sources) = driver.record(p, settings, seen, self.outputs());
+        driver.sources = sources.into();
         driver
     }
 
@@ -330,8 +327,8 @@ impl RobotStep {
         let nodes = (self.mechanics.dimension, self.graph.nodes());
         let fold = Fold::new(settings, ground, nodes, sight, mean);
         let (fold, outputs) = (fold.without_constants(), self.outputs());
-        let given = driver.given.iter();
-        let of_policy = given.map(|given| given.numbers(controller, &fold, &outputs));
+        let sources = driver.sources.iter();
+        let of_policy = sources.map(|source| source.numbers(controller, &fold, &outputs));
         let of_clock = ahead(settings, controller).map(|ahead| vec![ahead]);
         of_clock.into_iter().chain(of_policy).collect()
     }
@@ -391,18 +388,18 @@ impl RobotStep {
 }
 
 impl Driver {
-    /// Records the policy. Returns the activation of every slot, and the parameters that the policy declares.
+    /// Records the policy. Returns the activation of every slot, and the sources of the parameters that the policy declares.
     fn record(
         &self,
         p: &mut Program,
         settings: &ControllerSettings,
         seen: Seen,
         outputs: Outputs,
-    ) -> (Array, Vec<Given>) {
+    ) -> (Array, Vec<Source>) {
         let sees = (self.policy.observe(), settings);
         let mut step = PolicyStep::new(p, &self.blocks, sees, seen, outputs);
         let activation = self.policy.record(&mut step);
-        (activation, step.into_given())
+        (activation, step.into_sources())
     }
 }
 
