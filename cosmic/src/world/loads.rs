@@ -187,7 +187,8 @@ impl World {
     /// The force with which the bar of an edge pulls its ends together, N.
     fn pull(&self, pose: &Pose, edge: usize) -> f64 {
         let forces = self.step.mechanics.forces.iter();
-        forces.map(|force| force.tension(pose, edge)).sum()
+        let bars = forces.filter_map(|force| force.along_bars());
+        bars.map(|bars| bars.tension(pose.bar(edge)).value).sum()
     }
 
     /// Simulates `steps` steps and returns the loads of the bars. Strains are those of all states; forces are those of the
