@@ -5,8 +5,8 @@ use autodiff::{Real, jacobian};
 use cosmic::geometry::Vector;
 use cosmic::lattice::State;
 use cosmic::settings::{SettingValue, within};
-use cosmic::simulator::IdleEnergy;
-use cosmic::simulator::stability::Vibration;
+use cosmic::world::IdleEnergy;
+use cosmic::world::stability::Vibration;
 use cosmic_tests::{Bare, laws, robot_of};
 
 /// Settings of forces with which they act on the robot of these tests. A force without an entry has its default settings.
