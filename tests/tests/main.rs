@@ -15,7 +15,6 @@ mod ground_profile;
 mod guard;
 mod implicit;
 mod integrators;
-mod law_slopes;
 mod learned_clock;
 mod mma;
 mod model_gradients;

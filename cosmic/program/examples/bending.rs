@@ -15,10 +15,12 @@ use std::sync::Arc;
 
 use autodiff::Real;
 use autodiff_programs::{Array, Kernel};
-use cosmic::geometry::{Axes, Vector};
+use cosmic::geometry::{Axes, Matrix, Vector};
 use cosmic::kernel;
 use cosmic::lattice::Lattice;
-use cosmic::laws::{Force, ForceParameters, LatticeForce, Law, Step, StepInput, on_lattice};
+use cosmic::laws::{
+    Force, ForceParameters, LatticeForce, Law, Pose, Step, StepInput, Stiffness, on_lattice,
+};
 use cosmic::settings::within;
 use cosmic_program::Program;
 
@@ -42,8 +44,15 @@ impl Law for Bending {
 
 impl LatticeForce for Bending {
     fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>> {
-        let (radius, pairs) = (self.radius, pairs(lattice));
-        (!pairs.is_empty()).then(|| -> Arc<dyn Force> { Arc::new(BentBars { radius, pairs }) })
+        let (radius, softening) = (self.radius, lattice.softening());
+        let pairs = pairs(lattice);
+        (!pairs.is_empty()).then(|| -> Arc<dyn Force> {
+            Arc::new(BentBars {
+                radius,
+                softening,
+                pairs,
+            })
+        })
     }
 }
 
@@ -130,6 +139,7 @@ fn pairs(lattice: &Lattice) -> Vec<Pair> {
 #[derive(Clone, Debug)]
 struct BentBars {
     radius: f64,
+    softening: f64,
     pairs: Vec<Pair>,
 }
 
@@ -173,6 +183,26 @@ impl Force for BentBars {
         let ends = step.nodes.x.array::<2>();
         let couples = p.map_edges(step.graph, Couple { softening }, ends, &torques, &[]);
         couples.into()
+    }
+
+    /// Adds a bound to each of the three nodes. If `g` has the derivatives of the angle with respect to their positions,
+    /// displacements `u` change its square by at most the sum over the nodes of `|g_i| (|g_1| + |g_2| + |g_3|)` times the
+    /// square of `u_i` along `g_i`.
+    fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
+        for pair in &self.pairs {
+            let x = pair.nodes.map(|node| pose.state.x[node]);
+            let [a, b] = [x[1] - x[0], x[2] - x[1]]
+                .map(|bar| bar.turned_left() / (bar.dot(bar) + self.softening));
+            let turns = [a, -(a + b), b];
+            let k = pair.edges.map(|edge| pose.body.stiffness[edge]);
+            let angular = Hinge::stiffness(self.radius, k);
+            let all: f64 = turns.iter().map(|turn| turn.norm()).sum();
+            for (node, turn) in pair.nodes.into_iter().zip(turns) {
+                if turn.norm() > 0.0 {
+                    stiffness.node(node, Matrix::square(turn) * (angular * all / turn.norm()));
+                }
+            }
+        }
     }
 
     /// The angular stiffness of a pair is at most `2 r^2` times the stiffness of one of its bars. So all pairs together add

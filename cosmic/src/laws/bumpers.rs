@@ -10,9 +10,8 @@ use std::sync::Arc;
 use autodiff::Real;
 use autodiff_programs::{Array, Graph, Kernel, Program, Pullback};
 
-use super::force::{Force, LatticeForce};
+use super::force::{Force, ForceParameters, LatticeForce, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};
-use super::pose::{ForceParameters, Pose, Pull, Step};
 use super::stiffness::Stiffness;
 use crate::geometry::{Axes, Matrix, Segment, Vector, inputs, is_rare_in, outputs};
 use crate::lattice::Lattice;
@@ -435,13 +434,11 @@ impl Force for BumperForce {
         Some(self.in_pose(pose).map(energy).sum())
     }
 
-    /// The stiffness of one contact at every node, its stiffest one, as if it had begun.
-    fn stiffness(&self, pose: &Pose) -> Option<Stiffness> {
-        let mut stiffness = Stiffness::none(pose);
+    /// Adds the stiffness of one contact to every node: its stiffest one.
+    fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
         for (node, k) in self.stiffest(pose).into_iter().enumerate() {
             stiffness.node(node, Matrix::onto(pose.lattice.dimension) * k);
         }
-        Some(stiffness)
     }
 
     /// A contact is not stiffer than the bars of its node, so one contact adds at most as much as they do. Node and bar

@@ -5,17 +5,129 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use autodiff::Real;
-use autodiff_programs::{Array, Kernel, Program, Pullback};
+use autodiff_programs::{Array, Graph, Kernel, Program, Pullback};
 
-use super::along_bars::AlongBars;
 use super::law::{Law, StepInput};
-use super::pose::{ForceParameters, Pose, Pull, Step};
+use super::motion::Motion;
 use super::slopes::Tensions;
 use super::stiffness::Stiffness;
-use crate::geometry::Axes;
+use crate::geometry::{Axes, Dimension, Ground, Vector};
 use crate::kernel;
-use crate::lattice::Lattice;
+use crate::lattice::{Body, Lattice, State};
 use crate::settings::Settings;
+
+/// The arrays that a step computes forces from. Vectors are in the ground's frame.
+pub struct Step<'a> {
+    /// The edges. Each edge has a slot: its place in the arrays that have a number for every edge.
+    pub graph: &'a Graph,
+    /// Positions (m) and velocities (m/s) of the nodes.
+    pub nodes: Motion,
+    /// 1 / mass of every node, 1/kg.
+    pub inverse_mass: Array,
+    /// The controller's output for every slot.
+    pub activation: Array,
+    /// Stiffness of the edge in every slot, N/m.
+    pub stiffness: Array,
+    /// Rest length of the edge in every slot, m.
+    pub rest_length: Array,
+    /// Strain at full activation of the edge in every slot.
+    pub strain: Array,
+    /// The time, s, for every node; `None` unless a force [needs it](Force::needs_time).
+    pub time: Option<Array>,
+    /// The duration of the push, s. A force gives the nodes its impulse over this time.
+    pub dt: f64,
+    /// The [softening](Lattice::softening) of lengths, m^2.
+    pub softening: f64,
+    /// The largest strain of the actuator material.
+    pub largest_strain: f64,
+    /// The unit vector opposite to gravity.
+    pub vertical: Vector<f64>,
+}
+
+impl Step<'_> {
+    /// Whether the robot moves in the plane or in space.
+    pub fn dimension(&self) -> Dimension {
+        self.nodes.dimension()
+    }
+
+    /// The arrays of the edges that a force along bars reads: activation, stiffness, rest length and strain.
+    pub(super) fn per_edge(&self) -> [Array; 4] {
+        [
+            self.activation,
+            self.stiffness,
+            self.rest_length,
+            self.strain,
+        ]
+    }
+}
+
+/// A robot at one moment, for computations that are not part of a step. Vectors are in the ground's frame.
+#[derive(Clone, Debug)]
+pub struct Pose<'a> {
+    /// Nodes and edges.
+    pub lattice: &'a Lattice,
+    /// Stiffness, strains and masses.
+    pub body: &'a Body<f64>,
+    /// Positions and velocities.
+    pub state: State<f64>,
+    /// The controller's output for every edge; empty if the actuators are idle.
+    pub activation: &'a [f64],
+    /// The time, s.
+    pub time: f64,
+    /// The unit vector opposite to gravity.
+    pub vertical: Vector<f64>,
+}
+
+impl<'a> Pose<'a> {
+    /// The pose of a robot with idle actuators at time 0. `state` is in the world's frame.
+    pub fn idle(
+        lattice: &'a Lattice,
+        body: &'a Body<f64>,
+        state: &State<f64>,
+        ground: &Ground,
+    ) -> Self {
+        Self {
+            lattice,
+            body,
+            state: state.to_ground(ground),
+            activation: &[],
+            time: 0.0,
+            vertical: ground.vertical(),
+        }
+    }
+}
+
+/// The force that a part of a law, such as one spring, exerts on one node.
+#[derive(Clone, Debug)]
+pub struct Pull {
+    /// The name of the part as a noun phrase, such as "the spring of edge 3 [1, 2]". Messages contain it.
+    pub part: String,
+    /// The force, N, in the ground's frame.
+    pub force: Vector<f64>,
+}
+
+/// The arrays that a force gets in a step because it has declared them in [`Force::constants`] and [`Force::inputs`].
+#[derive(Clone, Debug, Default)]
+pub struct ForceParameters<A> {
+    /// The arrays of [`Force::constants`].
+    pub constants: Vec<A>,
+    /// The numbers of [`Force::inputs`], each as an array of one number. Kernels take them as
+    /// [uniform inputs](autodiff_programs::Kernel::UNIFORMS).
+    pub inputs: Vec<A>,
+}
+
+/// A bar whose target is its rest length.
+#[derive(Clone, Copy, Debug)]
+pub struct RestingBar {
+    /// The stiffness of the bar's material, N/m.
+    pub stiffness: f64,
+    /// The rest length, m.
+    pub rest_length: f64,
+    /// The length minus the target length, m.
+    pub off: f64,
+    /// The largest strain of the actuator material.
+    pub largest_strain: f64,
+}
 
 /// A force on the nodes of one lattice.
 ///
@@ -42,38 +154,53 @@ pub trait Force: Debug + Send + Sync {
     /// Records the impulses of this force on all nodes over a step (N s).
     fn record(&self, p: &mut Program, step: &Step, given: &ForceParameters<Array>) -> Axes<Array>;
 
-    /// This force as a force along bars; `None` if it is of another kind. An implicit step takes the impulses of other kinds
-    /// from [`record`](Force::record), as if they did not change during the step.
-    fn along_bars(&self) -> Option<&dyn AlongBars> {
+    /// Records the tension that this force adds to every bar, with its slopes, for an implicit step. Returns the sum with
+    /// `before`, the tensions of earlier forces. `None` if this force does not act along bars: an implicit step then takes
+    /// its impulses from [`record`](Force::record), as if they did not change during the step.
+    fn record_slopes(
+        &self,
+        _p: &mut Program,
+        _step: &Step,
+        _given: &ForceParameters<Array>,
+        _before: Option<Tensions>,
+    ) -> Option<Tensions> {
         None
     }
 
     /// The forces on a node: one entry for each part of this force that acts on the node. Messages about robots that fly
-    /// apart name the part with the largest force. The default has the force of every bar, and nothing for forces of another
-    /// kind.
-    fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull> {
-        (self.along_bars()).map_or_else(Vec::new, |bars| bars.pulls(pose, node))
+    /// apart name the part with the largest force.
+    fn pulls(&self, _pose: &Pose, _node: usize) -> Vec<Pull> {
+        Vec::new()
     }
 
-    /// The potential energy of this force in a pose, J; `None` if the force has none. The default is that of all bars.
-    fn energy(&self, pose: &Pose) -> Option<f64> {
-        self.along_bars()?.energy_of_all(pose)
+    /// The tension that this force adds to the bar of an edge, N.
+    fn tension(&self, _pose: &Pose, _edge: usize) -> f64 {
+        0.0
     }
 
-    /// The derivatives of the force at a pose, which determine the stable time step. By default, forces along bars take
-    /// them from the derivatives of the tension. `None`, the default for other kinds, takes them from
-    /// [`record`](Force::record), with the memory and the time of a matrix of all nodes.
-    ///
-    /// Override this method for a force that is stiffer in later poses, such as a contact that has not begun, or for large
-    /// lattices. The result must not be smaller than the derivatives of what is recorded.
-    fn stiffness(&self, pose: &Pose) -> Option<Stiffness> {
-        Some(self.along_bars()?.stiffness(pose))
+    /// The potential energy of this force in a pose, J; `None` if the force has none.
+    fn energy(&self, _pose: &Pose) -> Option<f64> {
+        None
+    }
+
+    /// Adds the derivatives of the force at a pose to `stiffness`. They determine the stable time step.
+    fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness);
+
+    /// The stiffness of a bar under this force alone, N/m.
+    fn bar_stiffness(&self, _bar: RestingBar) -> f64 {
+        0.0
+    }
+
+    /// The damping of a bar by this force alone, N s/m: the derivative of the tension with respect to the rate of the
+    /// bar's length.
+    fn bar_damping(&self, _bar: RestingBar) -> f64 {
+        0.0
     }
 
     /// An upper bound, valid for every design, on what this force adds to a squared frequency, 1/s^2. `of_node` is the
     /// largest squared frequency of a single node that is held only by its bars (1/s^2); `shortest` is the length of
     /// the shortest bar (m), and `lightest` the smallest mass that a node may have (kg). Forces on single nodes return 0,
-    /// because [`stiffness`](Force::stiffness) already reports what they add.
+    /// because [`stiffen`](Force::stiffen) already reports what they add.
     fn any_design(&self, _of_node: f64, _shortest: f64, _lightest: f64) -> f64 {
         0.0
     }
@@ -142,23 +269,4 @@ pub(crate) fn add(
     before.zip_with(impulses, |before, impulse| {
         p.map(Sum, [before, impulse], &[])[0]
     })
-}
-
-/// Records the tension of every bar with its slopes: the sum over all forces along bars.
-pub(crate) fn tensions(
-    p: &mut Program,
-    step: &Step,
-    forces: &[Arc<dyn Force>],
-    given: &[ForceParameters<Array>],
-) -> Tensions {
-    let forces = forces.iter().zip(given);
-    let bars = forces.filter_map(|(force, given)| Some((force.along_bars()?, given)));
-    let sum = bars.fold(None, |before: Option<[Array; 3]>, (bars, given)| {
-        let own = bars.record_tensions(p, step, given).array();
-        Some(match before {
-            Some(before) => [0, 1, 2].map(|k| p.map(Sum, [before[k], own[k]], &[])[0]),
-            None => own,
-        })
-    });
-    sum.expect("every robot has springs").into()
 }

@@ -6,10 +6,9 @@ use std::sync::Arc;
 use autodiff::{Dual, Real};
 use autodiff_programs::{Array, Kernel, Program};
 
-use super::force::{AnyForce, Force};
+use super::force::{AnyForce, Force, ForceParameters, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};
 use super::motion::Particle;
-use super::pose::{ForceParameters, Pose, Pull, Step};
 use super::stiffness::Stiffness;
 use crate::geometry::{Axes, Matrix, Vector, inputs, is_rare_natively_in};
 use crate::lattice::Lattice;
@@ -210,8 +209,8 @@ impl<L: NodeForce> Force for OnNodes<L> {
             .sum()
     }
 
-    fn stiffness(&self, pose: &Pose) -> Option<Stiffness> {
-        let (mut stiffness, zero) = (Stiffness::none(pose), Vector::zero());
+    fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
+        let zero = Vector::zero();
         for node in 0..pose.lattice.nodes() {
             let at = self.node(pose, node);
             // A planar robot does not move across.
@@ -223,6 +222,5 @@ impl<L: NodeForce> Force for OnNodes<L> {
             let largest = by_velocity.into_iter().sum::<Vector<f64>>().largest();
             stiffness.dampen_node(node, largest);
         }
-        Some(stiffness)
     }
 }

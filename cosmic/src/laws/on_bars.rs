@@ -6,20 +6,86 @@ use std::sync::Arc;
 use autodiff::Dual;
 use autodiff_programs::{Array, Program};
 
-use super::along_bars::AlongBars;
 use super::bar::{Bar, BarForce, MovingTension, Tension};
-use super::force::{AnyForce, Force};
+use super::force::{AnyForce, Force, ForceParameters, Pose, Pull, RestingBar, Step, Sum};
 use super::law::{StepInput, step_inputs};
-use super::pose::{ForceParameters, Step};
-use super::slopes::{Slopes, Tensions};
+use super::slopes::{BESIDE, Slopes, Tensions};
+use super::stiffness::Stiffness;
 use crate::geometry::Axes;
 use crate::in_dimension;
-use crate::lattice::Lattice;
+use crate::lattice::{EdgeVector, Lattice};
 use crate::settings::Settings;
+
+/// A factor slightly above 1. A stroke multiplied by this factor ends beyond the stop in spite of rounding errors.
+const BEYOND: f64 = 1.0 + 1e-9;
 
 /// Makes a law along bars a [`Force`] on the nodes of a lattice.
 #[derive(Clone, Debug)]
 pub(crate) struct OnBars<L>(pub(crate) L);
+
+impl<L: BarForce> OnBars<L> {
+    /// Makes the numbers of an edge's bar in a pose that the tension may depend on.
+    fn bar(&self, pose: &Pose, edge: usize) -> Bar<f64> {
+        let between = EdgeVector::of(&pose.state, pose.lattice.edges[edge]);
+        let given = [
+            pose.activation.get(edge).copied().unwrap_or(0.0),
+            pose.body.stiffness[edge],
+            (pose.body.rest_length.get(edge))
+                .map_or(pose.lattice.rest_length[edge], |&length| length),
+            pose.body.strain[edge],
+        ];
+        let length = between.length(pose.lattice.softening());
+        let moving = [length, between.rate(length)];
+        Bar::new(moving, given, pose.body.largest_strain)
+    }
+
+    /// A derivative of the tension: with respect to the rate of the length (N s/m) if `by_rate` is true, otherwise with
+    /// respect to the length (N/m).
+    fn slope(&self, bar: Bar<f64>, by_rate: bool) -> f64 {
+        let constant = Dual::<f64, 1>::constant;
+        let mut moving = Bar {
+            length: constant(bar.length),
+            rate: constant(bar.rate),
+            target: constant(bar.target),
+            rest_length: constant(bar.rest_length),
+            stiffness: constant(bar.stiffness),
+            strain: constant(bar.strain),
+            largest_strain: bar.largest_strain,
+        };
+        let by = if by_rate {
+            &mut moving.rate
+        } else {
+            &mut moving.length
+        };
+        *by = Dual::variable(by.value, 0);
+        L::tension(&self.0.constant::<Dual<f64, 1>>(), moving).tangent[0]
+    }
+
+    /// The largest [slope](Self::slope) of a bar that is longer or shorter than at rest by slightly more than its stroke,
+    /// or nearly at rest.
+    fn largest_slope(&self, bar: RestingBar, by_rate: bool) -> f64 {
+        let RestingBar {
+            stiffness,
+            rest_length,
+            off,
+            largest_strain,
+        } = bar;
+        let changes = [off * BEYOND, off * BESIDE, -off * BESIDE, -off * BEYOND];
+        let bars = changes.into_iter().flat_map(|change| {
+            [-BESIDE, 0.0, BESIDE].map(|rate| Bar {
+                length: rest_length + change,
+                rate,
+                target: rest_length,
+                rest_length,
+                stiffness,
+                strain: (off / rest_length).abs(),
+                largest_strain,
+            })
+        });
+        let slopes = bars.map(|bar| self.slope(bar, by_rate));
+        slopes.fold(f64::NEG_INFINITY, f64::max)
+    }
+}
 
 impl<L: BarForce> AnyForce for OnBars<L> {
     fn name(&self) -> &'static str {
@@ -62,54 +128,82 @@ impl<L: BarForce> Force for OnBars<L> {
         })
     }
 
-    fn along_bars(&self) -> Option<&dyn AlongBars> {
-        Some(self)
-    }
-}
-
-impl<L: BarForce> AlongBars for OnBars<L> {
-    fn noun(&self) -> &'static str {
-        L::NOUN
-    }
-
-    fn tension(&self, bar: Bar<f64>) -> Dual<f64, 2> {
-        let constant = Dual::constant;
-        let rate = match L::NEEDS_RATE {
-            true => Dual::variable(bar.rate, 1),
-            false => constant(0.0),
-        };
-        let bar = Bar {
-            length: Dual::variable(bar.length, 0),
-            rate,
-            target: constant(bar.target),
-            rest_length: constant(bar.rest_length),
-            stiffness: constant(bar.stiffness),
-            strain: constant(bar.strain),
-            largest_strain: bar.largest_strain,
-        };
-        L::tension(&self.0.constant::<Dual<f64, 2>>(), bar)
-    }
-
-    fn energy(&self, bar: Bar<f64>) -> Option<f64> {
-        self.0.energy(bar)
-    }
-
-    fn record_tensions(
+    fn record_slopes(
         &self,
         p: &mut Program,
         step: &Step,
         given: &ForceParameters<Array>,
-    ) -> Tensions {
+        before: Option<Tensions>,
+    ) -> Option<Tensions> {
         let slopes = Slopes {
             law: self.0.clone(),
             softening: step.softening,
             largest_strain: step.largest_strain,
         };
         let edge = step.per_edge();
-        in_dimension!(step.dimension(), D => {
+        let own = in_dimension!(step.dimension(), D => {
             let ends = step.nodes.axes::<{ 2 * D }>();
             p.map_each_edge::<_, { 2 * D }, { 2 * D + 4 }, 3>(step.graph, slopes, ends, &edge, &given.inputs)
-        })
-        .into()
+        });
+        let Some(before) = before.map(Tensions::array) else {
+            return Some(own.into());
+        };
+        let sum = [0, 1, 2].map(|k| p.map(Sum, [before[k], own[k]], &[])[0]);
+        Some(sum.into())
+    }
+
+    fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull> {
+        let edges = pose.lattice.edges.iter().enumerate();
+        let here = edges.filter(|(e, ends)| ends.contains(&node) && pose.body.stiffness[*e] != 0.0);
+        let pull = |(edge, &[i, j]): (usize, &[usize; 2])| {
+            let bar = self.bar(pose, edge);
+            let per_length = L::tension(&self.0, bar) / bar.length;
+            let other = if i == node { j } else { i };
+            let x = &pose.state.x;
+            Pull {
+                part: format!("the {} of edge {edge} [{i}, {j}]", L::NOUN),
+                force: (x[other] - x[node]) * per_length,
+            }
+        };
+        here.map(pull).collect()
+    }
+
+    fn tension(&self, pose: &Pose, edge: usize) -> f64 {
+        L::tension(&self.0, self.bar(pose, edge))
+    }
+
+    fn energy(&self, pose: &Pose) -> Option<f64> {
+        let edges = 0..pose.lattice.edges.len();
+        edges.map(|edge| self.0.energy(self.bar(pose, edge))).sum()
+    }
+
+    /// Adds the stiffness of each bar at a length just outside the range of its actuator, so that the stiffness of
+    /// stops is included. A bar whose stiffness grows as other forces stretch it even further would be stiffer.
+    fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness) {
+        for edge in 0..pose.lattice.edges.len() {
+            let bar = self.bar(pose, edge);
+            let resting = RestingBar {
+                stiffness: bar.stiffness,
+                rest_length: bar.rest_length,
+                off: bar.strain * bar.rest_length,
+                largest_strain: bar.largest_strain,
+            };
+            let k = self.bar_stiffness(resting);
+            stiffness.bar(edge, k, k * (1.0 - bar.rest_length / bar.length));
+            if L::NEEDS_RATE {
+                stiffness.dampen_bar(edge, self.bar_damping(resting));
+            }
+        }
+    }
+
+    fn bar_stiffness(&self, bar: RestingBar) -> f64 {
+        self.largest_slope(bar, false)
+    }
+
+    fn bar_damping(&self, bar: RestingBar) -> f64 {
+        if !L::NEEDS_RATE {
+            return 0.0;
+        }
+        self.largest_slope(bar, true)
     }
 }

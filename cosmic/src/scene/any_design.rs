@@ -7,7 +7,7 @@ use super::materials::{BarNumbers, MaterialSettings};
 use super::robot::PhysicsSettings;
 use super::stable_step::{stable_step, stable_step_off_bars};
 use crate::lattice::{Body, Lattice, Marker};
-use crate::laws::{self, Force, Pose, RestingBar};
+use crate::laws::{Force, Pose, RestingBar, Stiffness};
 
 /// The number of intervals into which the range of a share is divided: the share of the actuator material in a mixture,
 /// from 0 to 1.
@@ -86,13 +86,10 @@ impl<'a> AnyDesign<'a> {
     /// `sqrt(omega^2 + 2 d / dt)` would grow ([`stable_step`]). So a bar with the damping `c` counts as if its stiffness
     /// were larger by `2 c / dt`.
     fn frequencies_in_steps(&self, dt: f64) -> [f64; 2] {
-        let along_bars = self.forces.iter().filter_map(|force| force.along_bars());
+        let forces = &self.forces;
         let of_bar = |bar| {
-            let slopes = along_bars.clone().map(|bars| bars.largest_slopes(bar));
-            let [stiffness, damping] = slopes.fold([0.0; 2], |[stiffness, damping], slopes| {
-                [stiffness + slopes[0], damping + slopes[1]]
-            });
-            stiffness + 2.0 / dt * damping
+            let stiffness = sum(forces, |force| force.bar_stiffness(bar));
+            stiffness + 2.0 / dt * sum(forces, |force| force.bar_damping(bar))
         };
         let mu = per_mass_of_nodes(self.lattice, self.materials, self.physics, &of_bar);
         let sums = self.lattice.edges.iter().map(|&[i, j]| mu[i] + mu[j]);
@@ -101,13 +98,16 @@ impl<'a> AnyDesign<'a> {
         let shortest = lengths.fold(f64::MAX, f64::min);
         let largest = mu.into_iter().fold(0.0, f64::max);
         let lightest = self.physics.node_mass;
-        let forces = self.forces.iter();
-        let others: f64 = forces
-            .map(|force| force.any_design(largest, shortest, lightest))
-            .sum();
+        let others = sum(forces, |force| {
+            force.any_design(largest, shortest, lightest)
+        });
         let on_nodes = self.on_nodes.stiffness + 2.0 / dt * self.on_nodes.damping;
         [of_edges + others + on_nodes, others + on_nodes].map(f64::sqrt)
     }
+}
+
+fn sum(forces: &[Arc<dyn Force>], of: impl Fn(&dyn Force) -> f64) -> f64 {
+    forces.iter().map(|force| of(&**force)).sum()
 }
 
 /// The stiffness of a bar, N/m.
@@ -150,10 +150,10 @@ struct NodeBounds {
 
 impl NodeBounds {
     fn of(lattice: &Lattice, physics: &PhysicsSettings, forces: &[Arc<dyn Force>]) -> Self {
-        let none = vec![0.0; lattice.edges.len()];
+        let edges = lattice.edges.len();
         let body = Body {
-            stiffness: none.clone(),
-            strain: none,
+            stiffness: vec![0.0; edges],
+            strain: vec![0.0; edges],
             largest_strain: 1.0,
             rest_length: Vec::new(),
             mass: vec![physics.node_mass; lattice.nodes()],
@@ -162,7 +162,10 @@ impl NodeBounds {
         };
         let at_rest = lattice.state_at_rest();
         let pose = Pose::idle(lattice, &body, &at_rest, &physics.into());
-        let stiffness = laws::stiffness(forces, &pose);
+        let mut stiffness = Stiffness::none(lattice.nodes(), edges);
+        forces
+            .iter()
+            .for_each(|force| force.stiffen(&pose, &mut stiffness));
         let damping = stiffness.node_damping.iter().copied().fold(0.0, f64::max);
         Self {
             stiffness: stiffness.of_nodes(physics.node_mass),

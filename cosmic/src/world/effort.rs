@@ -1,12 +1,15 @@
 //! The efforts of a robot's bars: what a rollout records besides the states of the nodes, for losses about energy and
 //! forces and for the loads of implicit steps.
 
+use std::sync::Arc;
+
 use autodiff::{Parameters, Real};
 use autodiff_programs::{Array, Graph, Kernel, Program};
 
+use super::parameters::StepParameters;
 use crate::geometry::{Axes, Vector, is_rare_in};
 use crate::lattice::Body;
-use crate::laws::Push;
+use crate::laws::{Force, Push, Step, Tensions};
 use crate::{in_both_dimensions, in_dimension, kernel};
 
 /// What the bars of a robot do in the step that ends at an observed state. Each list has a number for every edge. At the
@@ -88,6 +91,22 @@ impl Meter {
         });
         Self { tension, work, net }
     }
+}
+
+/// Records the tension of every bar in a pose: the sum over all forces along bars.
+pub(super) fn tension(
+    p: &mut Program,
+    step: &Step,
+    forces: &[Arc<dyn Force>],
+    given: &StepParameters<Array>,
+) -> Array {
+    let sum = forces
+        .iter()
+        .zip(&given.mechanics.forces)
+        .fold(None, |sum: Option<Tensions>, (force, given)| {
+            force.record_slopes(p, step, given, sum).or(sum)
+        });
+    sum.expect("every robot has springs").tension
 }
 
 /// The kernel of the energies of a bar (J) after a push: the energy given, and the energy given less the energy taken. The

@@ -14,7 +14,7 @@ use super::parameters::StepParameters;
 use crate::geometry::{Axes, Dimension, Vector, inputs, is_rare_in, outputs};
 use crate::laws::{
     AnyContact, Equation, FindGround, FirstPass, Flat, Force, FreeEquation, GroundBelow, Impulse,
-    Linear, Motion, NextPass, NodeContacts, Push, Reaction, Step, Terrain, add, tensions,
+    Linear, Motion, NextPass, NodeContacts, Push, Reaction, Step, Terrain, add,
 };
 use crate::policy::weighted;
 use crate::{in_both_dimensions, in_dimension, kernel};
@@ -208,9 +208,14 @@ impl Implicit<'_> {
 
     /// Linearises the bars at a base, which is the start of the step if `from_start` is true.
     fn bars(&self, p: &mut Program, base: Motion, from_start: bool) -> Bars {
-        let (at, forces) = (self.at(base), self.forces);
-        let tensions = tensions(p, &at, forces, &self.given.mechanics.forces).array();
-        let is_other = |&k: &usize| forces[k].along_bars().is_none();
+        let (at, mut sum, mut others) = (self.at(base), None, Vec::new());
+        for (k, force) in self.forces.iter().enumerate() {
+            match force.record_slopes(p, &at, &self.given.mechanics.forces[k], sum) {
+                Some(tensions) => sum = Some(tensions),
+                None => others.push(k),
+            }
+        }
+        let tensions = sum.expect("every robot has springs").array();
         let (dt, softening) = (at.dt, at.softening);
         let lead = if from_start { 1.0 } else { 0.0 };
         let dimension = self.dimension();
@@ -225,7 +230,7 @@ impl Implicit<'_> {
         Bars {
             impulse,
             slopes: slopes.to_vec(),
-            others: (0..forces.len()).filter(is_other).collect(),
+            others,
         }
     }
 

@@ -187,8 +187,7 @@ impl World {
     /// The force with which the bar of an edge pulls its ends together, N.
     fn pull(&self, pose: &Pose, edge: usize) -> f64 {
         let forces = self.step.mechanics.forces.iter();
-        let bars = forces.filter_map(|force| force.along_bars());
-        bars.map(|bars| bars.tension(pose.bar(edge)).value).sum()
+        forces.map(|force| force.tension(pose, edge)).sum()
     }
 
     /// Simulates `steps` steps and returns the loads of the bars. Strains are those of all states; forces are those of the

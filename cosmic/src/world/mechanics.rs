@@ -6,7 +6,7 @@ use std::sync::Arc;
 use autodiff::Real;
 use autodiff_programs::{Array, Graph, Program};
 
-use super::effort::{BarImpulse, MeanVelocity, Meter};
+use super::effort::{self, BarImpulse, MeanVelocity, Meter};
 use super::implicit::Implicit;
 use super::parameters::{MechanicsParameters, ParameterSink, StepParameters};
 use crate::geometry::{Axes, Dimension, Ground, Vector, inputs};
@@ -14,7 +14,6 @@ use crate::in_dimension;
 use crate::lattice::Lattice;
 use crate::laws::{
     AnyContact, Drift, FlightInputs, Force, ForceParameters, Motion, Step, StepInput, Terrain, add,
-    tensions,
 };
 use crate::scene::{Integrator, PhysicsSettings};
 
@@ -247,7 +246,7 @@ impl Mechanics {
         impulses: Axes<Array>,
         before: Meter,
     ) -> Meter {
-        let tension = tensions(p, step, &self.forces, &given.mechanics.forces).tension;
+        let tension = effort::tension(p, step, &self.forces, given);
         let pulling = BarImpulse {
             dt: step.dt,
             softening: step.softening,

@@ -11,7 +11,7 @@ use nalgebra::DVector;
 use super::lanczos::largest_eigenpair;
 use crate::geometry::{Ground, Matrix, Vector};
 use crate::lattice::{Body, EdgeVector, Lattice, State};
-use crate::laws::{self, Pose, Stiffness};
+use crate::laws::{Pose, Stiffness};
 use crate::scene::PhysicsSettings;
 
 /// The relative accuracy of the square of a frequency that counts as exact.
@@ -50,7 +50,10 @@ impl<'a> Vibration<'a> {
             v: vec![Vector::zero(); positions.len()],
         };
         let pose = Pose::idle(lattice, body, &state, &Ground::from(physics));
-        let stiffness = laws::stiffness(&physics.forces_on(lattice), &pose);
+        let mut stiffness = Stiffness::none(lattice.nodes(), lattice.edges.len());
+        for force in physics.forces_on(lattice) {
+            force.stiffen(&pose, &mut stiffness);
+        }
         let projector = |&ends: &[usize; 2]| {
             let edge = EdgeVector::of(&pose.state, ends);
             Matrix::square(edge.d / edge.length(lattice.softening()))
