@@ -104,6 +104,7 @@ mod world {
     mod draws;
     mod driven;
     mod loads;
+    mod run;
     mod stability {
         mod vibration;
     }

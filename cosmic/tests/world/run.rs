@@ -1,0 +1,102 @@
+use autodiff::Parameters;
+use cosmic::case::Case;
+use cosmic::policy::{Controller, Goals};
+use cosmic::scene::Scene;
+use cosmic::world::{Robot, Span, World};
+
+/// A world whose robots get their goals, and a robot there.
+fn with_goals() -> (World, Robot<f64>) {
+    let text = "base = \"errand\"\nlattice.columns = 3\nlattice.rows = 2\nphysics.steps = 60";
+    let scene = Scene::parse("small", text).unwrap();
+    let case = Case::of_scene(&scene, 1).unwrap();
+    (case.world(), case.robot())
+}
+
+/// A batch may mix robots that share lanes with robots that cannot: with other controllers, with given activations, and with
+/// goals that change at other steps. Each walks as it does alone.
+#[test]
+fn a_robot_has_the_same_bits_in_any_batch() {
+    let (world, robot) = with_goals();
+    let goal = robot.surroundings.goals().unwrap().first;
+    let changing = |steps: usize| Goals::at(goal).then(steps, goal * -1.0);
+    let with = |goals: &Goals| {
+        let surroundings = robot.surroundings.with_goals(goals);
+        robot.clone().in_surroundings(surroundings)
+    };
+    let scaled = robot.surroundings.as_ref().clone();
+    let scaled = scaled.scaled("physics.gravity", 0.5);
+    let negative = robot.controller.map(|x| -x);
+    let edges = world.lattice.edges.len();
+    let robots = [
+        robot.clone(),
+        robot.clone().in_surroundings(scaled),
+        Robot {
+            controller: negative,
+            ..robot.clone()
+        },
+        with(&changing(20)),
+        with(&changing(30)),
+        Robot {
+            controller: Controller::given(vec![0.5; edges]).into(),
+            ..robot.clone()
+        },
+        Robot {
+            controller: Controller::given(vec![-0.5; 60 * edges]).into(),
+            ..robot.clone()
+        },
+        robot.clone(),
+    ];
+    let span = Span::from_start(vec![40, 60]);
+    let together = world.run(&robots, &span);
+    let alone: Vec<_> = (robots.iter())
+        .map(|robot| world.run_one(robot, &span))
+        .collect();
+    assert_eq!(together, alone);
+    assert_eq!(together[0], together[7]);
+    for k in 1..7 {
+        assert_ne!(together[k].states, together[k - 1].states, "robot {k}");
+    }
+}
+
+/// In open loop the policy sees one state, so a push does not change what the robot does.
+#[test]
+fn an_open_loop_is_a_span() {
+    let (world, robot) = with_goals();
+    let activations = |from: f64, open_loop: bool| {
+        let mut start = robot.start.clone();
+        start.v.iter_mut().for_each(|v| *v = v.with_forward(from));
+        let span = Span {
+            open_loop: open_loop.then(|| robot.start.clone()),
+            metered: true,
+            ..Span::of_steps(60)
+        };
+        let walk = world.run_one(&robot.from(&start), &span);
+        walk.effort(60).activation.clone()
+    };
+    assert_eq!(activations(0.0, true), activations(1.0, true));
+    assert_ne!(activations(0.0, false), activations(1.0, false));
+}
+
+/// Surroundings of one world fit another one whose steps read other numbers: leapfrog steps read no damping.
+#[test]
+fn surroundings_fit_a_world_with_other_steps() {
+    let scene = Scene::parse("small", "lattice.columns = 3\nlattice.rows = 2").unwrap();
+    let case = Case::of_scene(&scene, 1).unwrap();
+    let world = case.world();
+    let mut leapfrog = scene.physics.clone();
+    leapfrog.integrator = cosmic::scene::Integrator::Leapfrog;
+    let other = world.with_physics(&leapfrog, &scene.controller);
+    let mut light = world.nominal(&case.start);
+    light.surroundings = (*light.surroundings)
+        .clone()
+        .scaled("physics.gravity", 0.5)
+        .into();
+    let there =
+        |world: &World| world.robots::<f64>(&[(&case.own_design(), &light)], &case.controller);
+    for world in [&world, &other] {
+        let robot = there(world).remove(0);
+        let halved = 0.5 * scene.physics.gravity;
+        assert_eq!(robot.surroundings.value("physics.gravity"), halved);
+        let _ = world.run_one(&robot, &Span::of_steps(2));
+    }
+}
