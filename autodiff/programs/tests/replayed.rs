@@ -3,7 +3,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use autodiff::{DoubleDouble, Dual, Real, custom};
+use autodiff::{DoubleDouble, Dual, Real, Var, custom, gradient};
 use autodiff_programs::{Kernel, Model, Program, Rollout, data, kernel};
 
 use crate::steps::Mapped;
@@ -73,6 +73,27 @@ impl Kernel<1, 1> for ByRule {
     }
 }
 
+/// Such a kernel with a uniform input.
+#[derive(Clone, Copy)]
+struct ScaledByRule;
+
+#[kernel]
+impl Kernel<1, 1> for ScaledByRule {
+    const UNIFORMS: usize = 1;
+
+    fn eval<R: Real>(&self, [x]: [R; 1], factor: &[R]) -> [R; 1] {
+        [custom::apply(Root, &[x]) * factor[0]]
+    }
+}
+
+impl Model for ScaledByRule {
+    fn record(&self, program: &mut Program) {
+        let (factor, x) = (program.parameter(1), program.state(1));
+        let [next] = program.map(*self, [x], &[factor]);
+        program.advance(x, next);
+    }
+}
+
 #[test]
 #[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
 fn a_kernel_that_cannot_be_recorded_runs_on_floats_and_is_refused_elsewhere() {
@@ -85,6 +106,22 @@ fn a_kernel_that_cannot_be_recorded_runs_on_floats_and_is_refused_elsewhere() {
         says.contains("ByRule, mapped at")
             && says.contains("steps/mod.rs")
             && says.contains("it needs f64 or f32"),
+        "{says}"
+    );
+}
+
+/// Derivatives by a uniform input come from a recording, those by the other inputs do not.
+#[test]
+#[cfg_attr(panic = "abort", ignore = "panics do not unwind")]
+fn a_kernel_that_cannot_be_recorded_has_no_derivatives_by_uniform_inputs() {
+    let rollout = Rollout::new(ScaledByRule, 1);
+    let end = |x: &[Var<f64>]| rollout.run(&x[..1], &[&[Var::constant(3.0)]])[0];
+    assert_eq!(gradient(end, &[16.0]), [0.375]);
+    let end = |factor: &[Var<f64>]| rollout.run(&[Var::constant(16.0)], &[factor])[0];
+    let refused = catch_unwind(AssertUnwindSafe(|| gradient(end, &[3.0]))).unwrap_err();
+    let says = refused.downcast_ref::<String>().expect("a sentence");
+    assert!(
+        says.contains("uniform inputs without derivatives"),
         "{says}"
     );
 }

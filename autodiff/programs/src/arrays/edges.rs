@@ -273,7 +273,7 @@ where
         for k in 0..I {
             self.active[k] = arrays[self.inputs[k].id];
         }
-        self.uniforms.set_active(arrays) | self.active.contains(&true)
+        self.active.contains(&true)
     }
     #[inline(always)]
     fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]) {
@@ -386,43 +386,5 @@ where
                 }
             }
         }
-        if const { K::UNIFORMS > 0 } {
-            self.add_uniform_bars(values, bars);
-        }
-    }
-}
-
-impl<R, K, const C: usize, const I: usize, const O: usize, const SUMS: bool>
-    EdgeMap<R, K, C, I, O, SUMS>
-where
-    R: Real,
-    K: Kernel<I, O>,
-{
-    /// Adds the cotangents of uniform inputs, edge by edge.
-    fn add_uniform_bars(&self, values: StepValues<R>, bars: &mut Bars<R>) {
-        let edges = self.plan.edges.iter().flat_map(|lane| {
-            let set = (0..self.plan.width).filter(|bit| lane.bits >> bit & 1 == 1);
-            set.map(|bit| [lane.slot, lane.tail, lane.head].map(|first| first + bit))
-        });
-        let at = |bars: &Bars<R>, [slot, tail, head]: [usize; 3]| {
-            let (mut x, mut y_bar) = ([R::zero(); I], [R::zero(); O]);
-            for k in 0..I {
-                let numbers = values.get(self.inputs[k]);
-                x[k] = match k < C {
-                    true => numbers[head] - numbers[tail],
-                    false => numbers[slot],
-                };
-            }
-            for k in 0..O {
-                let bar = &bars.row[self.outputs[k].start..];
-                y_bar[k] = if SUMS {
-                    bar[tail] - bar[head]
-                } else {
-                    bar[slot]
-                };
-            }
-            (slot, x, y_bar)
-        };
-        (self.uniforms).add_bars(&self.kernel, values, bars, edges, at);
     }
 }

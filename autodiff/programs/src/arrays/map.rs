@@ -64,7 +64,7 @@ impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> LaneOperation<R> 
         for k in 0..I {
             self.active[k] = arrays[self.inputs[k].id];
         }
-        self.uniforms.set_active(arrays) | self.active.contains(&true)
+        self.active.contains(&true)
     }
     #[inline(always)]
     fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]) {
@@ -107,29 +107,6 @@ impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> LaneOperation<R> 
             };
             lanes.lanes::<false>(len);
         }
-        if const { K::UNIFORMS > 0 } {
-            self.add_uniform_bars(values, bars);
-        }
-    }
-}
-
-impl<K, const I: usize, const O: usize> Map<K, I, O> {
-    /// Adds the cotangents of uniform inputs, element by element.
-    fn add_uniform_bars<R: Real>(&self, values: StepValues<R>, bars: &mut Bars<R>)
-    where
-        K: Kernel<I, O>,
-    {
-        let at = |bars: &Bars<R>, i: usize| {
-            let (mut x, mut y_bar) = ([R::zero(); I], [R::zero(); O]);
-            for k in 0..I {
-                x[k] = values.get(self.inputs[k])[i];
-            }
-            for k in 0..O {
-                y_bar[k] = bars.row[self.outputs[k].start + i];
-            }
-            (i, x, y_bar)
-        };
-        (self.uniforms).add_bars(&self.kernel, values, bars, 0..self.outputs[0].len, at);
     }
 }
 

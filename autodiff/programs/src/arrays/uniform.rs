@@ -1,13 +1,12 @@
-//! The uniform inputs of kernels: numbers that all elements share. An operation loads these numbers once. It computes
-//! their cotangents only if they are needed.
+//! The uniform inputs of kernels: numbers that all elements share. An operation loads these numbers once.
 
 use autodiff::Real;
 use autodiff::internal::WIDEST;
 use autodiff::simd::Lane;
 
 use super::array::Array;
-use super::kernel::{Kernel, MOST_UNIFORMS, Pullback, constants, pulled_back};
-use super::row::{Bars, StepValues};
+use super::kernel::{Kernel, MOST_UNIFORMS, Pullback};
+use super::row::StepValues;
 
 /// A [`Kernel`] whose uniform inputs have constant values, so that it has none.
 #[derive(Clone, Debug)]
@@ -55,31 +54,8 @@ pub(crate) fn checked<T>(list: &[T]) -> &[T] {
     list
 }
 
-/// Returns the contribution of one element to the cotangent of uniform input `k`.
-#[inline(always)]
-fn by_uniform<R, K, const I: usize, const O: usize>(
-    kernel: &K,
-    (x, y_bar): ([R; I], [R; O]),
-    uniforms: &[R; MOST_UNIFORMS],
-    k: usize,
-) -> R
-where
-    R: Real,
-    K: Kernel<I, O>,
-{
-    let mut moving = constants::<R, 1, MOST_UNIFORMS>(uniforms);
-    moving[k].tangent = [R::one()];
-    let y = kernel.eval(constants(&x), &moving[..K::UNIFORMS]);
-    let [[bar]] = pulled_back(y, [y_bar]);
-    bar
-}
-
 /// The uniform inputs of an operation: arrays with one number for each start.
-pub(super) struct UniformInputs {
-    arrays: Vec<Array>,
-    /// The indices of the uniform inputs that carry derivatives.
-    active: Vec<usize>,
-}
+pub(super) struct UniformInputs(Vec<Array>);
 
 impl UniformInputs {
     /// `count` is the kernel's constant [`Kernel::UNIFORMS`].
@@ -93,17 +69,7 @@ impl UniformInputs {
             count,
             "the number of uniform arrays must be the kernel's `UNIFORMS`"
         );
-        Self {
-            arrays: arrays.to_vec(),
-            active: (0..arrays.len()).collect(),
-        }
-    }
-
-    /// Sets which arrays carry derivatives, and returns whether a uniform input does.
-    pub(super) fn set_active(&mut self, arrays: &[bool]) -> bool {
-        let is_active = |k: &usize| arrays[self.arrays[*k].id];
-        self.active = (0..self.arrays.len()).filter(is_active).collect();
-        !self.active.is_empty()
+        Self(arrays.to_vec())
     }
 
     /// Loads each uniform input into a register, in which the numbers of all starts repeat. `count` is the kernel's
@@ -116,7 +82,7 @@ impl UniformInputs {
     ) -> [L; MOST_UNIFORMS] {
         let mut uniforms = [L::zero(); MOST_UNIFORMS];
         for k in 0..count {
-            let numbers = values.get(self.arrays[k]);
+            let numbers = values.get(self.0[k]);
             uniforms[k] = match numbers.len() {
                 1 => L::splat(numbers[0]),
                 starts if starts >= L::N => L::load(numbers),
@@ -142,42 +108,10 @@ impl UniformInputs {
         values: StepValues<R>,
         first: usize,
     ) {
-        let starts = self.arrays.first().map_or(1, |array| array.len);
+        let starts = self.0.first().map_or(1, |array| array.len);
         if starts > L::N {
-            for (uniform, &array) in uniforms.iter_mut().zip(&self.arrays) {
+            for (uniform, &array) in uniforms.iter_mut().zip(&self.0) {
                 *uniform = L::load(&values.get(array)[first % starts..]);
-            }
-        }
-    }
-
-    /// Adds the cotangents of the uniform inputs that carry derivatives, one element at a time. `at` returns an
-    /// element's index, its inputs and the cotangents of its results. This does not use SIMD lanes: it is rarely
-    /// needed, and every kernel would have to be compiled once more for every register width.
-    #[inline(never)]
-    pub(super) fn add_bars<R, K, E, const I: usize, const O: usize>(
-        &self,
-        kernel: &K,
-        values: StepValues<R>,
-        bars: &mut Bars<R>,
-        elements: impl Iterator<Item = E>,
-        at: impl Fn(&Bars<R>, E) -> (usize, [R; I], [R; O]),
-    ) where
-        R: Real,
-        K: Kernel<I, O>,
-    {
-        if self.active.is_empty() {
-            return;
-        }
-        for element in elements {
-            let (place, x, y_bar) = at(bars, element);
-            let mut uniforms = [R::zero(); MOST_UNIFORMS];
-            for (uniform, &array) in uniforms.iter_mut().zip(&self.arrays) {
-                *uniform = values.get(array)[place % array.len];
-            }
-            for &k in &self.active {
-                let array = self.arrays[k];
-                let bar = by_uniform(kernel, (x, y_bar), &uniforms, k);
-                bars.get_mut(array)[place % array.len] += bar;
             }
         }
     }

@@ -18,7 +18,9 @@ pub(crate) mod replay;
 #[allow(missing_docs)] // Only `cosmic-gpu` reads it.
 mod replayed;
 mod formula;
+mod with_uniforms;
 
 pub use formula::Formula;
 pub(crate) use replayed::recorded;
 pub use replayed::{Places, ReplayedKernel};
+pub(crate) use with_uniforms::WithUniforms;

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use autodiff::Real;
+use autodiff::{Dual, Real};
 
 use super::replay::{Inputs, Plan, Points, Replayed, Wanted};
 use super::symbol::Symbol;
@@ -113,15 +113,10 @@ impl ReplayedKernel {
         self.outputs.first().map_or(1, |array| array.starts)
     }
 
-    /// Replays the kernel with its inputs at all elements or edges of one start.
-    fn replay<R: Real>(
-        &self,
-        values: StepValues<R>,
-        start: usize,
-        wanted: Wanted<R>,
-    ) -> Replayed<R> {
+    /// The values of each input at all elements or edges of one start. An input that no result depends on is zero.
+    fn columns<'a, R: Real>(&self, values: StepValues<'a, R>, start: usize) -> Vec<Cow<'a, [R]>> {
         let starts = self.starts();
-        let column = |(k, &input): (usize, &Array)| -> Cow<[R]> {
+        let column = |(k, &input): (usize, &Array)| -> Cow<'a, [R]> {
             let array = &values.get(input)[start..];
             let at = |place: usize| array[place * starts];
             if !self.kernel.reads(k) {
@@ -138,15 +133,30 @@ impl ReplayedKernel {
                 Places::Edges { edges, .. } => edges.iter().map(|edge| at(edge.slot)).collect(),
             }
         };
-        let columns: Vec<Cow<[R]>> = self.inputs.iter().enumerate().map(column).collect();
-        let columns: Vec<&[R]> = columns.iter().map(|column| &column[..]).collect();
-        let shared = self.uniforms.iter().map(|&array| {
+        self.inputs.iter().enumerate().map(column).collect()
+    }
+
+    /// The values of the uniform inputs of one start.
+    fn shared<R: Real>(&self, values: StepValues<R>, start: usize) -> Vec<R> {
+        let of_start = |&array: &Array| {
             let numbers = values.get(array);
             numbers[start % numbers.len()]
-        });
+        };
+        self.uniforms.iter().map(of_start).collect()
+    }
+
+    /// Replays the kernel with its inputs at all elements or edges of one start.
+    fn replay<R: Real>(
+        &self,
+        values: StepValues<R>,
+        start: usize,
+        wanted: Wanted<R>,
+    ) -> Replayed<R> {
+        let columns = self.columns(values, start);
+        let columns: Vec<&[R]> = columns.iter().map(|column| &column[..]).collect();
         let points = Points {
             plan: &self.kernel,
-            shared: &shared.collect::<Vec<R>>(),
+            shared: &self.shared(values, start),
             count: self.places.count(),
             inputs: Inputs::Numbers(&columns),
             wanted,
@@ -154,8 +164,8 @@ impl ReplayedKernel {
         points.replay()
     }
 
-    /// Adds the cotangents of the inputs at all elements or edges of one start.
-    fn reverse_start<R: Real>(&self, start: usize, values: StepValues<R>, bars: &mut Bars<R>) {
+    /// The cotangents of each result at all elements or edges of one start.
+    fn seeds<R: Real>(&self, start: usize, bars: &mut Bars<R>) -> Vec<Vec<R>> {
         let starts = self.starts();
         let seed = |&output: &Array| -> Vec<R> {
             let bar = &bars.get_mut(output)[start..];
@@ -173,7 +183,12 @@ impl ReplayedKernel {
                 }
             }
         };
-        let seeds: Vec<Vec<R>> = self.outputs.iter().map(seed).collect();
+        self.outputs.iter().map(seed).collect()
+    }
+
+    /// Adds the cotangents of the inputs at all elements or edges of one start.
+    fn reverse_start<R: Real>(&self, start: usize, values: StepValues<R>, bars: &mut Bars<R>) {
+        let (starts, seeds) = (self.starts(), self.seeds(start, bars));
         let replayed = self.replay(values, start, Wanted::ByInputs(Some(&seeds)));
         let by_uniforms = self.uniforms.iter().zip(&replayed.by_shared);
         for ((&uniform, &bar), active) in by_uniforms.zip(&self.active_uniforms) {
@@ -207,6 +222,42 @@ impl ReplayedKernel {
                     let edges = edges.iter().zip(x_bar);
                     edges.for_each(|(edge, &bar)| to[edge.slot * starts] += bar);
                 }
+            }
+        }
+    }
+
+    /// Adds the cotangents of the uniform inputs.
+    pub(super) fn add_uniform_bars<R: Real>(&self, values: StepValues<R>, bars: &mut Bars<R>) {
+        (0..self.starts()).for_each(|start| self.add_uniform_bars_of(start, values, bars));
+    }
+
+    /// Adds the cotangents of the uniform inputs of one start, one element or edge at a time. They come from dual numbers,
+    /// so they do not depend on the number of lanes.
+    fn add_uniform_bars_of<R: Real>(
+        &self,
+        start: usize,
+        values: StepValues<R>,
+        bars: &mut Bars<R>,
+    ) {
+        let (columns, seeds) = (self.columns(values, start), self.seeds(start, bars));
+        let shared = self.shared(values, start).into_iter();
+        let mut shared: Vec<Dual<R, 1>> = shared.map(Dual::constant).collect();
+        for place in 0..self.places.count() {
+            let x = columns.iter().map(|column| Dual::constant(column[place]));
+            let x: Vec<Dual<R, 1>> = x.collect();
+            for (k, &uniform) in self.uniforms.iter().enumerate() {
+                if !self.active_uniforms[k] {
+                    continue;
+                }
+                shared[k].tangent = [R::one()];
+                let y = self.kernel.evaluate(&x, &shared);
+                shared[k].tangent = [R::zero()];
+                let results = y.iter().zip(&seeds);
+                let bar = results.fold(R::zero(), |sum, (y, seeds)| {
+                    R::chain_add(y.tangent[0], seeds[place], sum)
+                });
+                let to = bars.get_mut(uniform);
+                to[start % to.len()] += bar;
             }
         }
     }

@@ -8,7 +8,7 @@ use autodiff::internal::{lanes, of_floats};
 
 use crate::arrays::{Array, EdgeMap, Graph, InLanes, Kernel, Map, Operation, is_replayed};
 use crate::record::replay::Plan;
-use crate::record::{Places, ReplayedKernel, recorded};
+use crate::record::{Places, ReplayedKernel, WithUniforms, recorded};
 
 /// A kernel that is mapped over arrays.
 pub struct Mapped {
@@ -53,16 +53,28 @@ impl Mapped {
     /// The kernel as an operation. For plain floats it is compiled, unless it asks for replays, or is compiled in lanes only
     /// and the processor has none. All other number types replay its recording.
     pub(super) fn compiled<R: Real>(self) -> Box<dyn Operation<R>> {
-        let has_lanes = !R::KERNELS_NEED_LANES || lanes::<R>() > 1;
-        if const { !R::IS_FLOAT } || !has_lanes || self.kernel.is_replayed() {
+        // The condition is constant, so that nothing else is compiled for other number types.
+        if const { !R::IS_FLOAT } {
             return Box::new(self.replayed());
         }
+        let has_lanes = !R::KERNELS_NEED_LANES || lanes::<R>() > 1;
+        if !has_lanes || self.kernel.is_replayed() {
+            return Box::new(self.replayed());
+        }
+        let has_uniforms = !self.arrays.uniforms.is_empty();
+        let recorded = has_uniforms.then(|| self.recorded());
         type CompileFn<R> = fn(Box<dyn AnyKernel>, &Arrays) -> Box<dyn Operation<R>>;
         let compile: CompileFn<R> = of_floats(
             <dyn AnyKernel>::double as CompileFn<f64>,
             <dyn AnyKernel>::single as CompileFn<f32>,
         );
-        compile(self.kernel, &self.arrays)
+        let compiled = compile(self.kernel, &self.arrays);
+        match recorded {
+            Some(recorded) => {
+                Box::new(WithUniforms::new(compiled, &self.arrays.uniforms, recorded))
+            }
+            None => compiled,
+        }
     }
 
     /// The recording of the kernel.
@@ -70,6 +82,11 @@ impl Mapped {
     /// # Panics
     /// If it cannot be recorded: see [`Program`](super::Program).
     pub fn replayed(&self) -> ReplayedKernel {
+        self.recorded().unwrap_or_else(|why| panic!("{why}"))
+    }
+
+    /// The recording of the kernel, or why it cannot be recorded.
+    fn recorded(&self) -> Result<ReplayedKernel, String> {
         let Arrays {
             inputs,
             uniforms,
@@ -81,14 +98,15 @@ impl Mapped {
             Some(edges) => Places::edges(&edges.graph, edges.differences, edges.sums),
         };
         let Some(plan) = self.kernel.recorded() else {
-            panic!(
+            return Err(format!(
                 "kernel {}, mapped at {}, cannot be replayed on this number type: it branches on a value (a zero test or \
-                 a mask) or calls a fused function; it needs f64 or f32 and a processor with SIMD lanes",
+                 a mask) or calls a fused function; it needs f64 or f32, a processor with SIMD lanes, and uniform inputs \
+                 without derivatives",
                 self.kernel.name(),
                 self.place
-            )
+            ));
         };
-        ReplayedKernel::new(plan, places, inputs, uniforms, outputs)
+        Ok(ReplayedKernel::new(plan, places, inputs, uniforms, outputs))
     }
 }
 
