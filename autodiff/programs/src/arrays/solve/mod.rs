@@ -7,7 +7,7 @@ mod order;
 
 use autodiff::Real;
 use autodiff::internal::{Unchecked, WIDEST, lanes};
-use autodiff::simd::Lane;
+use autodiff::simd::{Lane, Vectorized};
 
 use self::band::Band;
 use super::array::Array;
@@ -289,17 +289,10 @@ impl<R: Real> Solve<R> {
         }
     }
 
-    /// Replaces the right-hand side by the solution.
-    #[inline(always)]
-    fn solve<L: Lane<R>, T: Lane<R>>(&mut self, starts: usize) {
-        let Self {
-            matrix,
-            recent,
-            side,
-            band,
-            ..
-        } = self;
-        band.solve::<R, L, T>(starts, matrix, recent, side);
+    /// Replaces the right-hand side by the solution. It is not inlined, so that its long code exists once.
+    #[inline(never)]
+    fn solve(&mut self) {
+        R::vectorize(InBand(self));
     }
 
     /// Copies one unknown of all nodes of the solution.
@@ -329,7 +322,7 @@ impl<R: Real> Solve<R> {
             self.set_side::<T>(starts, unknown, values.get(self.b[unknown]));
         }
         self.hold_side(starts);
-        self.solve::<L, T>(starts);
+        self.solve();
         for unknown in 0..self.outputs.len() {
             let output = self.outputs[unknown];
             let x = &mut after[output.start - begin..][..output.len];
@@ -352,7 +345,7 @@ impl<R: Real> Solve<R> {
         for unknown in 0..self.outputs.len() {
             self.set_side::<T>(starts, unknown, &bars.row[self.outputs[unknown].range()]);
         }
-        self.solve::<L, T>(starts);
+        self.solve();
         self.hold_side(starts);
         let len = self.places.len() * starts;
         let mut w = std::mem::take(&mut self.w);
@@ -438,19 +431,45 @@ impl<R: Real> LaneOperation<R> for Solve<R> {
         self.is_active = self.b.iter().map(|b| arrays[b.id]).collect();
         true
     }
-    // For a single start the number of starts is a constant, so the loops over starts disappear.
+    // For a single start the number of starts is a constant, so the loops over starts disappear. Scalars have a single start.
     #[inline(always)]
     fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]) {
-        match self.starts {
-            1 => self.forward_of::<L, R>(1, parameters, row),
-            starts => self.forward_of::<L, L>(starts, parameters, row),
+        if const { L::N == 1 } || self.starts == 1 {
+            self.forward_of::<L, R>(1, parameters, row);
+        } else {
+            self.forward_of::<L, L>(self.starts, parameters, row);
         }
     }
     #[inline(always)]
     fn reverse_in<L: Lane<R>>(&mut self, values: StepValues<R>, bars: &mut Bars<R>) {
-        match self.starts {
-            1 => self.reverse_of::<L, R>(1, values, bars),
-            starts => self.reverse_of::<L, L>(starts, values, bars),
+        if const { L::N == 1 } || self.starts == 1 {
+            self.reverse_of::<L, R>(1, values, bars);
+        } else {
+            self.reverse_of::<L, L>(self.starts, values, bars);
+        }
+    }
+}
+
+/// The solution in a band. It enters lanes by itself, so that the sweeps forward and in reverse share its long code.
+struct InBand<'a, R>(&'a mut Solve<R>);
+
+impl<R: Real> Vectorized<R> for InBand<'_, R> {
+    const USE_THE_ATTRIBUTE_KERNEL: () = ();
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<R>>(self) {
+        let Solve {
+            matrix,
+            recent,
+            side,
+            band,
+            starts,
+            ..
+        } = self.0;
+        if const { L::N == 1 } || *starts == 1 {
+            band.solve::<R, L, R>(1, matrix, recent, side);
+        } else {
+            band.solve::<R, L, L>(*starts, matrix, recent, side);
         }
     }
 }
