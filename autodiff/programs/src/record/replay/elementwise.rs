@@ -94,6 +94,7 @@ fn single<L: Real>(function: Function, a: L, b: L) -> [L; 3] {
 impl<R: Real> Vectorized<R> for Elementwise<'_, R> {
     const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = ();
+    const HAS_512: bool = false; // as for the replay around it
     #[inline(always)]
     fn run<L: Lane<R>>(self) {
         let Self {

@@ -80,6 +80,7 @@ fn replay_single(points: Points<f32>) -> Replayed<f32> {
 impl<R: Real> Vectorized<R> for Points<'_, R> {
     const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = Replayed<R>;
+    const HAS_512: bool = false;
     #[inline(always)]
     fn run<L: Lane<R>>(self) -> Replayed<R> {
         // Number types without SIMD registers gain little from blocks, and another copy of the code would be compiled
