@@ -87,7 +87,7 @@ pub mod internal {
 const SOURCES: &str = file!().split_at(file!().len() - "lib.rs".len()).0;
 
 #[doc(inline)]
-pub use arrays::{Array, Graph, Kernel, Matrix, Pullback};
+pub use arrays::{Array, Compiled, Graph, Kernel, Matrix, Pullback};
 #[cfg(feature = "derive")]
 pub use autodiff_derive::kernel;
 pub use record::emit;

@@ -4,7 +4,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use autodiff::{DoubleDouble, Dual, Real, Var, custom, gradient};
-use autodiff_programs::{Kernel, Model, Program, Rollout, data, kernel};
+use autodiff_programs::{Compiled, Kernel, Model, Program, Rollout, data, kernel};
 
 use crate::steps::Mapped;
 
@@ -48,6 +48,83 @@ fn replayed_numbers_are_those_of_the_code() {
     check::<f32>();
     check::<DoubleDouble>();
     check::<Dual<f64, 1>>();
+}
+
+/// [`Move`] times a uniform input, compiled for what `KINDS[KIND]` says.
+#[derive(Clone, Copy)]
+struct Scaled<const KIND: usize>;
+
+const KINDS: [Compiled; 4] = [
+    Compiled::Never,
+    Compiled::Seldom,
+    Compiled::Narrow,
+    Compiled::Fully,
+];
+
+#[kernel]
+impl<const KIND: usize> Kernel<3, 1> for Scaled<KIND> {
+    const COMPILED: Compiled = KINDS[KIND];
+    const UNIFORMS: usize = 1;
+
+    fn eval<R: Real>(&self, x: [R; 3], factor: &[R]) -> [R; 1] {
+        let [x] = Move.eval(x, &[]);
+        [x * factor[0]]
+    }
+}
+
+impl<const KIND: usize> Model for Scaled<KIND> {
+    fn record(&self, program: &mut Program) {
+        let factor = program.parameter(1);
+        let [x, force, neighbour] = [(); 3].map(|()| program.state(5));
+        let [next] = program.map(*self, [x, force, neighbour], &[factor]);
+        for (state, next) in [(x, next), (force, force), (neighbour, neighbour)] {
+            program.advance(state, next);
+        }
+    }
+}
+
+/// The state after two steps, and the derivative of its sum by the uniform input.
+fn scaled<R: Real, const KIND: usize>(tolerance: f64) -> (Vec<R>, R) {
+    let rollout = Rollout::new(Scaled::<KIND>, 2);
+    let number = |i: usize| R::lit((1.3 * i as f64 + 0.4).sin());
+    let (start, factor): (Vec<R>, R) = ((0..15).map(number).collect(), R::lit(0.9));
+    let ends = rollout.run(&start, &[&[factor]]);
+    let constant: Vec<Var<R>> = start.iter().map(|&x| Var::constant(x)).collect();
+    let sum = |factor: &[Var<R>]| rollout.run(&constant, &[factor]).into_iter().sum();
+    let [slope] = gradient(sum, &[factor])[..] else {
+        panic!("one derivative");
+    };
+    let constant: Vec<Dual<R, 1>> = start.iter().map(|&x| Dual::constant(x)).collect();
+    let moving = rollout.run(&constant, &[&[Dual::variable(factor, 0)]]);
+    let forward = moving.iter().map(|x| x.tangent[0]);
+    let size: R = forward.clone().map(Real::abs).sum();
+    let off = ((slope - forward.sum::<R>()) / size).abs().primal();
+    assert!(off < tolerance, "{off} of {size:?} from forward mode");
+    (ends, slope)
+}
+
+/// A kernel that is replayed has the bits of a compiled one, and its derivatives except for rounding. The recording of a kernel
+/// that is always replayed is simplified, so its numbers may be rounded in another way.
+#[test]
+fn kernels_have_the_same_numbers_for_whatever_they_are_compiled() {
+    fn check<R: Real + PartialEq>(tolerance: f64) {
+        let fully = scaled::<R, 3>(tolerance);
+        let others = [
+            scaled::<R, 2>(tolerance),
+            scaled::<R, 1>(tolerance),
+            scaled::<R, 0>(tolerance),
+        ];
+        let off = |a: R, b: R| (a - b).abs().primal();
+        assert!(others[0] == fully && others[1].0 == fully.0);
+        for (ends, slope) in &others {
+            let ends = ends.iter().zip(&fully.0).map(|(&a, &b)| off(a, b));
+            let most = ends.fold(off(*slope, fully.1), f64::max);
+            assert!(most < tolerance, "{most}");
+        }
+    }
+    // A few ulps of a sum of ten terms of order one.
+    check::<f64>(4e-15);
+    check::<f32>(2e-6);
 }
 
 /// A square root by a custom rule. A recording cannot contain it.

@@ -1,6 +1,7 @@
 //! Whether a robot moves in a plane or in space, and how lists of its points become lists of numbers.
 
 use autodiff::Real;
+use autodiff_programs::Compiled;
 use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
@@ -334,19 +335,16 @@ macro_rules! in_dimension {
     };
 }
 
-/// Whether a kernel that few scenes use is [rare](autodiff_programs::Kernel::IS_RARE): in space, and in a browser, which loads all code
-/// before the first robot.
-pub(crate) const fn is_rare_in(dimension: usize) -> bool {
-    dimension == 3 || cfg!(target_arch = "wasm32")
-}
-
-/// Whether a kernel that all robots use is rare: in space, but not in a browser, where a replay would be several times slower.
-pub(crate) const fn is_rare_natively_in(dimension: usize) -> bool {
-    dimension == 3 && !cfg!(target_arch = "wasm32")
+/// For what a kernel of an explicit step is compiled at most: registers of 512 bits are for robots in the plane, with the laws
+/// of the scene `earth`. The program has 68 functions for them in place of 250.
+pub(crate) const fn explicit_in(dimension: usize) -> Compiled {
+    match dimension {
+        2 => Compiled::Fully,
+        _ => Compiled::Narrow,
+    }
 }
 
 /// Implements a kernel for vectors of the plane, where the constant `D` is 2, and for vectors of space, where it is 3.
-/// Natively, kernels in space are rare (`IS_RARE`), which saves one in seven functions for wide registers.
 #[macro_export]
 macro_rules! in_both_dimensions {
     ($D:ident => $($item:tt)*) => {

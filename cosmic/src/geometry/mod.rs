@@ -32,8 +32,8 @@ mod profile;
 mod range;
 mod segment;
 
+pub(crate) use dimension::explicit_in;
 pub use dimension::{Axes, Dimension, Row, inputs, outputs};
-pub(crate) use dimension::{is_rare_in, is_rare_natively_in};
 pub use ground::Ground;
 pub use matrix::Matrix;
 pub use plane::Plane;

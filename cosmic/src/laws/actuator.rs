@@ -7,6 +7,7 @@
 //! the flow is choked, so the back pressure grows more steeply with speed.
 
 use autodiff::Real;
+use autodiff_programs::Compiled;
 
 use super::bar::{Bar, BarForce};
 use super::law::Law;
@@ -25,6 +26,7 @@ crate::settings! {
 
 impl Law for Actuator {
     const NAME: &'static str = "actuator";
+    const COMPILED: Compiled = Compiled::Narrow;
 }
 
 #[kernel]

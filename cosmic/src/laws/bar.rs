@@ -2,10 +2,10 @@
 
 use autodiff::Real;
 use autodiff_programs::kernels::vjp_by_duals;
-use autodiff_programs::{Kernel, Pullback};
+use autodiff_programs::{Compiled, Kernel, Pullback};
 
 use super::law::Law;
-use crate::geometry::{Vector, is_rare_natively_in};
+use crate::geometry::{Vector, explicit_in};
 use crate::lattice::EdgeVector;
 use crate::{in_both_dimensions, kernel};
 
@@ -199,8 +199,8 @@ impl<L: BarForce> Tension<L> {
 
 #[kernel]
 impl<L: BarForce> Kernel<6, 2> for Tension<L> {
+    const COMPILED: Compiled = L::COMPILED.at_most(explicit_in(2));
     const UNIFORMS: usize = L::COUNT;
-    const IS_REPLAYED: bool = L::IS_REPLAYED;
 
     fn eval<R: Real>(&self, x: [R; 6], settings: &[R]) -> [R; 2] {
         self.still::<R, 2>(&x, settings)
@@ -213,9 +213,8 @@ impl<L: BarForce> Kernel<6, 2> for Tension<L> {
 
 #[kernel]
 impl<L: BarForce> Kernel<7, 3> for Tension<L> {
-    const IS_RARE: bool = is_rare_natively_in(3);
+    const COMPILED: Compiled = L::COMPILED.at_most(explicit_in(3));
     const UNIFORMS: usize = L::COUNT;
-    const IS_REPLAYED: bool = L::IS_REPLAYED;
 
     fn eval<R: Real>(&self, x: [R; 7], settings: &[R]) -> [R; 3] {
         self.still::<R, 3>(&x, settings)
@@ -234,9 +233,8 @@ pub struct MovingTension<L>(pub Tension<L>);
 in_both_dimensions! { D =>
     #[kernel]
     impl<L: BarForce> Kernel<{ 2 * D + 4 }, D> for MovingTension<L> {
-        const IS_RARE: bool = is_rare_natively_in(D);
+        const COMPILED: Compiled = L::COMPILED.at_most(explicit_in(D));
         const UNIFORMS: usize = L::COUNT;
-        const IS_REPLAYED: bool = L::IS_REPLAYED;
 
         fn eval<R: Real>(&self, x: [R; 2 * D + 4], settings: &[R]) -> [R; D] {
             let (edge, given) = EdgeVector::<R, D>::split(&x);

@@ -8,12 +8,12 @@
 use std::sync::Arc;
 
 use autodiff::Real;
-use autodiff_programs::{Array, Graph, Kernel, Program, Pullback};
+use autodiff_programs::{Array, Compiled, Graph, Kernel, Program, Pullback};
 
 use super::force::{Force, ForceParameters, LatticeForce, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};
 use super::stiffness::Stiffness;
-use crate::geometry::{Axes, Matrix, Segment, Vector, inputs, is_rare_in, outputs};
+use crate::geometry::{Axes, Matrix, Segment, Vector, inputs, outputs};
 use crate::lattice::Lattice;
 use crate::settings::{above, within};
 use crate::{in_both_dimensions, in_dimension, kernel};
@@ -148,7 +148,7 @@ impl Bump {
 
 #[kernel]
 impl Kernel<11, 4> for Bump {
-    const IS_RARE: bool = is_rare_in(2);
+    const COMPILED: Compiled = Compiled::Seldom;
     const UNIFORMS: usize = 2;
 
     fn eval<R: Real>(&self, x: [R; 11], law: &[R]) -> [R; 4] {
@@ -162,7 +162,7 @@ impl Kernel<11, 4> for Bump {
 
 #[kernel]
 impl Kernel<14, 6> for Bump {
-    const IS_RARE: bool = is_rare_in(3);
+    const COMPILED: Compiled = Compiled::Seldom;
     const UNIFORMS: usize = 2;
 
     fn eval<R: Real>(&self, x: [R; 14], law: &[R]) -> [R; 6] {
@@ -177,7 +177,7 @@ struct Identity;
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<D, D> for Identity {
-        const IS_RARE: bool = is_rare_in(D);
+        const COMPILED: Compiled = Compiled::Seldom;
         fn eval<R: Real>(&self, impulse: [R; D], _: &[R]) -> [R; D] {
             impulse
         }
@@ -190,6 +190,8 @@ pub struct Total;
 
 #[kernel]
 impl Kernel<5, 1> for Total {
+    const COMPILED: Compiled = Compiled::Seldom;
+
     fn eval<R: Real>(&self, [a, b, c, d, e]: [R; 5], _: &[R]) -> [R; 1] {
         [a + b + (c + d) + e]
     }

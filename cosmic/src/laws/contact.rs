@@ -4,12 +4,12 @@ use std::fmt::Debug;
 
 use autodiff::Real;
 use autodiff_programs::kernels::{MOST_UNIFORMS, constants, pulled_back, seeded, vjp_by_duals};
-use autodiff_programs::{Kernel, Pullback};
+use autodiff_programs::{Compiled, Kernel, Pullback};
 
 use super::law::Law;
 use super::motion::{Drift, Particle, Push};
 use super::terrain::{IMPACTS, NONE, RemainingDrift, Route, Terrain};
-use crate::geometry::{Plane, Rotation, Vector, is_rare_natively_in};
+use crate::geometry::{Plane, Rotation, Vector, explicit_in};
 use crate::kernel;
 
 /// A node at the moment when it meets the ground.
@@ -152,6 +152,9 @@ pub trait Surface: Clone + Debug + Send + Sync + Sized + 'static {
     #[doc(hidden)]
     const USE_THE_ATTRIBUTE_KERNEL: ();
 
+    /// For what the kernel [`Flying`] over this ground is compiled, at most.
+    const COMPILED: Compiled;
+
     /// Computes the node after a drift over this ground with a contact law.
     fn drift<C: Contact, R: Real, const D: usize>(
         &self,
@@ -232,6 +235,8 @@ pub struct Flat;
 
 #[kernel]
 impl Surface for Flat {
+    const COMPILED: Compiled = explicit_in(2);
+
     fn drift<C: Contact, R: Real, const D: usize>(
         &self,
         law: &C::Of<R>,
@@ -274,6 +279,8 @@ impl Surface for Flat {
 
 #[kernel]
 impl Surface for Terrain {
+    const COMPILED: Compiled = Compiled::Narrow;
+
     fn drift<C: Contact, R: Real, const D: usize>(
         &self,
         law: &C::Of<R>,
@@ -360,6 +367,7 @@ impl<C: Contact, G: Surface> Flying<C, G> {
 
 #[kernel]
 impl<C: Contact, G: Surface> Kernel<7, 4> for Flying<C, G> {
+    const COMPILED: Compiled = C::COMPILED.at_most(G::COMPILED);
     const UNIFORMS: usize = Push::<f64, 2>::COUNT + C::COUNT;
 
     fn eval<R: Real>(&self, node: [R; 7], given: &[R]) -> [R; 4] {
@@ -373,7 +381,7 @@ impl<C: Contact, G: Surface> Kernel<7, 4> for Flying<C, G> {
 
 #[kernel]
 impl<C: Contact> Kernel<10, 6> for Flying<C> {
-    const IS_RARE: bool = is_rare_natively_in(3);
+    const COMPILED: Compiled = C::COMPILED.at_most(explicit_in(3));
     const UNIFORMS: usize = Push::<f64, 3>::COUNT + C::COUNT;
 
     fn eval<R: Real>(&self, node: [R; 10], given: &[R]) -> [R; 6] {

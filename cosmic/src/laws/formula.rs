@@ -1,6 +1,7 @@
 //! Forces that are formulas in the scene. Other laws are compiled; the kernels of these are replayed.
 
 use autodiff::Real;
+use autodiff_programs::Compiled;
 
 use super::bar::{Bar, BarForce};
 use super::law::Law;
@@ -50,7 +51,7 @@ crate::settings! {
 
 impl Law for BarFormula {
     const NAME: &'static str = "bar_formula";
-    const IS_REPLAYED: bool = true;
+    const COMPILED: Compiled = Compiled::Never; // the formula is a setting
 }
 
 #[kernel]
@@ -97,7 +98,7 @@ crate::settings! {
 
 impl Law for NodeFormula {
     const NAME: &'static str = "node_formula";
-    const IS_REPLAYED: bool = true;
+    const COMPILED: Compiled = Compiled::Never; // the formula is a setting
 }
 
 #[kernel]

@@ -7,12 +7,12 @@
 
 use autodiff::Real;
 use autodiff_programs::kernels::{constants, pulled_back, seeded};
-use autodiff_programs::{Kernel, Pullback};
+use autodiff_programs::{Compiled, Kernel, Pullback};
 
 use super::contact::{Contact, Impact, OverGround, Surface};
 use super::motion::{Drift, Particle};
 use super::terrain::NONE;
-use crate::geometry::{Plane, Rotation, Symmetric, Vector, is_rare_in};
+use crate::geometry::{Plane, Rotation, Symmetric, Vector};
 use crate::{in_both_dimensions, kernel};
 
 /// The drag of friction is at most this many times the trace of the node's block of the matrix.
@@ -81,6 +81,7 @@ pub(super) struct Grip<C>(pub(super) C);
 
 #[kernel]
 impl<C: Contact> Kernel<1, 1> for Grip<C> {
+    const COMPILED: Compiled = C::COMPILED.at_most(Compiled::Seldom);
     const UNIFORMS: usize = C::COUNT;
 
     fn eval<R: Real>(&self, _: [R; 1], settings: &[R]) -> [R; 1] {
@@ -100,7 +101,7 @@ pub(crate) struct FindGround<G> {
 in_both_dimensions! { D =>
     #[kernel]
     impl<G: Surface> Kernel<{ 2 * D + 2 }, 5> for FindGround<G> {
-        const IS_RARE: bool = is_rare_in(D);
+        const COMPILED: Compiled = Compiled::Seldom;
         fn eval<R: Real>(&self, x: [R; 2 * D + 2], _: &[R]) -> [R; 5] {
             let (node, before) = Particle::<R, D>::split(&x);
             let (segment, is_held) = (before[0], before[1]);
@@ -220,7 +221,7 @@ pub struct FirstPass<const D: usize> {
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<{ 2 * D + 4 }, { 2 * D + 1 }> for FirstPass<D> {
-        const IS_RARE: bool = is_rare_in(D);
+        const COMPILED: Compiled = Compiled::Seldom;
         const UNIFORMS: usize = 1;
 
         fn eval<R: Real>(&self, node: [R; 2 * D + 4], given: &[R]) -> [R; 2 * D + 1] {
@@ -263,7 +264,7 @@ pub struct NextPass<const D: usize> {
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<{ 4 * D + 8 + D * (D + 1) / 2 }, { 2 * D + 4 }> for NextPass<D> {
-        const IS_RARE: bool = is_rare_in(D);
+        const COMPILED: Compiled = Compiled::Seldom;
         const UNIFORMS: usize = 1;
 
         fn eval<R: Real>(
@@ -343,7 +344,7 @@ pub struct Equation<const D: usize>;
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<{ 5 * D + 5 }, { D * (D + 2) }> for Equation<D> {
-        const IS_RARE: bool = is_rare_in(D);
+        const COMPILED: Compiled = Compiled::Seldom;
         fn eval<R: Real>(&self, node: [R; 5 * D + 5], _: &[R]) -> [R; D * (D + 2)] {
             let ([change, base, free, impulse], rest) = Vector::<R, D>::split(&node);
             let (inverse_mass, tangent) = (rest[0], Vector::first_of(&rest[1..]));
@@ -379,7 +380,7 @@ pub(crate) struct FreeEquation;
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<{ 3 * D + 1 }, { D + D * (D + 1) / 2 }> for FreeEquation {
-        const IS_RARE: bool = is_rare_in(D);
+        const COMPILED: Compiled = Compiled::Seldom;
         fn eval<R: Real>(&self, node: [R; 3 * D + 1], _: &[R]) -> [R; D + D * (D + 1) / 2] {
             let ([moving, free, impulse], inverse_mass) = Vector::<R, D>::split(&node);
             let (reaction, mass) =
@@ -411,7 +412,7 @@ pub(crate) struct Reaction;
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<{ 3 * D + 1 }, D> for Reaction {
-        const IS_RARE: bool = is_rare_in(D);
+        const COMPILED: Compiled = Compiled::Seldom;
         fn eval<R: Real>(&self, node: [R; 3 * D + 1], _: &[R]) -> [R; D] {
             let ([moving, free, impulse], inverse_mass) = Vector::<R, D>::split(&node);
             residual(moving, free, impulse, inverse_mass[0]).array()
@@ -461,7 +462,7 @@ impl<C: Contact, G: Surface> Landing<C, G> {
 in_both_dimensions! { D =>
     #[kernel]
     impl<C: Contact, G: Surface> Kernel<{ 3 * D + 3 }, { 2 * D }> for Landing<C, G> {
-        const IS_RARE: bool = is_rare_in(D);
+        const COMPILED: Compiled = C::COMPILED.at_most(Compiled::Seldom);
         const UNIFORMS: usize = C::COUNT;
 
         fn eval<R: Real>(&self, x: [R; 3 * D + 3], settings: &[R]) -> [R; 2 * D] {

@@ -2,6 +2,8 @@
 
 use std::fmt::Debug;
 
+use autodiff_programs::Compiled;
+
 use crate::settings::{Inputs, Settings};
 
 /// A contact law or a force law, with a name and settings. The settings are the fields of the type, as declared by
@@ -11,8 +13,8 @@ pub trait Law:
 {
     /// The name by which a scene chooses the law: lower case letters, digits and underscores.
     const NAME: &'static str;
-    /// Whether the kernels of the law are [replayed](autodiff_programs::Kernel::IS_REPLAYED): for laws whose formula is a setting.
-    const IS_REPLAYED: bool = false;
+    /// For what the kernels of the law are compiled, at most.
+    const COMPILED: Compiled = Compiled::Fully;
 }
 
 /// An input of a step that is the same for all nodes and bars: a setting of a law, or gravity.

@@ -1,6 +1,7 @@
 //! The contact law of a world without ground.
 
 use autodiff::Real;
+use autodiff_programs::Compiled;
 
 use super::contact::{Contact, Flying, Impact, emitted_adjoints};
 use super::law::Law;
@@ -15,6 +16,7 @@ crate::settings! {
 
 impl Law for NoGround {
     const NAME: &'static str = "none";
+    const COMPILED: Compiled = Compiled::Narrow;
 }
 
 #[kernel]

@@ -4,13 +4,13 @@ use std::any::Any;
 use std::sync::Arc;
 
 use autodiff::{Dual, Real};
-use autodiff_programs::{Array, Kernel, Program};
+use autodiff_programs::{Array, Compiled, Kernel, Program};
 
 use super::force::{AnyForce, Force, ForceParameters, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};
 use super::motion::Particle;
 use super::stiffness::Stiffness;
-use crate::geometry::{Axes, Matrix, Vector, inputs, is_rare_natively_in};
+use crate::geometry::{Axes, Matrix, Vector, explicit_in, inputs};
 use crate::lattice::Lattice;
 use crate::settings::Settings;
 use crate::{in_both_dimensions, in_dimension, kernel};
@@ -90,9 +90,8 @@ impl<L: NodeForce> NodeKernel<L> {
 in_both_dimensions! { D =>
     #[kernel]
     impl<L: NodeForce> Kernel<{ 2 * D + 3 }, D> for NodeKernel<L> {
-        const IS_RARE: bool = is_rare_natively_in(D);
+        const COMPILED: Compiled = L::COMPILED.at_most(explicit_in(D));
         const UNIFORMS: usize = L::COUNT;
-        const IS_REPLAYED: bool = L::IS_REPLAYED;
 
         fn eval<R: Real>(&self, x: [R; 2 * D + 3], settings: &[R]) -> [R; D] {
             self.impulse(&x, settings)

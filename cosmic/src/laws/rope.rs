@@ -1,6 +1,7 @@
 //! Bars that pull and do not push: ropes, tendons, and air muscles.
 
 use autodiff::Real;
+use autodiff_programs::Compiled;
 
 use super::bar::{Bar, BarForce};
 use super::law::Law;
@@ -19,6 +20,7 @@ crate::settings! {
 
 impl Law for Rope {
     const NAME: &'static str = "rope";
+    const COMPILED: Compiled = Compiled::Narrow;
 }
 
 impl<R: Real> Rope<R> {

@@ -3,10 +3,10 @@
 
 use autodiff::{Dual, Real};
 use autodiff_programs::kernels::{MOST_UNIFORMS, constants, seeded};
-use autodiff_programs::{Array, Kernel, Pullback};
+use autodiff_programs::{Array, Compiled, Kernel, Pullback};
 
 use super::bar::{Bar, BarForce, four};
-use crate::geometry::{Symmetric, Vector, is_rare_in};
+use crate::geometry::{Symmetric, Vector};
 use crate::lattice::EdgeVector;
 use crate::{in_both_dimensions, kernel};
 
@@ -79,9 +79,8 @@ impl<L: BarForce> Slopes<L> {
 in_both_dimensions! { D =>
     #[kernel]
     impl<L: BarForce> Kernel<{ 2 * D + 4 }, 3> for Slopes<L> {
-        const IS_RARE: bool = is_rare_in(D);
+        const COMPILED: Compiled = L::COMPILED.at_most(Compiled::Seldom);
         const UNIFORMS: usize = L::COUNT;
-        const IS_REPLAYED: bool = L::IS_REPLAYED;
 
         fn eval<R: Real>(&self, x: [R; 2 * D + 4], settings: &[R]) -> [R; 3] {
             let (edge, given) = EdgeVector::<R, D>::split(&x);
@@ -133,7 +132,7 @@ pub struct Linear<const D: usize> {
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<{ 2 * D + 3 }, { D + D * (D + 1) / 2 }> for Linear<D> {
-        const IS_RARE: bool = is_rare_in(D);
+        const COMPILED: Compiled = Compiled::Seldom;
         fn eval<R: Real>(&self, bar: [R; 2 * D + 3], _: &[R]) -> [R; D + D * (D + 1) / 2] {
             let (edge, rest) = EdgeVector::<R, D>::split(&bar);
             let (tension, by_length, by_rate) = (rest[0], rest[1], rest[2]);
@@ -168,7 +167,7 @@ pub struct Impulse<const D: usize>;
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<{ 2 * D + D * (D + 1) / 2 }, D> for Impulse<D> {
-        const IS_RARE: bool = is_rare_in(D);
+        const COMPILED: Compiled = Compiled::Seldom;
         fn eval<R: Real>(&self, bar: [R; 2 * D + D * (D + 1) / 2], _: &[R]) -> [R; D] {
             let ([change, impulse], slopes) = Vector::<R, D>::split(&bar);
             (impulse + Symmetric::first_of(slopes) * change).array()

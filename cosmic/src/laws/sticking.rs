@@ -1,6 +1,7 @@
 //! Infinite friction: a node stops where it touches the ground.
 
 use autodiff::Real;
+use autodiff_programs::Compiled;
 
 use super::contact::{Contact, Flying, Impact, emitted_adjoints};
 use super::law::Law;
@@ -15,6 +16,7 @@ crate::settings! {
 
 impl Law for Sticking {
     const NAME: &'static str = "infinite";
+    const COMPILED: Compiled = Compiled::Narrow;
 }
 
 #[kernel]

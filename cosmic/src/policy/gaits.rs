@@ -1,12 +1,12 @@
 //! A policy with a gait for each direction, which the observed goal blends.
 
 use autodiff::Real;
-use autodiff_programs::{Array, Kernel};
+use autodiff_programs::{Array, Compiled, Kernel};
 
 use super::block::Block;
 use super::sensing::Sight;
 use super::step::{Policy, PolicyStep, Sizes};
-use crate::geometry::{Dimension, is_rare_in};
+use crate::geometry::Dimension;
 use crate::kernel;
 use crate::lattice::Sides;
 
@@ -71,6 +71,8 @@ impl Gate {
 
 #[kernel]
 impl Kernel<2, 1> for Gate {
+    const COMPILED: Compiled = Compiled::Narrow;
+
     fn eval<R: Real>(&self, [unit, goal]: [R; 2], _: &[R]) -> [R; 1] {
         // Not `map`, which is not inlined into the loop around a kernel.
         let [a, b, c, _, _] = self.0;
@@ -85,7 +87,7 @@ struct InSpace(Gate);
 
 #[kernel]
 impl Kernel<3, 1> for InSpace {
-    const IS_RARE: bool = is_rare_in(3);
+    const COMPILED: Compiled = Compiled::Seldom;
 
     fn eval<R: Real>(&self, [unit, along, across]: [R; 3], _: &[R]) -> [R; 1] {
         let [a, b, c, d, e] = self.0.0;

@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use autodiff::parameters::Walk;
 use autodiff::{Parameters, Real};
-use autodiff_programs::Kernel;
+use autodiff_programs::{Compiled, Kernel};
 
-use crate::geometry::{Dimension, Vector, is_rare_in};
+use crate::geometry::{Dimension, Vector};
 use crate::{in_both_dimensions, in_dimension, kernel};
 
 /// The goals of a robot, one after the other. A goal is a point in the ground's frame, measured from the world's origin:
@@ -125,6 +125,8 @@ pub(crate) struct Hold;
 
 #[kernel]
 impl Kernel<2, 1> for Hold {
+    const COMPILED: Compiled = Compiled::Narrow;
+
     fn eval<R: Real>(&self, [goal, holds]: [R; 2], _: &[R]) -> [R; 1] {
         [holds * goal]
     }
@@ -135,6 +137,8 @@ pub(crate) struct Pick;
 
 #[kernel]
 impl Kernel<3, 1> for Pick {
+    const COMPILED: Compiled = Compiled::Narrow;
+
     fn eval<R: Real>(&self, [sum, goal, holds]: [R; 3], _: &[R]) -> [R; 1] {
         [sum + holds * goal]
     }
@@ -145,6 +149,8 @@ pub(super) struct Offset;
 
 #[kernel]
 impl Kernel<2, 1> for Offset {
+    const COMPILED: Compiled = Compiled::Narrow;
+
     fn eval<R: Real>(&self, [goal, place]: [R; 2], _: &[R]) -> [R; 1] {
         [goal - place]
     }
@@ -161,7 +167,7 @@ pub(crate) struct Towards {
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<D, 1> for Towards {
-        const IS_RARE: bool = is_rare_in(D);
+        const COMPILED: Compiled = Compiled::Seldom;
         fn eval<R: Real>(&self, offset: [R; D], _: &[R]) -> [R; 1] {
             let (scale, mut scaled) = (R::lit(self.scale), offset);
             for k in 0..D {

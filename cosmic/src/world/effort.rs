@@ -4,10 +4,10 @@
 use std::sync::Arc;
 
 use autodiff::{Parameters, Real};
-use autodiff_programs::{Array, Graph, Kernel, Program};
+use autodiff_programs::{Array, Compiled, Graph, Kernel, Program};
 
 use super::parameters::StepParameters;
-use crate::geometry::{Axes, Vector, is_rare_in};
+use crate::geometry::{Axes, Vector};
 use crate::lattice::Body;
 use crate::laws::{Force, Push, Step, Tensions};
 use crate::{in_both_dimensions, in_dimension, kernel};
@@ -117,7 +117,7 @@ struct Work;
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<{ 2 * D + 2 }, 2> for Work {
-        const IS_RARE: bool = is_rare_in(D);
+        const COMPILED: Compiled = Compiled::Seldom;
         fn eval<R: Real>(&self, x: [R; 2 * D + 2], _: &[R]) -> [R; 2] {
             let ([dv, impulse], before) = Vector::<R, D>::split(&x);
             let given = -impulse.dot(dv);
@@ -133,7 +133,7 @@ pub(super) struct MeanVelocity;
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<{ 2 * D + 1 }, D> for MeanVelocity {
-        const IS_RARE: bool = is_rare_in(D);
+        const COMPILED: Compiled = Compiled::Seldom;
         const UNIFORMS: usize = Push::<f64, D>::COUNT;
 
         fn eval<R: Real>(&self, x: [R; 2 * D + 1], push: &[R]) -> [R; D] {
@@ -155,7 +155,7 @@ pub(super) struct BarImpulse {
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<{ D + 1 }, D> for BarImpulse {
-        const IS_RARE: bool = is_rare_in(D);
+        const COMPILED: Compiled = Compiled::Seldom;
         fn eval<R: Real>(&self, x: [R; D + 1], _: &[R]) -> [R; D] {
             let ([d], tension) = Vector::<R, D>::split(&x);
             let per_length = tension[0] * R::lit(self.dt) / d.softened_norm(self.softening);
@@ -175,7 +175,7 @@ pub(super) struct BarTension {
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<{ 2 * D }, 1> for BarTension {
-        const IS_RARE: bool = is_rare_in(D);
+        const COMPILED: Compiled = Compiled::Seldom;
         fn eval<R: Real>(&self, x: [R; 2 * D], _: &[R]) -> [R; 1] {
             let ([d, impulse], _) = Vector::<R, D>::split(&x);
             [d.dot(impulse) / (d.softened_norm(self.softening) * R::lit(self.dt))]

@@ -7,11 +7,11 @@
 use std::sync::Arc;
 
 use autodiff::Real;
-use autodiff_programs::{Array, Kernel, Program};
+use autodiff_programs::{Array, Compiled, Kernel, Program};
 
 use super::effort::{BarTension, Meter};
 use super::parameters::StepParameters;
-use crate::geometry::{Axes, Dimension, Vector, inputs, is_rare_in, outputs};
+use crate::geometry::{Axes, Dimension, Vector, inputs, outputs};
 use crate::laws::{
     AnyContact, Equation, FindGround, FirstPass, Flat, Force, FreeEquation, GroundBelow, Impulse,
     Linear, Motion, NextPass, NodeContacts, Push, Reaction, Step, Terrain, add,
@@ -398,7 +398,7 @@ struct FreeVelocity;
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<D, D> for FreeVelocity {
-        const IS_RARE: bool = is_rare_in(D);
+        const COMPILED: Compiled = Compiled::Seldom;
         const UNIFORMS: usize = Push::<f64, D>::COUNT;
 
         fn eval<R: Real>(&self, v: [R; D], push: &[R]) -> [R; D] {
@@ -415,6 +415,8 @@ struct NewPosition(f64);
 
 #[kernel]
 impl Kernel<2, 1> for NewPosition {
+    const COMPILED: Compiled = Compiled::Seldom;
+
     fn eval<R: Real>(&self, [x, v]: [R; 2], _: &[R]) -> [R; 1] {
         [R::lit(self.0).fma(v, x)]
     }
@@ -425,6 +427,8 @@ struct Mean;
 
 #[kernel]
 impl Kernel<2, 1> for Mean {
+    const COMPILED: Compiled = Compiled::Seldom;
+
     fn eval<R: Real>(&self, [a, b]: [R; 2], _: &[R]) -> [R; 1] {
         [R::lit(0.5) * (a + b)]
     }
@@ -436,7 +440,7 @@ struct PerMass;
 in_both_dimensions! { D =>
     #[kernel]
     impl Kernel<{ D + 1 }, { D + 1 }> for PerMass {
-        const IS_RARE: bool = is_rare_in(D);
+        const COMPILED: Compiled = Compiled::Seldom;
         fn eval<R: Real>(&self, x: [R; D + 1], _: &[R]) -> [R; D + 1] {
             let mut results = [x[D].recip(); D + 1];
             let impulse = Vector::<R, D>::first_of(&x);
@@ -452,6 +456,8 @@ struct SubtractMean;
 
 #[kernel]
 impl Kernel<3, 1> for SubtractMean {
+    const COMPILED: Compiled = Compiled::Seldom;
+
     fn eval<R: Real>(&self, [moving, mean, is_held]: [R; 3], _: &[R]) -> [R; 1] {
         let holds = R::zero().less(is_held);
         [R::select(holds, moving, moving - mean)]

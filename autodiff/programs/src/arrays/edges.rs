@@ -196,7 +196,7 @@ where
         uniforms: &[Array],
         outputs: [Array; O],
     ) -> Self {
-        let plan = EdgePlan::new(graph, lanes_with::<R>(!K::IS_RARE));
+        let plan = EdgePlan::new(graph, lanes_with::<R>(K::COMPILED.has_512()));
         let len = |k| if k < C { plan.nodes } else { plan.slots };
         let lens = inputs.iter().enumerate().map(|(k, &array)| (array, len(k)));
         let reached = if SUMS {
@@ -265,7 +265,7 @@ where
     K: Kernel<I, O>,
 {
     const HAS_SCALARS: bool = false;
-    const HAS_512: bool = !K::IS_RARE;
+    const HAS_512: bool = K::COMPILED.has_512();
     fn outputs(&self) -> Vec<Array> {
         self.outputs.to_vec()
     }
@@ -289,7 +289,7 @@ where
             let uniforms = &mut uniforms[..K::UNIFORMS];
             // The kernel writes its results to `scratch`. They are summed or copied below.
             for &lane in &self.plan.edges {
-                if const { K::IS_RARE } {
+                if const { !K::COMPILED.has_512() } {
                     self.uniforms.turn(uniforms, values, lane.slot);
                 }
                 let x = sources.load::<L>(lane);
@@ -342,7 +342,7 @@ where
             let mut uniforms = self.uniforms.load(K::UNIFORMS, values);
             let uniforms = &mut uniforms[..K::UNIFORMS];
             for &lane in &self.plan.edges {
-                if const { K::IS_RARE } {
+                if const { !K::COMPILED.has_512() } {
                     self.uniforms.turn(uniforms, values, lane.slot);
                 }
                 // A result that was added at the tail and subtracted at the head has the tail's cotangent minus the

@@ -7,6 +7,47 @@ use num_traits::Zero;
 /// The largest number of uniform inputs that a kernel can have.
 pub const MOST_UNIFORMS: usize = 16;
 
+/// For which registers a [`Kernel`] is compiled: the fewer, the sooner. Where it is compiled for none, programs replay a
+/// recording of it, which takes several times as long and has the same results, except for rounding. The least comes first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Compiled {
+    /// For none. This suits a kernel whose formula is data, because each of its operations is chosen once, when the kernel is
+    /// recorded. [`Kernel::vjp`] is not used.
+    Never,
+    /// For registers of at most 256 bits; on WebAssembly for none. This suits a kernel that is used seldom.
+    Seldom,
+    /// For registers of at most 256 bits.
+    Narrow,
+    /// For registers of every width.
+    Fully,
+}
+
+impl Compiled {
+    /// The lesser of the two.
+    #[must_use]
+    pub const fn at_most(self, most: Self) -> Self {
+        if (self as u8) < (most as u8) {
+            self
+        } else {
+            most
+        }
+    }
+
+    /// Whether a kernel has registers of 512 bits.
+    pub(crate) const fn has_512(self) -> bool {
+        matches!(self, Self::Fully)
+    }
+
+    /// Whether programs replay a recording of a kernel, in place of compiled code.
+    pub(crate) const fn is_replayed(self) -> bool {
+        match self {
+            Self::Never => true,
+            Self::Seldom => cfg!(target_arch = "wasm32"),
+            Self::Narrow | Self::Fully => false,
+        }
+    }
+}
+
 /// A pure function of `I` numbers with `O` results, such as a spring, a contact or a chemical reaction.
 ///
 /// [`Program::map`](crate::Program::map) maps a kernel over whole arrays in SIMD lanes. So a kernel must not branch on
@@ -90,14 +131,8 @@ pub trait Kernel<const I: usize, const O: usize>: Send + 'static {
     /// The number of uniform inputs, at most [`MOST_UNIFORMS`](super::MOST_UNIFORMS). All elements share them.
     const UNIFORMS: usize = 0;
 
-    /// Whether the kernel is used seldom, so that small code matters more than speed. It then runs in registers of at most 256
-    /// bits. On WebAssembly, programs replay a recording of it, as with [`IS_REPLAYED`](Kernel::IS_REPLAYED).
-    const IS_RARE: bool = false;
-
-    /// Whether programs replay a recording of the kernel for all number types. By default the kernel is compiled for
-    /// floats. A replay suits a kernel whose formula is data: each of its operations is chosen once, when the kernel is
-    /// recorded. [`vjp`](Kernel::vjp) is then not used.
-    const IS_REPLAYED: bool = false;
+    /// For which registers the kernel is compiled.
+    const COMPILED: Compiled = Compiled::Fully;
 
     /// Returns the results at `x`. `uniforms` has [`UNIFORMS`](Self::UNIFORMS) numbers.
     fn eval<R: Real>(&self, x: [R; I], uniforms: &[R]) -> [R; O];
@@ -187,9 +222,4 @@ pub fn pulled_back<R: Real, const I: usize, const O: usize, const M: usize>(
         }
     }
     x_bar
-}
-
-/// Whether programs replay a recording of a kernel, in place of compiled code.
-pub(crate) const fn is_replayed<K: Kernel<I, O>, const I: usize, const O: usize>() -> bool {
-    K::IS_REPLAYED || (cfg!(target_arch = "wasm32") && K::IS_RARE)
 }

@@ -56,7 +56,7 @@ impl<K: Kernel<I, O>, const I: usize, const O: usize> Map<K, I, O> {
 
 impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> LaneOperation<R> for Map<K, I, O> {
     const HAS_SCALARS: bool = false;
-    const HAS_512: bool = !K::IS_RARE;
+    const HAS_512: bool = K::COMPILED.has_512();
     fn outputs(&self) -> Vec<Array> {
         self.outputs.to_vec()
     }
@@ -168,7 +168,7 @@ where
             x[k] = unsafe { L::load_n(self.x[k], i, n) };
         }
         let uniforms = &mut self.uniforms[..K::UNIFORMS];
-        if const { K::IS_RARE } {
+        if const { !K::COMPILED.has_512() } {
             self.inputs.turn(uniforms, self.values, i);
         }
         let y = self.kernel.eval(x, uniforms);
@@ -211,7 +211,7 @@ where
             y_bar[k] = unsafe { load(self.y_bar, place, n) };
         }
         let uniforms = &mut self.uniforms[..K::UNIFORMS];
-        if const { K::IS_RARE } {
+        if const { !K::COMPILED.has_512() } {
             self.inputs.turn(uniforms, self.values, i);
         }
         let at = Pullback {

@@ -99,8 +99,8 @@ impl UniformInputs {
     }
 
     /// Loads the uniform inputs for the register of elements that begins with element `first`, if there are more starts
-    /// than lanes. This happens for a [rare](Kernel::IS_RARE) kernel: the registers of the other operations are wider,
-    /// and have a lane for each start. `uniforms` are from [`load`](Self::load).
+    /// than lanes. This happens for a kernel that is not [fully](super::Compiled::Fully) compiled: the registers of the
+    /// other operations are wider, and have a lane for each start. `uniforms` are from [`load`](Self::load).
     #[inline(always)]
     pub(super) fn turn<R: Real, L: Lane<R>>(
         &self,

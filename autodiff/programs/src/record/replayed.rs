@@ -6,9 +6,7 @@ use autodiff::{Dual, Real};
 
 use super::replay::{Inputs, Plan, Points, Replayed, Wanted};
 use super::symbol::Symbol;
-use crate::arrays::{
-    Array, Bars, Graph, Kernel, Operation, SlotEdge, StepValues, checked, is_replayed,
-};
+use crate::arrays::{Array, Bars, Graph, Kernel, Operation, SlotEdge, StepValues, checked};
 
 /// Records a kernel. Returns `None` if the kernel asks for values or calls a function with its own derivative, because a
 /// recording cannot represent it.
@@ -17,7 +15,7 @@ pub(crate) fn recorded<K: Kernel<I, O>, const I: usize, const O: usize>(
 ) -> Option<Plan> {
     let code =
         |x: &[Symbol], given: &[Symbol]| kernel.eval(std::array::from_fn(|k| x[k]), given).to_vec();
-    if const { is_replayed::<K, I, O>() } {
+    if const { K::COMPILED.is_replayed() } {
         Plan::record_simplified([I, K::UNIFORMS], code)
     } else {
         Plan::record([I, K::UNIFORMS], code)

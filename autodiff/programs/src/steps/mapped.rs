@@ -6,7 +6,7 @@ use std::panic::Location;
 use autodiff::Real;
 use autodiff::internal::{lanes, of_floats};
 
-use crate::arrays::{Array, EdgeMap, Graph, InLanes, Kernel, Map, Operation, is_replayed};
+use crate::arrays::{Array, Compiled, EdgeMap, Graph, InLanes, Kernel, Map, Operation};
 use crate::record::replay::Plan;
 use crate::record::{Places, ReplayedKernel, WithUniforms, recorded};
 
@@ -58,7 +58,7 @@ impl Mapped {
             return Box::new(self.replayed());
         }
         let has_lanes = !R::KERNELS_NEED_LANES || lanes::<R>() > 1;
-        if !has_lanes || self.kernel.is_replayed() {
+        if !has_lanes || self.kernel.compiled().is_replayed() {
             return Box::new(self.replayed());
         }
         let has_uniforms = !self.arrays.uniforms.is_empty();
@@ -112,8 +112,8 @@ impl Mapped {
 
 /// A kernel of any type.
 pub(super) trait AnyKernel: Send + 'static {
-    /// See [`Kernel::IS_REPLAYED`].
-    fn is_replayed(&self) -> bool;
+    /// See [`Kernel::COMPILED`].
+    fn compiled(&self) -> Compiled;
     fn double(self: Box<Self>, arrays: &Arrays) -> Box<dyn Operation<f64>>;
     fn single(self: Box<Self>, arrays: &Arrays) -> Box<dyn Operation<f32>>;
     /// Returns `None` if the kernel cannot be recorded.
@@ -125,14 +125,14 @@ pub(super) trait AnyKernel: Send + 'static {
 /// A kernel of a known type.
 trait Compile: Send + 'static {
     type Kernel;
-    const IS_REPLAYED: bool;
+    const COMPILED: Compiled;
     fn operation<R: Real>(self, arrays: &Arrays) -> Box<dyn Operation<R>>;
     fn recorded(&self) -> Option<Plan>;
 }
 
 impl<K: Compile> AnyKernel for K {
-    fn is_replayed(&self) -> bool {
-        K::IS_REPLAYED
+    fn compiled(&self) -> Compiled {
+        K::COMPILED
     }
     fn double(self: Box<Self>, arrays: &Arrays) -> Box<dyn Operation<f64>> {
         operation(*self, arrays)
@@ -150,7 +150,7 @@ impl<K: Compile> AnyKernel for K {
 
 /// A compiled kernel as an operation. A kernel that is replayed is not compiled.
 fn operation<R: Real, K: Compile>(kernel: K, arrays: &Arrays) -> Box<dyn Operation<R>> {
-    if const { K::IS_REPLAYED } {
+    if const { K::COMPILED.is_replayed() } {
         unreachable!("a kernel that is replayed was compiled");
     } else {
         kernel.operation(arrays)
@@ -162,7 +162,7 @@ pub(super) struct OfElements<K, const I: usize, const O: usize>(pub(super) K);
 
 impl<K: Kernel<I, O>, const I: usize, const O: usize> Compile for OfElements<K, I, O> {
     type Kernel = K;
-    const IS_REPLAYED: bool = is_replayed::<K, I, O>();
+    const COMPILED: Compiled = K::COMPILED;
     fn operation<R: Real>(self, arrays: &Arrays) -> Box<dyn Operation<R>> {
         let (inputs, outputs) = (handles(&arrays.inputs), handles(&arrays.outputs));
         Box::new(InLanes(Map::new(self.0, inputs, &arrays.uniforms, outputs)))
@@ -183,7 +183,7 @@ where
     K: Kernel<I, O>,
 {
     type Kernel = K;
-    const IS_REPLAYED: bool = is_replayed::<K, I, O>();
+    const COMPILED: Compiled = K::COMPILED;
     fn operation<R: Real>(self, arrays: &Arrays) -> Box<dyn Operation<R>> {
         let edges = arrays
             .edges

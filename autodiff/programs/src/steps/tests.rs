@@ -12,7 +12,7 @@ use autodiff::{Real, Tape, Var, gradient};
 use super::instance::Instance;
 use crate::arrays::{Bars, StepValues};
 use crate::record::replay::{Inputs, Plan, Points, Wanted};
-use crate::{Graph, Kernel, Model, Program, Rollout, kernel};
+use crate::{Compiled, Graph, Kernel, Model, Program, Rollout, kernel};
 
 /// More nodes than two of the widest registers have lanes, and not a multiple of any number of lanes.
 const NODES: usize = 37;
@@ -39,7 +39,7 @@ struct NarrowSpring;
 
 #[kernel]
 impl Kernel<2, 1> for NarrowSpring {
-    const IS_RARE: bool = true;
+    const COMPILED: Compiled = Compiled::Narrow;
     fn eval<R: Real>(&self, x: [R; 2], uniforms: &[R]) -> [R; 1] {
         Spring.eval(x, uniforms)
     }
@@ -156,7 +156,7 @@ struct NarrowPush;
 
 #[kernel]
 impl Kernel<1, 1> for NarrowPush {
-    const IS_RARE: bool = true;
+    const COMPILED: Compiled = Compiled::Narrow;
     const UNIFORMS: usize = 1;
     fn eval<R: Real>(&self, [x]: [R; 1], uniforms: &[R]) -> [R; 1] {
         [uniforms[0] * x * x]
@@ -191,10 +191,10 @@ fn of_narrow_kernels(starts: usize, lanes: usize, first: usize) -> [Vec<f64>; 2]
     [next, bar]
 }
 
-/// The registers of a rare kernel may have fewer lanes than there are starts, which have a lane each in the registers of
+/// The registers of a narrow kernel may have fewer lanes than there are starts, which have a lane each in the registers of
 /// the other operations.
 #[test]
-fn rare_kernels_read_the_uniform_inputs_of_every_start() {
+fn narrow_kernels_read_the_uniform_inputs_of_every_start() {
     if lanes::<f64>() == 1 {
         return; // Kernels are replayed then.
     }
