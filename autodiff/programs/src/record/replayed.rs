@@ -106,9 +106,10 @@ impl ReplayedKernel {
     }
 
     /// The number of starts (initial states) that run at once. Each is replayed alone, so that its bits do not depend on
-    /// the others.
+    /// the others. Without elements or edges there is nothing to replay for any of them.
     fn starts(&self) -> usize {
-        self.outputs.first().map_or(1, |array| array.starts)
+        let starts = self.outputs.first().map_or(1, |array| array.starts);
+        if self.places.count() == 0 { 0 } else { starts }
     }
 
     /// The values of each input at all elements or edges of one start. An input that no result depends on is zero.
