@@ -101,7 +101,9 @@ pub trait Parameters<R: Real> {
             names.push(name(path));
             number
         };
-        self.map_numbers::<R>(&mut Walk::new(visit));
+        let mut walk = Walk::new(visit);
+        walk.is_named = true;
+        self.map_numbers::<R>(&mut walk);
         names
     }
 
@@ -111,26 +113,24 @@ pub trait Parameters<R: Real> {
     /// If `numbers` has more or fewer entries than the structure has numbers.
     #[track_caller]
     fn with<S: Real>(&self, numbers: &[S]) -> Self::With<S> {
-        let (mut rest, mut missing) = (numbers.iter(), None);
-        let visit = &mut |path: &[Step<'_>], _| match rest.next() {
+        let (mut rest, mut missing) = (numbers.iter(), false);
+        let visit = &mut |_: &[Step<'_>], _| match rest.next() {
             Some(&number) => number,
             None => {
-                missing.get_or_insert_with(|| name(path));
+                missing = true;
                 S::zero()
             }
         };
         let structure = self.map_numbers(&mut Walk::new(visit));
-        if let Some(missing) = missing {
-            panic!(
-                "{} numbers are too few for the structure: none is left for `{missing}`",
-                numbers.len()
-            );
+        let given = numbers.len();
+        if missing {
+            let first = &self.names()[given];
+            panic!("{given} numbers are too few for the structure: none is left for `{first}`");
         }
         let left = rest.len();
         assert!(
             left == 0,
-            "{left} of {} numbers do not fit into the structure; give as many as `flatten` returns",
-            numbers.len()
+            "{left} of {given} numbers do not fit into the structure; give as many as `flatten` returns"
         );
         structure
     }
@@ -179,13 +179,18 @@ fn name(path: &[Step<'_>]) -> String {
 /// Walks through a structure of numbers of type `R` and builds the same structure with numbers of type `S`.
 pub struct Walk<'a, R, S> {
     path: Vec<Step<'a>>,
+    /// Whether the path is kept. It takes longer than the walk.
+    is_named: bool,
     visit: &'a mut dyn FnMut(&[Step<'a>], R) -> S,
 }
 
 impl<'a, R: Real, S: Real> Walk<'a, R, S> {
     fn new(visit: &'a mut dyn FnMut(&[Step<'a>], R) -> S) -> Self {
-        let path = Vec::new();
-        Self { path, visit }
+        Self {
+            path: Vec::new(),
+            is_named: false,
+            visit,
+        }
     }
 
     /// Returns a field in which each number is replaced. `name` is the name of the field.
@@ -199,6 +204,9 @@ impl<'a, R: Real, S: Real> Walk<'a, R, S> {
     }
 
     fn part<P: Parameters<R>>(&mut self, step: Step<'a>, part: &P) -> P::With<S> {
+        if !self.is_named {
+            return part.map_numbers(self);
+        }
         self.path.push(step);
         let part = part.map_numbers(self);
         self.path.pop();

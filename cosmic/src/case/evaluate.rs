@@ -23,7 +23,11 @@ impl Case {
 
     /// The robot of this case, with the surroundings of its scene.
     pub fn robot(&self) -> Robot<f64> {
-        let world = self.world();
+        self.robot_in(&self.world())
+    }
+
+    /// Like [`robot`](Self::robot), if the world of this case is built already.
+    fn robot_in(&self, world: &World) -> Robot<f64> {
         let body = world.body(&self.own_design());
         world.robot(body, self.controller.clone(), &self.start)
     }
@@ -64,7 +68,8 @@ impl Case {
     /// Simulates the case and returns the first state that diverged; `None` if the rollout does not diverge.
     pub fn divergence(&self) -> Option<Divergence> {
         let steps = self.scene.physics.steps;
-        self.world().divergence(&self.robot(), 0..steps)
+        let world = self.world();
+        world.divergence(&self.robot_in(&world), 0..steps)
     }
 
     /// Checks whether the time step is short enough for the vibrations of the robot at rest in its initial positions.
@@ -91,7 +96,8 @@ impl Case {
     /// # Errors
     /// If a step to record is beyond the end of the rollout.
     pub fn evaluate(&self, gradient: bool, record: &[usize]) -> Result<CaseResults> {
-        let (world, robot) = (self.world(), self.robot());
+        let world = self.world();
+        let robot = self.robot_in(&world);
         let recorded = self.recorded_steps(record)?;
         let design = self.own_design();
         let steps = self.scene.physics.steps;

@@ -36,7 +36,7 @@ pub(crate) fn weighted(
     [outputs[0], outputs[1]]
 }
 
-/// The operation of [`weighted`]. Its inputs are the weights, the arrays that are multiplied by them, and the others. Its
+/// The operation of `weighted`. Its inputs are the weights, the arrays that are multiplied by them, and the others. Its
 /// outputs are these arrays, the means, and the sum of the weights.
 ///
 /// The number of arrays is a run-time value: compiling one instance for each number of arrays would need half a megabyte of
