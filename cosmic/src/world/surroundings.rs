@@ -17,7 +17,7 @@ use crate::policy::Goals;
 /// have other ones. If a number is a variable, the walk can be differentiated with respect to it:
 ///
 /// ```
-/// use autodiff::{Var, gradient};
+/// use autodiff::{Parameters, Var, gradient};
 /// use cosmic::case::Case;
 /// use cosmic::scene::Scene;
 /// use cosmic::world::Span;
