@@ -214,7 +214,7 @@ fn powers_are_trapezoids_of_force_and_length() {
         let case = robot(settings);
         let (steps, world, layout) = (60, case.world(), layout(&case));
         let (robot, seen) = (case.robot(), metered(&case, steps));
-        let bars = world.loads(&layout, &robot, steps);
+        let bars = world.loads(&layout, &robot, &Span::of_steps(steps));
         let energy = world.energy_of(&layout, &bars, &robot.body, steps, 0.5);
         let moments = world.moments(&robot, &seen);
         let seconds = steps as f64 * case.scene.physics.dt;
@@ -283,7 +283,9 @@ fn works(integrator: &str, finer: usize) -> [[f64; 2]; 2] {
     let layout = layout(&case);
     case.design = Design::Layout(layout.clone());
     let (steps, seconds) = (case.scene.physics.steps, 0.18);
-    let loads = case.world().loads(&layout, &case.robot(), steps);
+    let loads = case
+        .world()
+        .loads(&layout, &case.robot(), &Span::of_steps(steps));
     let budget = metered(&case, steps);
     let sum = |of: &dyn Fn(usize) -> f64| {
         let of_material = |material| {

@@ -23,13 +23,12 @@ impl Case {
 
     /// The robot of this case, with the surroundings of its scene.
     pub fn robot(&self) -> Robot<f64> {
-        self.robot_in(&self.world())
+        self.robot_in(&self.world(), &self.own_design())
     }
 
-    /// Like [`robot`](Self::robot), if the world of this case is built already.
-    fn robot_in(&self, world: &World) -> Robot<f64> {
-        let body = world.body(&self.own_design());
-        world.robot(body, self.controller.clone(), &self.start)
+    /// Like [`robot`](Self::robot), if the world and the [design](Self::own_design) of this case are known already.
+    fn robot_in(&self, world: &World, design: &Design<Mixture<f64>>) -> Robot<f64> {
+        world.robot(world.body(design), self.controller.clone(), &self.start)
     }
 
     /// All numbers of the case with respect to which its rollout can be differentiated: design vectors, controller and
@@ -69,7 +68,8 @@ impl Case {
     pub fn divergence(&self) -> Option<Divergence> {
         let steps = self.scene.physics.steps;
         let world = self.world();
-        world.divergence(&self.robot_in(&world), 0..steps)
+        let robot = self.robot_in(&world, &self.own_design());
+        world.divergence(&robot, &Span::of_steps(steps))
     }
 
     /// Checks whether the time step is short enough for the vibrations of the robot at rest in its initial positions.
@@ -97,9 +97,9 @@ impl Case {
     /// If a step to record is beyond the end of the rollout.
     pub fn evaluate(&self, gradient: bool, record: &[usize]) -> Result<CaseResults> {
         let world = self.world();
-        let robot = self.robot_in(&world);
         let recorded = self.recorded_steps(record)?;
         let design = self.own_design();
+        let robot = self.robot_in(&world, &design);
         let steps = self.scene.physics.steps;
         let mut observed = recorded.clone();
         observed.extend(kept_steps(steps, KEEP_EVERY));
@@ -116,7 +116,7 @@ impl Case {
         let displacement = -along(self.start.x[robot.body.marker.payload]) - l_disp;
         let measured = match divergence {
             Some(_) => None,
-            None => self.loads_and_energy(&world, &robot, &trajectory, displacement),
+            None => self.loads_and_energy(&world, (&design, &robot), &trajectory, displacement),
         };
         let mixtures = design.mixtures();
         let measures = measures(&mixtures, self.scene.projection.delta);
@@ -161,14 +161,15 @@ impl Case {
     fn loads_and_energy(
         &self,
         world: &World,
-        robot: &Robot<f64>,
+        (design, robot): (&Design<Mixture<f64>>, &Robot<f64>),
         seen: &Trajectory<f64>,
         displacement: f64,
     ) -> Option<LoadsAndEnergy> {
         let kept = kept_steps(self.scene.physics.steps, KEEP_EVERY);
         let states = kept.iter().map(|n| seen.at(*n).clone()).collect();
         let kept = Trajectory::new(kept, states);
-        world.loads_and_energy(&self.own_design(), robot, &kept, displacement)
+        let span = Span::of_steps(self.scene.physics.steps);
+        world.loads_and_energy(design, robot, &span, &kept, displacement)
     }
 
     /// The activation of each edge in the first step.

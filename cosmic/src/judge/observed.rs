@@ -104,7 +104,7 @@ impl Evaluator {
         }
         let kept = &seen.trajectory;
         let moved = self.between(&self.start, kept);
-        let measured = world.loads_and_energy(design, &robot, kept, moved.forward());
+        let measured = world.loads_and_energy(design, &robot, &span, kept, moved.forward());
         Walk {
             seen,
             moved,
@@ -137,7 +137,7 @@ impl Evaluator {
         let (layout, world) = (design.layout()?, &self.world);
         let steps = world.physics.steps;
         let robot = world.robots(&[(design, variation)], controller).remove(0);
-        let bars = world.loads(layout, &robot, steps);
+        let bars = world.loads(layout, &robot, &self.rollouts.observing(vec![steps]));
         Some(world.energy_of(layout, &bars, &robot.body, steps, displacement))
     }
 

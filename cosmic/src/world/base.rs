@@ -9,7 +9,7 @@ use super::robot::{Robot, Variation};
 use super::stability::Vibration;
 use super::step::{Drive, RobotStep};
 use super::surroundings::Surroundings;
-use super::{BarLoad, Energy, Loads, StepCheck, Trajectory};
+use super::{BarLoad, Energy, Loads, Span, StepCheck, Trajectory};
 use crate::design::{Design, Material, Mixture};
 use crate::geometry::{Ground, Vector};
 use crate::lattice::{Body, Lattice, State};
@@ -202,13 +202,18 @@ impl World {
         controller: &Arc<Controller<R>>,
         variation: &Variation,
     ) -> Robot<R> {
-        let surroundings = variation.surroundings.adapted(self.surroundings());
         Robot {
             body: Arc::new(self.varied_body(design, variation)),
             controller: Arc::clone(controller),
-            surroundings: Arc::new(surroundings.map(R::lit)),
+            surroundings: self.adapted(variation),
             start: variation.start.map(R::lit),
         }
+    }
+
+    /// The surroundings of a variation, which may be from a world whose steps read other numbers.
+    fn adapted<R: Real>(&self, variation: &Variation) -> Arc<Surroundings<R>> {
+        let surroundings = variation.surroundings.adapted(self.surroundings());
+        Arc::new(surroundings.map(R::lit))
     }
 
     /// Robots with one controller, each with its design and its variation, in the number type `R`. Neighbours share what is
@@ -220,18 +225,24 @@ impl World {
     ) -> Vec<Robot<R>> {
         let controller = Arc::new(controller.map(R::lit));
         let mut robots: Vec<Robot<R>> = Vec::new();
-        for (k, (design, variation)) in pairs.iter().enumerate() {
-            let mut robot = self.varied(&design.lift(), &controller, variation);
-            if let Some(before) = robots.last() {
-                let (other, same) = pairs[k - 1];
-                if Arc::ptr_eq(&same.surroundings, &variation.surroundings) {
-                    robot.surroundings = Arc::clone(&before.surroundings);
-                }
-                let are_as_designed = same.is_as_designed() && variation.is_as_designed();
-                if std::ptr::eq(other, *design) && are_as_designed {
-                    robot.body = Arc::clone(&before.body);
-                }
-            }
+        for (k, &(design, variation)) in pairs.iter().enumerate() {
+            let before = robots.last().map(|robot| (pairs[k - 1], robot));
+            let same_body = before.filter(|((other, own), _)| {
+                let are_as_designed = own.is_as_designed() && variation.is_as_designed();
+                std::ptr::eq(*other, design) && are_as_designed
+            });
+            let same_surroundings = before
+                .filter(|((_, own), _)| Arc::ptr_eq(&own.surroundings, &variation.surroundings));
+            let body = || Arc::new(self.varied_body(&design.lift(), variation));
+            let robot = Robot {
+                body: same_body.map_or_else(body, |(_, robot)| Arc::clone(&robot.body)),
+                controller: Arc::clone(&controller),
+                surroundings: same_surroundings.map_or_else(
+                    || self.adapted(variation),
+                    |(_, robot)| Arc::clone(&robot.surroundings),
+                ),
+                start: variation.start.map(R::lit),
+            };
             robots.push(robot);
         }
         robots
@@ -263,18 +274,19 @@ impl World {
         StepCheck::new(&vibration, any_design, faster, &self.physics)
     }
 
-    /// The loads and the energy of a layout over all steps of a walk that does not diverge and moves the robot by
+    /// The loads and the energy of a layout over all steps of a span, in a walk that does not diverge and moves the robot by
     /// `displacement` along the ground (m). Bars that pass through each other are counted in the states `seen` of this
     /// walk. `None` for an undecided design.
     pub fn loads_and_energy(
         &self,
         design: &Design<Mixture<f64>>,
         robot: &Robot<f64>,
+        span: &Span,
         seen: &Trajectory<f64>,
         displacement: f64,
     ) -> Option<LoadsAndEnergy> {
-        let (layout, steps) = (design.layout()?, self.physics.steps);
-        let bars = self.loads(layout, robot, steps);
+        let (layout, steps) = (design.layout()?, span.steps());
+        let bars = self.loads(layout, robot, span);
         Some(LoadsAndEnergy {
             loads: self.loads_of(layout, &bars, seen),
             energy: self.energy_of(layout, &bars, &robot.body, steps, displacement),

@@ -37,17 +37,17 @@ pub enum Cause {
 
 impl World {
     /// Finds the part of a step that gave a node most of its velocity, or a part that is NaN. The step is the first
-    /// substep after the state `before`. Contact with the ground is not considered, because it only reduces velocities.
+    /// substep after the state `before`, and the policy sees the state `seen`. Contact with the ground is not considered, because it only reduces velocities.
     pub(super) fn blame(
         &self,
-        robot: &Robot<f64>,
+        (robot, seen): (&Robot<f64>, &State<f64>),
         before: &State<f64>,
         step: usize,
         node: usize,
     ) -> Cause {
         let body = &robot.body;
         let time = step as f64 * self.physics.dt;
-        let activation = self.activations(robot, &[(before, time)]).remove(0);
+        let activation = self.activations(robot, &[(seen, time)]).remove(0);
         let edges = self.pulling_edges(body, node);
         // The activation of an edge with strain 0 has no effect, even if it is NaN.
         let is_misled = |&&e: &&usize| activation[e].is_nan() && body.strain[e] != 0.0;

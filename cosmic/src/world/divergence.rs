@@ -5,7 +5,7 @@
 //! state may be absurd or too fast. If so, the rollout is repeated, and every state is checked exactly.
 
 use std::collections::VecDeque;
-use std::ops::{ControlFlow, Range};
+use std::ops::ControlFlow;
 
 use super::base::World;
 use super::blame::Cause;
@@ -65,7 +65,7 @@ impl World {
     /// comparison per number of each state. If there is one, the extra cost is up to two more rollouts.
     ///
     /// # Panics
-    /// Like [`rollout`](World::run).
+    /// Like [`run`](World::run), and if the robot diverges with activations that are given step by step.
     pub fn guarded(&self, robot: &Robot<f64>, span: &Span) -> GuardedRollout {
         let watched = Span {
             watched: true,
@@ -78,10 +78,9 @@ impl World {
                 divergence: None,
             };
         }
-        let steps = span.first..span.first + span.steps();
         GuardedRollout {
             trajectory: self.run_one(robot, span),
-            divergence: self.divergence(robot, steps),
+            divergence: self.divergence(robot, span),
         }
     }
 
@@ -102,15 +101,18 @@ impl World {
         !last.is_absurd()
     }
 
-    /// Simulates the steps of the range `steps`, from the state `start` before the first of them, and returns the first
-    /// absurd or too fast state, or `None`. The start is not checked.
+    /// Simulates all steps of a span, and returns the first absurd or too fast state, or `None`. The start is not checked.
     ///
     /// # Panics
-    /// Like [`rollout`](World::run).
-    pub fn divergence(&self, robot: &Robot<f64>, steps: Range<usize>) -> Option<Divergence> {
-        let mut last = VecDeque::from([(steps.start, robot.start.clone())]);
+    /// Like [`guarded`](World::guarded).
+    pub fn divergence(&self, robot: &Robot<f64>, span: &Span) -> Option<Divergence> {
+        let mut last = VecDeque::from([(span.first, robot.start.clone())]);
         let mut found = None;
-        self.each_state(robot, steps, false, |step, state, _| {
+        let plain = Span {
+            metered: false,
+            ..span.clone()
+        };
+        self.each_state(robot, &plain, |step, state, _| {
             let absurd = state.absurd_node().map(|node| (node, None));
             let too_fast = || {
                 let bound = self.physics.speed_bound?;
@@ -128,40 +130,41 @@ impl World {
             ControlFlow::Continue(())
         });
         let (node, bound) = found?;
-        Some(self.diagnose(robot, node, bound, last))
+        // In open loop the policy sees one state in every step.
+        let seen = span.open_loop.as_ref();
+        Some(self.diagnose((robot, seen), node, bound, last))
     }
 
-    /// Simulates the steps of the range `steps`. After each step, calls `show` with the number of steps so far and the
-    /// new state; if `metered` is true, also with the efforts of the bars in the step. Ends early if `show` returns `Break`.
-    /// Keeps only a block of states in memory at a time.
+    /// Simulates all steps of a span. After each step, calls `show` with the number of steps so far and the new state; if the
+    /// span is metered, also with the efforts of the bars in the step. Ends early if `show` returns `Break`. Keeps only a
+    /// block of states in memory at a time.
     pub(super) fn each_state(
         &self,
         robot: &Robot<f64>,
-        steps: Range<usize>,
-        metered: bool,
+        span: &Span,
         mut show: impl FnMut(usize, State<f64>, Option<Effort<f64>>) -> ControlFlow<()>,
     ) {
         let of_nodes = self.step.numbers_of_nodes();
-        let whole = Span {
-            metered,
-            ..Span::of_steps(BLOCK)
+        // Every node of every state is needed, and nothing is watched.
+        let part = |first: usize, observed: Vec<usize>| Span {
+            first,
+            nodes: usize::MAX,
+            watched: false,
+            ..span.observing(observed)
         };
-        let planned = self.planned(std::slice::from_ref(robot), &whole);
+        let planned = self.planned(std::slice::from_ref(robot), &part(0, vec![BLOCK]));
         let size = of_nodes + planned.model.meters();
         let still = AbsentNodes::of(&robot.body, &robot.start);
         // States are kept as flat arrays in the ground's frame, so that the next block continues from identical bits.
         let mut flat = self.flatten(&robot.start);
+        let steps = span.first..span.first + span.steps();
         for first in steps.clone().step_by(BLOCK) {
-            let span = Span {
-                first,
-                metered,
-                ..Span::from_start((1..=BLOCK.min(steps.end - first)).collect())
-            };
-            let seen = planned.run(vec![flat], self, &span).remove(0);
+            let block = part(first, (1..=BLOCK.min(steps.end - first)).collect());
+            let seen = planned.run(vec![flat], self, &block).remove(0);
             for (k, raw) in seen.chunks_exact(size).enumerate() {
                 let (of_nodes, efforts) = raw.split_at(of_nodes);
                 let state = still.held(self.unflatten(of_nodes));
-                let effort = metered.then(|| self.effort(efforts));
+                let effort = span.metered.then(|| self.effort(efforts));
                 if show(first + k + 1, state, effort).is_break() {
                     return;
                 }
@@ -170,11 +173,11 @@ impl World {
         }
     }
 
-    /// Describes the divergence at `node` in the last state of `last`. `bound` is given if the node exceeds the speed
-    /// bound.
+    /// Describes the divergence at `node` in the last state of `last`. `seen` is the state that a policy in open loop sees, and
+    /// `bound` is given if the node exceeds the speed bound.
     fn diagnose(
         &self,
-        robot: &Robot<f64>,
+        (robot, seen): (&Robot<f64>, Option<&State<f64>>),
         node: usize,
         bound: Option<Cause>,
         last: VecDeque<(usize, State<f64>)>,
@@ -189,7 +192,8 @@ impl World {
             node,
             position: after.x[node],
             velocity: after.v[node],
-            term: bound.unwrap_or_else(|| self.blame(robot, before, step, node)),
+            term: bound
+                .unwrap_or_else(|| self.blame((robot, seen.unwrap_or(before)), before, step, node)),
             last: Trajectory::new(steps, states),
         }
     }

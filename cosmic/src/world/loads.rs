@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::base::World;
 use super::magnitude::{Largest, Magnitude};
 use super::robot::Robot;
+use super::span::Span;
 use super::{Effort, Trajectory};
 use crate::design::Material;
 use crate::geometry::{Range, crossings};
@@ -190,7 +191,7 @@ impl World {
         forces.map(|force| force.tension(pose, edge)).sum()
     }
 
-    /// Simulates `steps` steps and returns the loads of the bars. Strains are those of all states; forces are those of the
+    /// Simulates the steps of a span that begins at time 0 and returns the loads of the bars. Strains are those of all states; forces are those of the
     /// [steps](Effort). The speed is the mean over a step, because a node that hits the ground changes its velocity at once:
     /// for less than a step, the rate of a bar may then be a multiple of it. The work of a step is that of the mean of the forces at its start and at its end.
     /// There is an entry for each edge of the layout, which is `None` for a void edge. Only about 1 % of the
@@ -199,9 +200,9 @@ impl World {
         &self,
         layout: &[Material],
         robot: &Robot<f64>,
-        steps: usize,
+        span: &Span,
     ) -> Vec<Option<BarLoad>> {
-        let (body, start) = (&robot.body, &robot.start);
+        let (body, start, steps) = (&robot.body, &robot.start, span.steps());
         let gathered = |m: &Material| m.is_solid().then(|| Gathered::over(steps + 1, steps));
         let mut bars: Vec<Option<Gathered>> = layout.iter().map(gathered).collect();
         let of_all = |bars: &mut [Option<Gathered>], see: &dyn Fn(&mut Gathered, usize)| {
@@ -242,7 +243,11 @@ impl World {
             before = state;
             ControlFlow::Continue(())
         };
-        self.each_state(robot, 0..steps, true, show);
+        let metered = Span {
+            metered: true,
+            ..span.clone()
+        };
+        self.each_state(robot, &metered, show);
         if !is_implicit {
             see_end(&mut bars, steps, &before);
         }

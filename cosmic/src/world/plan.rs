@@ -59,7 +59,7 @@ impl World {
         robots: &[Robot<R>],
         steps: usize,
     ) -> Vec<Vec<Vec<R>>> {
-        let read = self.step_of(robots).surroundings();
+        let read = model.surroundings();
         let bodies = shared(robots.iter().map(|robot| Arc::clone(&robot.body)));
         let surroundings = shared(robots.iter().map(|robot| Arc::clone(&robot.surroundings)));
         assert!(

@@ -159,7 +159,7 @@ fn loads_of_a_second(mut scene: Scene) -> Loads {
     let (world, robot, steps) = (case.world(), case.robot(), case.scene.physics.steps);
     let seen = world.guarded(&robot, &Span::of_steps(steps));
     assert!(seen.divergence.is_none(), "{:?}", seen.divergence);
-    let bars = world.loads(&layout, &robot, steps);
+    let bars = world.loads(&layout, &robot, &Span::of_steps(steps));
     world.loads_of(&layout, &bars, &seen.trajectory)
 }
 

@@ -1,8 +1,9 @@
 use autodiff::Parameters;
 use cosmic::case::Case;
+use cosmic::lattice::State;
 use cosmic::policy::{Controller, Goals};
 use cosmic::scene::Scene;
-use cosmic::world::{Robot, Span, World};
+use cosmic::world::{Robot, Span, Trajectory, World};
 
 /// A world whose robots get their goals, and a robot there.
 fn with_goals() -> (World, Robot<f64>) {
@@ -99,4 +100,36 @@ fn surroundings_fit_a_world_with_other_steps() {
         assert_eq!(robot.surroundings.value("physics.gravity"), halved);
         let _ = world.run_one(&robot, &Span::of_steps(2));
     }
+}
+
+/// The guard repeats the walk that diverged, not another one: an open loop stays one.
+#[test]
+fn a_divergence_in_open_loop_is_found_in_open_loop() {
+    let (mut world, robot) = with_goals();
+    let span = Span {
+        open_loop: Some(robot.start.clone()),
+        ..Span::from_start((0..=60).collect())
+    };
+    let [open, closed] = [span.open_loop.clone(), None].map(|open_loop| {
+        let span = Span {
+            open_loop,
+            ..span.clone()
+        };
+        world.run_one(&robot, &span)
+    });
+    let speeds = open.states.iter().flat_map(|state| state.speeds());
+    world.physics.speed_bound = Some(0.9 * speeds.fold(0.0, f64::max));
+    let guarded = world.guarded(&robot, &span);
+    let last = guarded
+        .divergence
+        .expect("a node is faster than the bound")
+        .last;
+    let states = |walk: &Trajectory<f64>| -> Vec<State<f64>> {
+        last.steps
+            .iter()
+            .map(|&step| walk.at(step).clone())
+            .collect()
+    };
+    assert_eq!(last.states, states(&open));
+    assert_ne!(last.states, states(&closed));
 }
