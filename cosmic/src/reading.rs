@@ -324,6 +324,7 @@ pub(crate) fn in_words(expected: &str) -> &str {
         "a nonzero usize" => "a whole number from 1 on",
         "f64" => "a number",
         "a sequence" => "a list",
+        "a map" => "an object",
         name if name.starts_with("struct ") => "an object",
         other => other,
     }

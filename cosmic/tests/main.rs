@@ -3,6 +3,7 @@
 //!
 //! `cargo test -p cosmic-codesign --test all scene_reader::` runs one module.
 
+mod case;
 mod design {
     mod layout;
     mod snap;
@@ -42,7 +43,6 @@ mod laws {
     mod contacts;
     mod formula;
     mod kernels;
-    mod law_file;
     mod walls;
 }
 mod numbers;

@@ -409,7 +409,7 @@ fn a_law_is_chosen_by_name_and_has_its_settings_in_a_section() {
         .unwrap_err()
         .to_string();
     assert!(
-        says.contains("`scene.contact`: unknown variant `bounce`"),
+        says.contains("`scene.physics.contact` names an unknown law: \"bounce\""),
         "{says}"
     );
 }

@@ -1,31 +1,26 @@
 //! The file of a case: its keys, in the order in which they are written.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use serde::de::value::StringDeserializer;
 use serde::de::{DeserializeOwned, IgnoredAny};
 use serde::{Deserialize, Deserializer, Serialize};
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
-use super::{Case, Frame};
+use super::{Case, Frame, version_1};
 use crate::design::Material;
-use crate::error::{self, Error};
-use crate::geometry::{Dimension, Profile, Row, Vector};
-use crate::lattice::{EdgeRules, Lattice, Payload};
-use crate::laws::{ContactLaw, ForceLaws, LawFile};
+use crate::geometry::Row;
+use crate::lattice::Truss;
 use crate::policy::Weights;
 use crate::projection::Projection;
-use crate::scene::{
-    ClockKind, GoalKind, GroundSettings, Integrator, ItemName, LatticeKind, LatticeSettings,
-    MovedBody, PartsSettings, Scene, VoidEdges,
-};
-use crate::settings::{Field, Settings, read_json};
+use crate::scene::{Given, Scene, TrussFile};
 use crate::world::Divergence;
 
 /// The key `format` of the cases that the program writes.
 pub(super) const FORMAT: &str = "cosmic-case";
 /// The key `version` of the cases that the program writes.
-pub(super) const VERSION: u32 = 1;
+pub(super) const VERSION: u32 = 2;
 
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
@@ -38,11 +33,12 @@ pub(super) struct CaseFile {
     pub(super) version: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     note: Option<Value>,
-    pub(super) scene: CaseScene,
+    /// The sections of the scene, each with its keys; in version 1 other keys.
+    scene: Map<String, Value>,
     pub(super) edges: Vec<[usize; 2]>,
-    /// The payload and the edge rules of a truss. Present only in cases with a truss.
+    /// The truss of the scene. Present only in cases with a truss.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) truss: Option<TrussExtras>,
+    pub(super) truss: Option<Truss>,
     pub(super) l0: Vec<f64>,
     /// The scale of the lattice, m. A case without this key has the scale of the paper's lattice.
     #[serde(default = "one", skip_serializing_if = "is_one")]
@@ -77,9 +73,9 @@ impl From<&Case> for CaseFile {
             format: Some(FORMAT.to_owned()),
             version: Some(VERSION),
             note: None,
-            scene: CaseScene::of(scene),
+            scene: sections(scene.clone()),
             edges: lattice.edges.clone(),
-            truss: TrussExtras::of(&scene.lattice, lattice),
+            truss: scene.lattice.file.truss().map(|truss| Truss::clone(truss)),
             l0: lattice.rest_length.clone(),
             scale: lattice.scale,
             x0: lattice.dimension.rows(&case.start.x),
@@ -130,288 +126,50 @@ impl Case {
     }
 }
 
+/// The sections of a scene. A truss is in the case, so the scene does not name its file.
+fn sections(mut scene: Scene) -> Map<String, Value> {
+    if let Some(truss) = scene.lattice.file.truss() {
+        scene.lattice.file = TrussFile::new(TrussFile::COPY, Arc::clone(truss));
+    }
+    match json!(scene) {
+        Value::Object(sections) => sections,
+        _ => Map::new(),
+    }
+}
+
 impl CaseFile {
+    /// The version of the file, which may be omitted if it is 1.
+    pub(super) fn version(&self) -> u32 {
+        self.version.unwrap_or(1)
+    }
+
+    /// The settings of the scene, and the frame of the file.
+    ///
+    /// # Errors
+    /// A sentence about a value of the wrong form; in version 1 also about an unknown or missing key.
+    pub(super) fn settings(&self) -> Result<(Vec<Given>, Frame), String> {
+        if self.version() == 1 {
+            return version_1::converted(&self.scene);
+        }
+        let mut given = Vec::new();
+        for (section, keys) in &self.scene {
+            let Value::Object(keys) = keys else {
+                return Err(format!(
+                    "`scene.{section}`: expected a section of the scene, found {keys}"
+                ));
+            };
+            given.extend(keys.iter().map(|(key, value)| Given {
+                key: format!("{section}.{key}"),
+                place: format!("scene.{section}.{key}"),
+                value: value.clone(),
+            }));
+        }
+        Ok((given, Frame::default()))
+    }
+
     fn text(&self) -> String {
         serde_json::to_string(self).expect("numbers with string keys can be written as JSON")
     }
-}
-
-/// Declares an object in a case file. Each key has two declarations: the type of its value in the file, and the setting
-/// of a scene that it stands for. The macro makes the struct and its conversions from and to a scene. Keys in brackets
-/// stand for no setting, and have their default if the object is made from a scene. A nested object follows after the
-/// semicolon.
-macro_rules! keys {
-    (
-        $Keys:ident, $path:literal,
-        $($(#[$attribute:meta])* $key:ident: $form:ty = $section:ident.$setting:ident,)+
-        $([$($(#[$mark:meta])* $own:ident: $Own:ty,)+])?
-        $(; $part:ident: $Part:ty)?
-    ) => {
-        #[derive(Deserialize, Serialize)]
-        #[serde(deny_unknown_fields)]
-        pub(super) struct $Keys {
-            $($(#[$attribute])* pub(super) $key: $form,)+
-            $($($(#[$mark])* pub(super) $own: $Own,)+)?
-            $(pub(super) $part: $Part,)?
-        }
-
-        impl $Keys {
-            pub(super) fn of(scene: &Scene) -> Self {
-                Self {
-                    $($key: scene.$section.$setting.clone().into(),)+
-                    $($($own: Default::default(),)+)?
-                    $($part: <$Part>::of(scene),)?
-                }
-            }
-
-            /// Copies the values of all keys to the settings of a scene. Errors name `file`.
-            pub(super) fn set(&self, scene: &mut Scene, file: &str) -> error::Result<()> {
-                $(
-                    let key = concat!($path, ".", stringify!($key));
-                    self.$key.set(&mut scene.$section.$setting, file, key)?;
-                )+
-                $(self.$part.set(scene, file)?;)?
-                Ok(())
-            }
-        }
-    };
-}
-
-/// What a truss has in addition to its nodes, edges and rest lengths: the payload, which edges are restricted or tied,
-/// and the stiffnesses of bars.
-#[derive(Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct TrussExtras {
-    pub(super) payload: Vec<Payload>,
-    keep: Vec<usize>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    skeleton: Vec<usize>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    actuator: Vec<usize>,
-    forbid: Vec<usize>,
-    tie: Vec<Vec<usize>>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(super) stiffness: Vec<f64>,
-}
-
-impl TrussExtras {
-    /// The payload and the edge rules of `lattice`; `None` if the lattice is generated.
-    pub(super) fn of(layout: &LatticeSettings, lattice: &Lattice) -> Option<Self> {
-        layout.file.truss()?;
-        let rules = lattice.rules.clone();
-        Some(Self {
-            payload: lattice.payload.clone(),
-            keep: rules.keep,
-            skeleton: rules.skeleton,
-            actuator: rules.actuator,
-            forbid: rules.forbid,
-            tie: rules.tie,
-            stiffness: lattice.stiffness.clone(),
-        })
-    }
-
-    pub(super) fn rules(&self) -> EdgeRules {
-        EdgeRules {
-            keep: self.keep.clone(),
-            skeleton: self.skeleton.clone(),
-            actuator: self.actuator.clone(),
-            forbid: self.forbid.clone(),
-            tie: self.tie.clone(),
-        }
-    }
-}
-
-keys! {
-    CaseScene, "scene",
-    #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
-    kind: LatticeKind = lattice.kind,
-    #[serde(default, skip_serializing_if = "is_default")]
-    dimension: Dimension = lattice.kind,
-    columns: usize = lattice.columns,
-    #[serde(default = "three", skip_serializing_if = "is_three")]
-    depth: usize = lattice.depth,
-    #[serde(default, skip_serializing_if = "is_default")]
-    body_diagonals: bool = lattice.body_diagonals,
-    rows: usize = lattice.rows,
-    spacing: f64 = lattice.spacing,
-    drop: f64 = lattice.drop,
-    #[serde(default, skip_serializing_if = "is_default")]
-    payload: usize = lattice.payload,
-    #[serde(default, skip_serializing_if = "is_default")]
-    mirror: bool = lattice.mirror,
-    alpha_deg: f64 = physics.incline_deg,
-    #[serde(default, skip_serializing_if = "is_default")]
-    profile: Profile = physics.ground,
-    gravity: f64 = physics.gravity,
-    gamma: f64 = physics.damping,
-    m_eps: f64 = physics.node_mass,
-    payload_mass: f64 = physics.payload_mass,
-    dt: f64 = physics.dt,
-    // This key is written only if it differs from the paper's value, so that older programs can read cases with the
-    // paper's value.
-    #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
-    integrator: Integrator = physics.integrator,
-    #[serde(default = "one", skip_serializing_if = "is_one")]
-    substeps: usize = physics.substeps,
-    #[serde(default = "two", skip_serializing_if = "is_two")]
-    passes: usize = physics.passes,
-    contact: LawFile = physics.contact,
-    mu: f64 = physics.friction,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    forces: Vec<LawFile> = physics.forces,
-    #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
-    void_edges: VoidEdges = physics.void_edges,
-    // A case without this key has no bound on speeds; the scene's default does not apply.
-    #[serde(default, skip_serializing_if = "is_default")]
-    speed_bound: Option<f64> = physics.speed_bound,
-    #[serde(default = "mlp", skip_serializing_if = "is_mlp")]
-    policy: String = controller.policy,
-    omega: f64 = controller.omega,
-    #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
-    clock: ClockKind = controller.clock,
-    n_cpg: usize = controller.clocks,
-    goal: GoalPoint = controller.goal,
-    #[serde(default = "one")]
-    goal_scale: f64 = controller.goal_scale,
-    #[serde(default)]
-    goal_relative: bool = controller.goal_relative,
-    #[serde(default, deserialize_with = "word", skip_serializing_if = "are_not_given")]
-    goals: GoalKind = controller.goals,
-    offset_scale: f64 = controller.offset_scale,
-    velocity_scale: f64 = controller.velocity_scale,
-    beta: f64 = projection.beta,
-    beta_stab: f64 = projection.beta_stability,
-    beta_ste: f64 = projection.beta_straight_through,
-    delta: f64 = projection.delta,
-    #[serde(default = "one", skip_serializing_if = "is_one")]
-    penalisation: usize = materials.penalisation,
-    #[serde(default, skip_serializing_if = "is_empty")]
-    parts: Parts = materials.parts,
-    #[serde(default, skip_serializing_if = "is_default")]
-    hold_materials: f64 = projection.hold_materials,
-    #[serde(default, skip_serializing_if = "is_default")]
-    one_piece: bool = design.one_piece,
-    #[serde(default, deserialize_with = "word", skip_serializing_if = "is_default")]
-    body: MovedBody = objective.body,
-    [
-        #[serde(default, skip_serializing_if = "is_default")]
-        ground_height: Frame,
-        // Where D1 puts the first nodes. Nothing is computed from it, because `x0` has the positions.
-        #[serde(default, skip_serializing_if = "is_default")]
-        origin_x: f64,
-        #[serde(default, skip_serializing_if = "is_default")]
-        origin_y: f64,
-    ]
-    ; library: Library
-}
-
-keys! {
-    Library, "scene.library",
-    k: [f64; 3] = materials.stiffness,
-    rho: [f64; 3] = materials.density,
-    a_max: [f64; 3] = materials.max_strain,
-}
-
-/// The settings of parts in a case file, by their keys. Empty if they are those of the paper's scene.
-#[derive(Default, Deserialize, Serialize)]
-pub(super) struct Parts(BTreeMap<String, Value>);
-
-impl From<PartsSettings> for Parts {
-    fn from(mut parts: PartsSettings) -> Self {
-        if parts == PartsSettings::default() {
-            return Self::default();
-        }
-        let fields = parts.fields().into_iter();
-        let pair = |field: Field| (field.key.to_owned(), field.value.json());
-        Self(fields.map(pair).collect())
-    }
-}
-
-fn is_empty(parts: &Parts) -> bool {
-    parts.0.is_empty()
-}
-
-impl StoredForm<PartsSettings> for Parts {
-    fn set(&self, setting: &mut PartsSettings, file: &str, key: &str) -> error::Result<()> {
-        for (name, value) in &self.0 {
-            let field = setting.fields().into_iter().find(|field| field.key == name);
-            let unknown = || format!("there is no setting `{name}`");
-            let read = field.ok_or_else(unknown);
-            let read = read.and_then(|field| read_json(field, value));
-            read.map_err(refused(file, key))?;
-        }
-        setting.check().map_err(refused(file, key))
-    }
-}
-
-/// A type of JSON value in a case file, from which a setting of type `T` is read.
-trait StoredForm<T> {
-    /// Copies this value to the setting. Errors name the file and the key of the value.
-    fn set(&self, setting: &mut T, file: &str, key: &str) -> error::Result<()>;
-}
-
-impl<T: Clone> StoredForm<T> for T {
-    fn set(&self, setting: &mut T, _: &str, _: &str) -> error::Result<()> {
-        setting.clone_from(self);
-        Ok(())
-    }
-}
-
-impl StoredForm<GroundSettings> for Profile {
-    fn set(&self, setting: &mut GroundSettings, _: &str, _: &str) -> error::Result<()> {
-        *setting = self.clone().into();
-        Ok(())
-    }
-}
-
-impl StoredForm<ContactLaw> for LawFile {
-    fn set(&self, setting: &mut ContactLaw, file: &str, key: &str) -> error::Result<()> {
-        setting.read_file(self).map_err(refused(file, key))
-    }
-}
-
-impl StoredForm<ForceLaws> for Vec<LawFile> {
-    fn set(&self, setting: &mut ForceLaws, file: &str, key: &str) -> error::Result<()> {
-        setting.read_files(self).map_err(refused(file, key))
-    }
-}
-
-impl StoredForm<ItemName> for String {
-    fn set(&self, setting: &mut ItemName, file: &str, key: &str) -> error::Result<()> {
-        setting.choose(self).map_err(refused(file, key))
-    }
-}
-
-impl StoredForm<LatticeKind> for Dimension {
-    fn set(&self, setting: &mut LatticeKind, _: &str, _: &str) -> error::Result<()> {
-        if *self == Self::Space {
-            *setting = LatticeKind::Cubic;
-        }
-        Ok(())
-    }
-}
-
-/// A goal in a case file: `[along, above]` or `[along, across, above]`.
-#[derive(Deserialize, Serialize)]
-pub(super) struct GoalPoint(Row);
-
-impl From<Vector<f64>> for GoalPoint {
-    fn from(goal: Vector<f64>) -> Self {
-        Self(goal.dimension().components(goal).collect())
-    }
-}
-
-impl StoredForm<Vector<f64>> for GoalPoint {
-    fn set(&self, setting: &mut Vector<f64>, file: &str, key: &str) -> error::Result<()> {
-        let dimension = Dimension::of_rows([&self.0]).map_err(refused(file, key))?;
-        *setting = dimension.vector(&self.0);
-        Ok(())
-    }
-}
-
-/// Returns a function for `map_err`. It makes an error from a sentence about the value of `key`.
-fn refused(file: &str, key: &str) -> impl FnOnce(String) -> Error {
-    move |says| Error::Usage(format!("{file}: `{key}`: {says}"))
 }
 
 /// Reads a string that must be one of a few words. It is read as a string first, because the JSON parser's error for
@@ -420,46 +178,12 @@ fn word<'de, T: DeserializeOwned, D: Deserializer<'de>>(given: D) -> Result<T, D
     T::deserialize(StringDeserializer::new(String::deserialize(given)?))
 }
 
-fn one<T: From<u8>>() -> T {
-    T::from(1)
+fn one() -> f64 {
+    1.0
 }
 
-fn two() -> usize {
-    2
-}
-
-fn three() -> usize {
-    3
-}
-
-fn is_three(option: &usize) -> bool {
-    *option == three()
-}
-
-fn is_two(option: &usize) -> bool {
-    *option == two()
-}
-
-fn mlp() -> String {
-    ItemName::POLICIES[0].to_owned()
-}
-
-fn is_mlp(policy: &str) -> bool {
-    policy == mlp()
-}
-
-fn is_one<T: From<u8> + PartialEq>(option: &T) -> bool {
-    *option == one()
-}
-
-fn are_not_given(goals: &GoalKind) -> bool {
-    *goals != GoalKind::Given
-}
-
-/// True if an option has its default value. Options that the first version of the format does not have are left out of
-/// a case file if this is true.
-fn is_default<T: Default + PartialEq>(option: &T) -> bool {
-    *option == T::default()
+fn is_one(scale: &f64) -> bool {
+    *scale == one()
 }
 
 #[derive(Deserialize, Serialize)]

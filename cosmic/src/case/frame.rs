@@ -1,14 +1,11 @@
 //! The frame of a case file (D1).
 
-use serde::{Deserialize, Serialize};
-
 use crate::geometry::{Ground, Vector};
 use crate::lattice::State;
 
 /// The frame in which a case file gives positions. Its axes are those of the world, but its ground line may lie above
 /// its origin (D1). In the world's frame, the ground line passes through the origin.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
-#[serde(transparent)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Frame {
     /// Height of the ground line above the origin of the file, in metres.
     pub ground_height: f64,

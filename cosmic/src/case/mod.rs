@@ -4,6 +4,7 @@
 
 mod frame;
 mod file;
+mod version_1;
 mod read;
 mod results;
 mod evaluate;
@@ -22,7 +23,8 @@ use crate::scene::{BinarisationSettings, Scene};
 /// A robot in a scene. The lengths of its lists fit one another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
-    /// The scene. A case that was read from a file has the paper's settings for the optimisation.
+    /// The scene. A case that was read from a file of version 1, such as a reference case, has the paper's settings for the
+    /// optimisation.
     pub scene: Scene,
     /// The frame in which the file gives positions; positions of the case itself are in the world's frame. The
     /// [results](CaseResults) of the case are in the frame of its file. A case that is made from a scene has the world's
@@ -64,10 +66,7 @@ impl Case {
     pub fn of_robot(scene: &Scene, design: Design<[f64; 3]>, controller: Controller<f64>) -> Self {
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         Self {
-            scene: Scene {
-                lattice: scene.lattice.fitted(lattice.nodes()),
-                ..scene.clone()
-            },
+            scene: scene.clone(),
             frame: Frame::default(),
             start: lattice.state_at_rest(),
             lattice,

@@ -4,17 +4,17 @@ use std::collections::HashSet;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::Case;
-use super::file::{CaseFile, CaseScene, FORMAT, VERSION};
+use super::file::{CaseFile, FORMAT, VERSION};
+use super::{Case, Frame};
 use crate::design::Design;
 use crate::error::{Error, Result, fits, some};
-use crate::geometry::{Dimension, Ground, Vector};
-use crate::lattice::{Lattice, Payload, State, Truss};
+use crate::geometry::{Dimension, Vector};
+use crate::lattice::{Lattice, Payload, State};
 use crate::objective::AugmentedLagrangian;
 use crate::policy::blocks_of;
 use crate::reading::{from_json, placed, read_whole, text_of};
-use crate::registry::Registry;
-use crate::scene::{GoalKind, Scene, TrussFile, UnstableStep, allowed_instead, places};
+use crate::registry::{OFF, Registry};
+use crate::scene::{Given, GoalKind, Scene, TrussFile, places};
 
 /// The longest rollout of a case, in substeps. The clock is stored for every step, so without a limit a typing error
 /// could exhaust the memory or run for ever.
@@ -45,7 +45,7 @@ impl Case {
     /// The errors of [`parse`](Case::parse).
     pub fn parse_with(registry: &Registry, file: &str, text: &str) -> Result<Self> {
         let raw: CaseFile = from_json(file, 0, text.as_bytes())?;
-        let case = Shapes { file }.case(raw, registry);
+        let case = Shapes::of(file, &raw).and_then(|shapes| shapes.case(raw, registry));
         case.map_err(|error| placed(file, text, error))
     }
 }
@@ -53,38 +53,44 @@ impl Case {
 /// Checks that the lists of a case file have the right lengths, and that its numbers are possible.
 struct Shapes<'a> {
     file: &'a str,
+    settings: Vec<Given>,
+    frame: Frame,
 }
 
-impl Shapes<'_> {
+impl<'a> Shapes<'a> {
+    /// Checks the keys `format` and `version`, and finds the settings of the scene.
+    fn of(file: &'a str, raw: &CaseFile) -> Result<Self> {
+        let refused = |says| Error::Usage(format!("{file}: {says}"));
+        let (format, version) = (raw.format.as_deref().unwrap_or(FORMAT), raw.version());
+        if format != FORMAT || !(1..=VERSION).contains(&version) {
+            return Err(refused(format!(
+                "`format` is {format:?} version {version}, not {FORMAT:?} version 1 or {VERSION}"
+            )));
+        }
+        let (settings, frame) = raw.settings().map_err(refused)?;
+        Ok(Self {
+            file,
+            settings,
+            frame,
+        })
+    }
+
     fn case(&self, raw: CaseFile, registry: &Registry) -> Result<Case> {
-        self.format(&raw)?;
-        let mut scene = registry.blank();
-        raw.scene.set(&mut scene, self.file)?;
-        self.meaning(&raw.scene)?;
-        self.length(raw.steps, raw.scene.substeps)?;
-        let lattice = self.mirrored(&raw, self.lattice(&raw, &scene)?)?;
-        scene.controller.goal = self.goal(&raw, &scene);
+        let mut scene = self.scene(&raw, registry)?;
+        self.length(raw.steps, scene.physics.substeps)?;
+        let lattice = self.mirrored(&scene, self.lattice(&raw, &scene)?)?;
+        scene.controller.goal = self.goal(&scene);
         let (nodes, edges) = (lattice.nodes(), lattice.edges.len());
         self.fits("rows of `v0`", raw.v0.len(), nodes)?;
         self.fits("rows of `z`", raw.z.len(), edges)?;
         if let Some(materials) = &raw.materials {
             self.fits("entries in `materials`", materials.len(), edges)?;
         }
-        raw.controller
-            .set_hidden(&mut scene.controller, self.file)?;
-        if let Some((_, why)) = scene.controller.misfit() {
-            return self.refuse(why.to_owned());
-        }
         scene.physics.steps = raw.steps;
-        // A case is only evaluated, and an evaluation never refuses an unstable time step.
-        scene.physics.unstable_step = UnstableStep::Warn;
-        if raw.truss.is_some() {
-            scene.lattice.file = TrussFile::new("of this case", Arc::new(lattice.truss()));
-        }
         let blocks = blocks_of(&scene.controller, &lattice);
         Ok(Case {
             scene,
-            frame: raw.scene.ground_height,
+            frame: self.frame,
             listed_steps: self.listed_steps(&raw)?,
             controller: raw.controller.controller(&blocks, self.file)?,
             start: State {
@@ -105,37 +111,51 @@ impl Shapes<'_> {
         })
     }
 
-    /// Checks the keys `format` and `version`. A case may omit them.
-    fn format(&self, raw: &CaseFile) -> Result<()> {
-        let format = raw.format.as_deref().unwrap_or(FORMAT);
-        let version = raw.version.unwrap_or(VERSION);
-        if (format, version) == (FORMAT, VERSION) {
-            return Ok(());
-        }
-        self.refuse(format!(
-            "`format` is {format:?} version {version}, not {FORMAT:?} version {VERSION}"
-        ))
-    }
-
-    /// Refuses numbers that have no physical meaning, such as a negative mass. Allowed are the ranges that scenes
-    /// allow. Only some keys are checked.
-    fn meaning(&self, scene: &CaseScene) -> Result<()> {
-        for (section, key, value) in [
-            ("physics", "substeps", scene.substeps as f64),
-            ("physics", "m_eps", scene.m_eps),
-            ("physics", "payload_mass", scene.payload_mass),
-            // A case without a bound on speeds has no number to check: 1.0 stands for it, because 1.0 is always
-            // allowed.
-            ("physics", "speed_bound", scene.speed_bound.unwrap_or(1.0)),
-            ("materials", "penalisation", scene.penalisation as f64),
-            ("projection", "hold_materials", scene.hold_materials),
-        ] {
-            let setting = if key == "m_eps" { "node_mass" } else { key };
-            if let Some(allowed) = allowed_instead(&format!("{section}.{setting}"), value) {
-                return self.refuse(format!("`scene.{key}`: expected {allowed}, found {value}"));
+    /// The scene, with its truss.
+    fn scene(&self, raw: &CaseFile, registry: &Registry) -> Result<Scene> {
+        let refuse = |says| self.refuse(says);
+        let mut scene = registry.blank();
+        scene.give(&self.settings).or_else(refuse)?;
+        match raw.version() {
+            1 => (raw.controller).set_hidden(&mut scene.controller, self.file)?,
+            _ => {
+                scene.complete(&self.settings).or_else(refuse)?;
+                (raw.controller).check_hidden(&scene.controller, self.file)?;
             }
         }
-        Ok(())
+        let parts = scene.materials.parts.check();
+        parts.or_else(|says| refuse(format!("`scene.parts`: {says}")))?;
+        if let Err(says) = scene.physics.ground.checked() {
+            return self.refuse(format!("`scene.ground`: the profile of the ground {says}"));
+        }
+        if let Some((_, why)) = scene.controller.misfit() {
+            return self.refuse(why.to_owned());
+        }
+        match (&raw.truss, scene.lattice.file.path() == OFF) {
+            (None, true) => {}
+            (Some(truss), false) => {
+                scene.lattice.file = TrussFile::new(TrussFile::COPY, Arc::new(truss.clone()));
+            }
+            (None, false) => {
+                return self.refuse(
+                    "`scene.lattice.file`: the truss must be in the case, as the key `truss`"
+                        .to_owned(),
+                );
+            }
+            (Some(_), true) => {
+                return self.refuse(format!(
+                    "`truss`: the scene has no truss; set `file` in the section `lattice` to {:?}",
+                    TrussFile::COPY
+                ));
+            }
+        }
+        Ok(scene)
+    }
+
+    /// The place in the file of a key of the scene.
+    fn place<'k>(&'k self, key: &'k str) -> &'k str {
+        let given = self.settings.iter().find(|given| given.key == key);
+        given.map_or(key, |given| &given.place)
     }
 
     /// Returns an error that begins with the name of the case file and continues with `says`.
@@ -159,7 +179,7 @@ impl Shapes<'_> {
         let (what, length) = if steps > LONGEST {
             ("`steps`", steps)
         } else {
-            ("`steps` times `scene.substeps`", steps * substeps)
+            ("`steps` times the substeps", steps * substeps)
         };
         if length <= LONGEST {
             return Ok(());
@@ -171,7 +191,8 @@ impl Shapes<'_> {
 
     fn lattice(&self, raw: &CaseFile, scene: &Scene) -> Result<Lattice> {
         let (layout, payload) = (&scene.lattice, scene.lattice.payload);
-        let nodes = layout.nodes();
+        let truss = layout.file.truss();
+        let nodes = truss.map_or(layout.nodes(), |truss| truss.nodes.len());
         some(self.file, "nodes of `scene` (columns x rows)", nodes)?;
         if !(raw.scale > 0.0 && raw.scale.is_finite()) {
             let scale = raw.scale;
@@ -180,7 +201,8 @@ impl Shapes<'_> {
             ));
         }
         if payload >= nodes {
-            let says = format!("`scene.payload`: expected a node below {nodes}, found {payload}");
+            let place = self.place("lattice.payload");
+            let says = format!("`{place}`: expected a node below {nodes}, found {payload}");
             return self.refuse(says);
         }
         self.fits("rows of `x0`", raw.x0.len(), nodes)?;
@@ -188,38 +210,28 @@ impl Shapes<'_> {
         let dimension = Dimension::of_rows(rows)
             .or_else(|says| self.refuse(format!("`x0` and `v0`: {says}")))?;
         let expected = layout.dimension();
-        if dimension != expected && raw.truss.is_none() {
+        if dimension != expected {
             let (found, expected) = (dimension.count(), expected.count());
             return self.refuse(format!(
-                "`x0` has {found} numbers for each point, but the lattice of `scene` needs {expected}; \
-                 `scene.dimension` is 2 in the plane, its default, and 3 in space"
+                "`x0` has {found} numbers for each point, but the lattice of `scene` needs {expected}; a lattice in space \
+                 has the `kind` \"cubic\""
             ));
         }
         self.dimension(dimension, scene)?;
-        let (frame, points) = (raw.scene.ground_height, raw.x0.iter());
-        let positions = points.map(|x| frame.read(dimension.vector(x)));
+        let points = raw.x0.iter();
+        let positions = points.map(|x| self.frame.read(dimension.vector(x)));
         let positions: Vec<_> = positions.collect();
         let edges = raw.edges.clone();
         self.fits("entries in `l0`", raw.l0.len(), edges.len())?;
         self.edges(&edges, nodes)?;
-        if let Some(truss) = &raw.truss {
-            let ground = Ground::from(&scene.physics);
-            let to_ground = positions.iter().map(|x| ground.vector_to_ground(*x));
-            let truss = Truss {
-                dimension,
-                nodes: to_ground.collect(),
-                edges,
-                payload: truss.payload.clone(),
-                rules: truss.rules(),
-                stiffness: truss.stiffness.clone(),
-                ..Truss::default()
-            };
-            let marks = truss.check_marks();
-            marks.or_else(|says| self.refuse(format!("`truss`: {says}")))?;
+        if let Some(truss) = truss {
+            if edges != truss.edges {
+                return self.refuse("`edges`: expected the edges of `truss`".to_owned());
+            }
             return Ok(Lattice {
                 rest_length: raw.l0.clone(),
                 scale: raw.scale,
-                ..Lattice::of_truss(&truss, positions)
+                ..Lattice::of_truss(truss, positions)
             });
         }
         Ok(Lattice {
@@ -234,40 +246,44 @@ impl Shapes<'_> {
     }
 
     /// The goal in the world's frame. A goal that the controller observes as it is, is a constant and no place.
-    fn goal(&self, raw: &CaseFile, scene: &Scene) -> Vector<f64> {
+    fn goal(&self, scene: &Scene) -> Vector<f64> {
         let settings = &scene.controller;
         let is_place = settings.goal_relative || settings.goals == GoalKind::Given;
         match is_place {
-            true => (raw.scene.ground_height).read_goal(settings.goal, &(&scene.physics).into()),
+            true => (self.frame).read_goal(settings.goal, &(&scene.physics).into()),
             false => settings.goal,
         }
     }
 
     /// Refuses what only robots in space can have, or only robots in the plane.
     fn dimension(&self, dimension: Dimension, scene: &Scene) -> Result<()> {
-        match dimension {
-            Dimension::Plane if scene.controller.goal.sideways() != 0.0 => self.refuse(
-                "`scene.goal`: a planar robot cannot reach a goal beside its plane; leave out the second number"
-                    .to_owned(),
+        let (key, says) = match dimension {
+            Dimension::Plane if scene.controller.goal.sideways() != 0.0 => (
+                "controller.goal",
+                "a planar robot cannot reach a goal beside its plane; leave out the second number",
             ),
-            Dimension::Space if !scene.physics.ground.resolved().is_flat() => self.refuse(
-                "`scene.profile`: the ground of a robot in space is a plane; leave out `profile`"
-                    .to_owned(),
+            Dimension::Space if !scene.physics.ground.resolved().is_flat() => (
+                "ground.profile",
+                "the ground of a robot in space is a plane",
             ),
-            _ => Ok(()),
-        }
+            _ => return Ok(()),
+        };
+        self.refuse(format!("`{}`: {says}", self.place(key)))
     }
 
     /// The lattice as the case wants it: as it is, or as its own mirror image.
-    fn mirrored(&self, raw: &CaseFile, lattice: Lattice) -> Result<Lattice> {
-        if !raw.scene.mirror {
+    fn mirrored(&self, scene: &Scene, lattice: Lattice) -> Result<Lattice> {
+        if !scene.lattice.mirror {
             return Ok(lattice);
         }
         let lattice = lattice.mirrored();
         match lattice.mirror {
             Some(_) => Ok(lattice),
             None => {
-                self.refuse("`scene.mirror`: the lattice is not its own mirror image".to_owned())
+                let place = self.place("lattice.mirror");
+                self.refuse(format!(
+                    "`{place}`: the lattice is not its own mirror image"
+                ))
             }
         }
     }

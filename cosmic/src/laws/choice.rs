@@ -2,7 +2,6 @@
 
 use std::fmt;
 
-use serde::{Serialize, Serializer};
 use toml::Spanned;
 use toml::de::DeValue;
 
@@ -15,7 +14,6 @@ use super::coulomb::Coulomb;
 use super::damper::Damper;
 use super::force::{AnyForce, LatticeForce};
 use super::formula::{BarFormula, NodeFormula};
-use super::law_file::LawFile;
 use super::no_ground::NoGround;
 use super::node::{NodeForce, OnNodes};
 use super::on_bars::OnBars;
@@ -24,7 +22,7 @@ use super::sticking::Sticking;
 use super::stops::Stops;
 use crate::registry::Registry;
 use crate::settings::{
-    Filled, Limits, SettingValue, Settings, json, misfit, quoted, word, wrong_kind,
+    Filled, Limits, SettingValue, Settings, Values, json, misfit, quoted, word, wrong_kind,
 };
 
 /// A law that scenes may choose by its name. [`contact`], [`on_bars`], [`on_nodes`] and [`on_lattice`] create it.
@@ -197,26 +195,6 @@ impl ContactLaw {
         }
         true
     }
-
-    /// Chooses the law that a case file names, with the settings in the file.
-    ///
-    /// # Errors
-    /// A message about an unknown law or a wrong setting.
-    pub fn read_file(&mut self, file: &LawFile) -> Result<(), String> {
-        if !self.choose(&file.name) {
-            let known = self
-                .registry
-                .contacts()
-                .map(|law| format!("`{}`", law.name()));
-            let known: Vec<_> = known.collect();
-            return Err(format!(
-                "unknown variant `{}`, expected one of {}",
-                file.name,
-                known.join(", ")
-            ));
-        }
-        file.fill(self.law.settings())
-    }
 }
 
 impl Clone for ContactLaw {
@@ -236,19 +214,8 @@ impl fmt::Debug for ContactLaw {
 
 impl PartialEq for ContactLaw {
     fn eq(&self, other: &Self) -> bool {
-        self.json() == other.json()
-    }
-}
-
-impl From<ContactLaw> for LawFile {
-    fn from(mut law: ContactLaw) -> Self {
-        Self::new(law.name(), law.settings())
-    }
-}
-
-impl Serialize for ContactLaw {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.json().serialize(serializer)
+        let values = |law: &Self| (law.name(), Values::of(law.law.boxed().settings()));
+        values(self) == values(other)
     }
 }
 
@@ -262,7 +229,7 @@ impl SettingValue for ContactLaw {
     }
 
     fn json(&self) -> serde_json::Value {
-        json(&LawFile::from(self.clone()))
+        self.name().into()
     }
 
     fn read(&mut self, value: &Spanned<DeValue>, _: &Limits) -> Filled<()> {
@@ -336,25 +303,6 @@ impl ForceLaws {
         let laws = self.laws.iter_mut();
         laws.map(|force| (force.name(), force.settings()))
     }
-
-    /// Replaces the chosen laws by the laws in `files`, with the settings that the files state.
-    ///
-    /// # Errors
-    /// A message about a law that is unknown or occurs twice, or about a wrong setting.
-    pub fn read_files(&mut self, files: &[LawFile]) -> Result<(), String> {
-        self.laws.clear();
-        for file in files {
-            let name = &file.name;
-            if self.laws().any(|law| law.name() == name) {
-                return Err(format!("the force `{name}` occurs twice; name it once"));
-            }
-            let law = self.law_of(name);
-            let mut law = law.ok_or_else(|| format!("unknown force `{name}`"))?;
-            file.fill(law.settings())?;
-            self.laws.push(law);
-        }
-        Ok(())
-    }
 }
 
 impl Clone for ForceLaws {
@@ -375,20 +323,8 @@ impl fmt::Debug for ForceLaws {
 
 impl PartialEq for ForceLaws {
     fn eq(&self, other: &Self) -> bool {
-        self.json() == other.json()
-    }
-}
-
-impl From<ForceLaws> for Vec<LawFile> {
-    fn from(mut laws: ForceLaws) -> Self {
-        let files = laws.settings();
-        files.map(|(name, law)| LawFile::new(name, law)).collect()
-    }
-}
-
-impl Serialize for ForceLaws {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.json().serialize(serializer)
+        let value = |law: &dyn AnyForce| (law.name(), Values::of(law.boxed().settings()));
+        self.laws().map(value).eq(other.laws().map(value))
     }
 }
 
@@ -399,7 +335,7 @@ impl SettingValue for ForceLaws {
     }
 
     fn json(&self) -> serde_json::Value {
-        json(&Vec::from(self.clone()))
+        json(&self.laws().map(AnyForce::name).collect::<Vec<_>>())
     }
 
     fn read(&mut self, value: &Spanned<DeValue>, _: &Limits) -> Filled<()> {

@@ -29,7 +29,6 @@ mod actuator;
 mod rope;
 mod bumpers;
 mod formula;
-mod law_file;
 mod choice;
 #[rustfmt::skip]
 mod adjoints;
@@ -50,7 +49,6 @@ pub use hold::{Equation, FirstPass, NextPass};
 pub(crate) use hold::{FindGround, FreeEquation, GroundBelow, NodeContacts, Reaction};
 pub use hooke::Hooke;
 pub use law::{Law, StepInput};
-pub use law_file::LawFile;
 pub use motion::{Drift, Motion, Particle, Push};
 pub use no_ground::NoGround;
 pub use node::{Node, NodeForce};

@@ -16,6 +16,9 @@ pub struct Departure {
     pub here: String,
     /// The value in `stability`, as TOML. `None` for a setting of a law that `stability` does not choose.
     pub there: Option<String>,
+    /// The unit of its numbers; empty for numbers without a unit and for other values.
+    #[serde(skip)]
+    pub unit: &'static str,
 }
 
 impl Scene {
@@ -23,14 +26,28 @@ impl Scene {
     pub fn departures(&self) -> Vec<Departure> {
         let paper = Self::paper().settings().into_iter();
         let mut paper: HashMap<String, String> = paper.map(|s| (s.key, s.value)).collect();
-        let departure = |Setting { key, value, .. }| {
+        let departure = |Setting {
+                             key, value, unit, ..
+                         }| {
             let there = paper.remove(&key);
             (there.as_ref() != Some(&value)).then_some(Departure {
                 key,
                 here: value,
                 there,
+                unit,
             })
         };
         self.settings().into_iter().filter_map(departure).collect()
+    }
+
+    /// The [departures](Self::departures) in the section `physics` whose keys are not among `known`. Whatever tells of a
+    /// scene in another form, such as a model for another simulator, and knows only these keys, must not leave them out.
+    pub fn physics_beyond(&self, known: &[&str]) -> Vec<Departure> {
+        let mut beyond = self.departures();
+        beyond.retain(|departure| {
+            let key = departure.key.strip_prefix("physics.");
+            key.is_some_and(|key| !known.contains(&key))
+        });
+        beyond
     }
 }

@@ -87,6 +87,12 @@ impl Scene {
 
     /// The setting with a key such as `physics.dt`, if there is one.
     pub fn field(&mut self, path: &str) -> Option<Field<'_>> {
+        let field = self.field_of_cases(path);
+        field.filter(|field| !field.of_cases)
+    }
+
+    /// Like [`field`](Self::field), but also finds the numbers that only cases have.
+    pub(super) fn field_of_cases(&mut self, path: &str) -> Option<Field<'_>> {
         let (section, key) = path.split_once('.')?;
         let is_own = self.sections().iter().all(|(name, _)| *name != section);
         let mut sections = if is_own {
@@ -96,7 +102,8 @@ impl Scene {
         };
         let at = sections.iter().position(|(name, _)| *name == section)?;
         let (_, settings) = sections.swap_remove(at);
-        settings.fields().into_iter().find(|field| field.key == key)
+        let mut fields = settings.fields_of_cases().into_iter();
+        fields.find(|field| field.key == key)
     }
 }
 
@@ -135,7 +142,7 @@ pub(super) fn sections(scene: &mut Scene) -> Vec<SectionKeys> {
 ///
 /// # Panics
 /// If no scene has the key.
-pub(crate) fn allowed_instead(path: &str, number: f64) -> Option<String> {
+pub(super) fn allowed_instead(path: &str, number: f64) -> Option<String> {
     let mut scene = Scene::paper();
     let field = scene.field(path).expect("a key of a scene");
     (!field.limits.contain(number)).then(|| field.value.allowed(&field.limits))

@@ -35,6 +35,7 @@ mod diagnostic;
 mod read;
 mod toml_file;
 mod whole;
+mod json;
 mod write;
 mod builtin;
 
@@ -54,7 +55,7 @@ pub use design::{
 };
 pub use generator::edges;
 pub(crate) use generator::places;
-pub(crate) use keys::allowed_instead;
+pub(crate) use json::Given;
 pub use keys::{Setting, reference};
 pub(crate) use layout::LAYOUT_SIDE;
 pub use margins::Riser;

@@ -110,18 +110,6 @@ impl LatticeSettings {
         truss.map_or(self.drop, |truss| truss.lowest())
     }
 
-    /// A copy of the settings for a lattice with `nodes` nodes. For a truss, it states one row with all nodes:
-    /// `columns` is `nodes` and `rows` is 1.
-    #[must_use]
-    pub(crate) fn fitted(&self, nodes: usize) -> Self {
-        let mut settings = self.clone();
-        if settings.is_truss() {
-            (settings.columns, settings.rows) = (nodes, 1);
-            settings.kind = LatticeKind::Rectangular;
-        }
-        settings
-    }
-
     /// A short name of the lattice: its size, such as `6x6`, or the path of its truss file.
     pub fn name(&self) -> String {
         let size = format!("{}x{}", self.columns, self.rows);

@@ -91,7 +91,7 @@ impl GroundSettings {
     ///
     /// # Errors
     /// A sentence if the settings contradict one another.
-    pub(super) fn checked(&self) -> Result<Profile, String> {
+    pub(crate) fn checked(&self) -> Result<Profile, String> {
         let points = match self.profile {
             ProfileKind::Flat => Vec::new(),
             ProfileKind::Points => return Ok(self.points.clone()),

@@ -133,16 +133,9 @@ impl Reader<'_, '_> {
             let lacking = paths.filter(|path| !places.contains_key(path));
             missing.extend(lacking.map(|path| format!("`{path}`")));
         });
-        /// The largest number of missing keys that a message names.
-        const NAMED: usize = 3;
-        let (named, others) = missing.split_at(NAMED.min(missing.len()));
-        let message = match (named, others.len()) {
-            ([], _) => return,
-            ([one], _) => format!("{one} is missing"),
-            (several, 0) => format!("{} are missing", several.join(", ")),
-            (several, more) => format!("{} and {more} more keys are missing", several.join(", ")),
-        };
-        self.fault(0..0, message, OF_RUNS.to_owned());
+        if let Some(message) = are_missing(&missing) {
+            self.fault(0..0, message, OF_RUNS.to_owned());
+        }
     }
 
     /// Computes the settings that follow from the others. Records an error for every value that is out of its range.
@@ -176,4 +169,17 @@ impl Reader<'_, '_> {
             self.fault(span, conflict.says, hint);
         }
     }
+}
+
+/// The message about keys that are missing; `None` if there are none.
+pub(super) fn are_missing(missing: &[String]) -> Option<String> {
+    /// The largest number of missing keys that a message names.
+    const NAMED: usize = 3;
+    let (named, others) = missing.split_at(NAMED.min(missing.len()));
+    Some(match (named, others.len()) {
+        ([], _) => return None,
+        ([one], _) => format!("{one} is missing"),
+        (several, 0) => format!("{} are missing", several.join(", ")),
+        (several, more) => format!("{} and {more} more keys are missing", several.join(", ")),
+    })
 }

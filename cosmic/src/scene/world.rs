@@ -7,6 +7,26 @@ use crate::lattice::Lattice;
 use crate::numbers::{rounded, shortened};
 use crate::settings::Named;
 
+/// The keys of `[physics]` that [`Scene::world`] describes, and then those that are not of the world: the masses, which the
+/// description of the robot has, and how a rollout is computed.
+const KNOWN: [&str; 15] = [
+    "gravity",
+    "contact",
+    "friction",
+    "incline_deg",
+    "damping",
+    "forces",
+    "node_mass",
+    "payload_mass",
+    "dt",
+    "steps",
+    "integrator",
+    "substeps",
+    "void_edges",
+    "speed_bound",
+    "unstable_step",
+];
+
 impl Scene {
     /// A description of the robot in one line: its lattice, its size, its mass, and its payload. The mass is that of a
     /// robot whose volume is in the middle of the bounds on the volume.
@@ -43,7 +63,7 @@ impl Scene {
     }
 
     /// A description of the world in one line: gravity, contact and friction, drag, damping of the bars, and end stops.
-    /// Other forces, an incline, a ground profile and parts are named if the scene has them.
+    /// Other forces, an incline, a ground profile, parts and any other physics are named if the scene has them.
     pub fn world(&self) -> String {
         let physics = &self.physics;
         let mut parts = vec![format!("gravity {} m/s\u{b2}", physics.gravity)];
@@ -75,6 +95,11 @@ impl Scene {
             parts.push(format!("actuators of {} kg", bars.actuator_mass));
         }
         parts.extend(self.forces());
+        let others = self.physics_beyond(&KNOWN).into_iter();
+        parts.extend(others.filter_map(|departure| {
+            let (_, key) = departure.key.split_once('.')?;
+            Some(with_unit(key, &departure.here, departure.unit))
+        }));
         parts.join("; ")
     }
 
@@ -104,12 +129,17 @@ impl Scene {
                 "at" => "at a strain of",
                 key => key,
             };
-            let value = shortened(&setting.value);
-            let value = value.strip_suffix(".0").unwrap_or(&value);
-            let says = format!("{} {value} {}", key.replace('_', " "), setting.unit);
-            (section == law).then(|| says.trim_end().to_owned())
+            (section == law).then(|| with_unit(key, &setting.value, setting.unit))
         };
         let numbers: Vec<String> = self.settings().into_iter().filter_map(number).collect();
         numbers.join(", ")
     }
+}
+
+/// The words of a key, its value, and its unit.
+fn with_unit(key: &str, value: &str, unit: &str) -> String {
+    let value = shortened(value);
+    let value = value.strip_suffix(".0").unwrap_or(&value);
+    let says = format!("{} {value} {unit}", key.replace('_', " "));
+    says.trim_end().to_owned()
 }

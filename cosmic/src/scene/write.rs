@@ -52,7 +52,8 @@ impl Scene {
     }
 }
 
-/// Serializes a scene as its sections, each with its keys and values. The order is that of the TOML text.
+/// Serializes a scene as its sections, each with its keys and values, as a [case](crate::case) has it. The order is that of
+/// the TOML text.
 impl Serialize for Scene {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let of = |name: &'static str, section: &mut dyn Settings| (name, Values::of(section));

@@ -22,7 +22,7 @@
 /// `struct PhysicsSettings with ground: GroundSettings {` has one more field, whose settings are a separate section.
 ///
 /// After the keys, `} of cases { ... }` declares numbers that scene files do not have: they are constants of every
-/// scene, but a case may have other values.
+/// scene, but a case has them as keys of the section and may have other values.
 ///
 /// If the value of a key can follow from the robot and its world, `auto` states the formula before `source`: `auto "20
 /// divided by the time scale"`. A file may then say `"auto"` instead of a number. `scene/follow.rs` has the formulas.
@@ -111,7 +111,7 @@ macro_rules! settings {
                 concat!($($about),+).trim_ascii()
             }
 
-            fn fields(&mut self) -> Vec<$crate::settings::Field<'_>> {
+            fn fields_of_cases(&mut self) -> Vec<$crate::settings::Field<'_>> {
                 vec![$($crate::settings::Field {
                     key: stringify!($key),
                     doc: concat!($($doc),+).trim_ascii(),
@@ -125,8 +125,15 @@ macro_rules! settings {
                         conditions[0]
                     },
                     limits: [$($limits,)? $crate::settings::Limits::NONE][0],
+                    of_cases: false,
                     value: &mut self.$key,
-                },)*]
+                },)*
+                $($($crate::settings::Field::of_cases(
+                    stringify!($constant),
+                    concat!($($says),+).trim_ascii(),
+                    $origin,
+                    &mut self.$constant,
+                ),)*)?]
             }
         }
     };

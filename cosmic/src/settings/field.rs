@@ -32,8 +32,34 @@ pub struct Field<'a> {
     pub is_read: fn(&dyn Any) -> bool,
     /// The allowed range of the numbers in the value.
     pub limits: Limits,
+    /// True if only cases have the key. In every scene it has its default.
+    pub of_cases: bool,
     /// The value of the setting.
     pub value: &'a mut dyn SettingValue,
+}
+
+impl<'a> Field<'a> {
+    /// A number that only cases have. Made for [`settings!`](crate::settings!).
+    #[doc(hidden)]
+    pub fn of_cases(
+        key: &'static str,
+        doc: &'static str,
+        source: &'static str,
+        value: &'a mut dyn SettingValue,
+    ) -> Self {
+        Self {
+            key,
+            doc,
+            unit: "",
+            auto: "",
+            source,
+            when: "",
+            is_read: |_| true,
+            limits: Limits::NONE,
+            of_cases: true,
+            value,
+        }
+    }
 }
 
 impl Field<'_> {
@@ -72,19 +98,28 @@ pub fn holds<T: 'static>(condition: impl Fn(&T) -> bool, scene: &dyn Any) -> boo
 pub trait Settings {
     /// A description of the section, in a sentence.
     fn about(&self) -> &'static str;
-    /// The settings of the section, in the order in which they are written. By default there are none.
-    fn fields(&mut self) -> Vec<Field<'_>> {
+    /// The settings of the section in a case: those of a scene, and then those that only cases have. By default there are
+    /// none.
+    fn fields_of_cases(&mut self) -> Vec<Field<'_>> {
         Vec::new()
+    }
+    /// The settings of the section in a scene, in the order in which they are written.
+    fn fields(&mut self) -> Vec<Field<'_>> {
+        let mut fields = self.fields_of_cases();
+        fields.retain(|field| !field.of_cases);
+        fields
     }
 }
 
-/// The keys of a section and their values as JSON, in the order in which they are written.
+/// The keys of a section and their values as JSON, in the order in which they are written. Numbers that only cases have
+/// are among them.
+#[derive(PartialEq)]
 pub struct Values(Vec<(&'static str, Value)>);
 
 impl Values {
     /// Collects the keys and values of a section.
     pub fn of(section: &mut dyn Settings) -> Self {
-        let fields = section.fields().into_iter();
+        let fields = section.fields_of_cases().into_iter();
         Self(
             fields
                 .map(|field| (field.key, field.value.json()))
@@ -103,9 +138,9 @@ impl Serialize for Values {
 /// stands for `"off"` in TOML.
 ///
 /// # Errors
-/// A sentence that names the key, the value and what is allowed.
-pub fn read_json(field: Field, json: &Value) -> Result<(), String> {
-    let (key, allowed) = (field.key, field.allowed());
+/// A sentence that names the place of the value in its file, `place`, the value and what is allowed.
+pub(crate) fn read_json(field: Field, place: &str, json: &Value) -> Result<(), String> {
+    let allowed = field.value.allowed(&field.limits);
     let read = match json {
         // The error of `"off"` would mislead a user who wrote `null`.
         Value::Null => {
@@ -114,5 +149,5 @@ pub fn read_json(field: Field, json: &Value) -> Result<(), String> {
         }
         json => field.read_text(&json.to_string()),
     };
-    read.map_err(|says| format!("`{key}` {says} {json}; allowed: {allowed}"))
+    read.map_err(|says| format!("`{place}` {says} {json}; allowed: {allowed}"))
 }

@@ -11,8 +11,8 @@ mod declare;
 #[doc(hidden)]
 pub use autodiff::Real;
 pub use expression::Expression;
-pub(crate) use field::AUTO;
-pub use field::{Field, Settings, Values, holds, read_json};
+pub(crate) use field::{AUTO, read_json};
+pub use field::{Field, Settings, Values, holds};
 pub use inputs::{InputField, Inputs};
 pub(crate) use limits::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS};
 pub use limits::{Limits, above, within};

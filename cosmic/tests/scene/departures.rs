@@ -22,3 +22,19 @@ fn departures_are_the_keys_that_differ_from_the_paper_s_scene() {
     ];
     assert_eq!(shown, expected);
 }
+
+/// What knows only some keys of the physics learns which others the scene sets.
+#[test]
+fn physics_beyond_what_is_known_is_found() {
+    let text = "base = 'stability'\nphysics = {dt = 0.001, gravity = 9.81}\nloss.kind = 'final'";
+    let scene = Scene::parse("own", text).unwrap();
+    let beyond = scene.physics_beyond(&["dt", "friction"]);
+    let [gravity] = &beyond[..] else {
+        panic!("{beyond:?}")
+    };
+    assert_eq!(
+        (&gravity.key[..], &gravity.here[..], gravity.unit),
+        ("physics.gravity", "9.81", "m/s2")
+    );
+    assert_eq!(scene.physics_beyond(&["gravity", "dt"]), []);
+}

@@ -34,6 +34,30 @@ pub const MOST_FRICTION: f64 = 5.0;
 /// collide with the ground.
 const RADIUS: f64 = 0.002;
 
+/// The keys of the section `physics` that an export knows. A scene that sets any other key is refused.
+pub const PHYSICS: [&str; 15] = [
+    // In the model and its masses, dampers and contacts.
+    "dt",
+    "substeps",
+    "gravity",
+    "damping",
+    "node_mass",
+    "payload_mass",
+    "incline_deg",
+    "friction",
+    // In `controller.json`.
+    "steps",
+    // Values that the model cannot express are refused.
+    "integrator",
+    "contact",
+    "forces",
+    // Void edges are left out in either case.
+    "void_edges",
+    // They only judge a rollout.
+    "speed_bound",
+    "unstable_step",
+];
+
 /// Settings that MuJoCo needs and a scene does not have.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MujocoSettings {
@@ -88,6 +112,8 @@ fn check(case: &Case, settings: &MujocoSettings) -> Result<()> {
         ));
     }
     let has_other_contact = !["none", "infinite", "coulomb"].contains(&physics.contact.name());
+    let beyond = case.scene.physics_beyond(&PHYSICS).into_iter();
+    let beyond = beyond.filter_map(|other| Some(format!("{}={}", other.key, other.there?)));
     let refusals = [
         (
             physics.integrator == Integrator::Leapfrog,
@@ -101,9 +127,13 @@ fn check(case: &Case, settings: &MujocoSettings) -> Result<()> {
             "controller.policy=mlp",
         ),
     ];
-    match refusals.iter().find(|(is_refused, _)| *is_refused) {
+    let refusals = refusals.into_iter().filter(|(is_refused, _)| *is_refused);
+    let mut refusals = refusals
+        .map(|(_, setting)| setting.to_owned())
+        .chain(beyond);
+    match refusals.next() {
         None => Ok(()),
-        Some((_, setting)) => Err(Error::Usage(format!(
+        Some(setting) => Err(Error::Usage(format!(
             "the model for MuJoCo can only express {setting}, but the scene has another value; export it \
              with --set {setting}"
         ))),

@@ -154,3 +154,13 @@ fn the_exported_controller_has_the_library_s_controls() {
         }
     }
 }
+
+/// A new key of `[physics]` must be in the model, in the controller, or refused. `PHYSICS` says which.
+#[test]
+fn every_key_of_the_physics_is_known() {
+    for setting in Scene::default().settings() {
+        if let Some(key) = setting.key.strip_prefix("physics.") {
+            assert!(mujoco::PHYSICS.contains(&key), "{key}");
+        }
+    }
+}
