@@ -285,7 +285,7 @@ fn wrong_scenes_of_cases_are_refused() {
         &steps,
         "/scene/ground/spacing",
         1e-300.into(),
-        "`scene.ground`: the profile of the ground has a point behind",
+        "`scene.ground`: the profile of the ground has the same point twice",
     );
     of_scene("/scene/lattice/columns", 4.into(), "rows of `x0`");
     of_scene(
@@ -319,7 +319,7 @@ fn wrong_scenes_of_cases_are_refused() {
     refused(
         &truss,
         "/edges",
-        serde_json::json!([[0, 1]]),
+        serde_json::json!([[1, 0], [1, 2], [0, 3], [1, 3], [2, 3]]),
         "`edges`: expected the edges of `truss`",
     );
 }
