@@ -3,8 +3,8 @@
 //! velocities, design and weights all come from the file. Nothing is generated or assumed.
 
 mod frame;
-mod file;
 mod version_1;
+mod file;
 mod read;
 mod results;
 mod evaluate;
