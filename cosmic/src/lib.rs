@@ -52,7 +52,9 @@ pub mod search;
 pub mod record;
 
 #[doc(inline)]
-pub use autodiff_derive::kernel;
+pub use autodiff_derive::{Fields, kernel};
+#[doc(inline)]
+pub use autodiff_programs::internal::Fields;
 pub use cosmic_optimiser as optimiser;
 pub use error::{Error, Result};
 pub use registry::Registry;

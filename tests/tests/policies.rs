@@ -6,11 +6,12 @@ use autodiff_programs::{Array, Kernel};
 use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::geometry::Vector;
-use cosmic::kernel;
 use cosmic::lattice::State;
+use cosmic::laws::{Motion, Particle};
 use cosmic::objective::Displacement;
 use cosmic::policy::{Block, Network, Policy, PolicyStep, Sizes, observation};
 use cosmic::world::{Span, Trajectory};
+use cosmic::{Fields, kernel};
 use cosmic_lab::check::{check_gradients_of, terms};
 use cosmic_tests::few_directions;
 
@@ -35,26 +36,35 @@ impl Kernel<5, 1> for Mixed {
     }
 }
 
+/// Both ends of a bar.
+#[derive(Clone, Copy, Fields)]
+struct Ends<T> {
+    tail: Particle<T, 2>,
+    head: Particle<T, 2>,
+    /// The rest length.
+    rest: T,
+}
+
 /// A number that depends on the positions and velocities of both ends of a bar and on its rest length, each in another
 /// way.
 #[derive(Clone)]
 struct Felt;
 
 #[kernel]
-impl Kernel<9, 1> for Felt {
-    fn eval<R: Real>(&self, [x0, y0, u0, v0, x1, y1, u1, v1, rest]: [R; 9], _: &[R]) -> [R; 1] {
+impl Kernel<_, _> for Felt {
+    fn eval<R: Real>(&self, Ends { tail, head, rest }: Ends<R>, _: &[R]) -> R {
+        let ([x0, y0], [u0, v0]) = (tail.x.array(), tail.v.array());
+        let ([x1, y1], [u1, v1]) = (head.x.array(), head.v.array());
         let length = (x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0);
-        [length - rest * rest + y0 * y1 + R::lit(0.1) * (u0 * v1 - v0 * u1)]
+        length - rest * rest + y0 * y1 + R::lit(0.1) * (u0 * v1 - v0 * u1)
     }
 }
 
 fn felt(step: &mut PolicyStep) -> Array {
-    let [tail, head] = step.ends();
-    let [x0, y0, u0, v0] = tail.axes();
-    let [x1, y1, u1, v1] = head.axes();
+    let [tail, head] = step.ends().map(Motion::particle);
     let rest = step.rest_lengths();
-    step.program()
-        .map(Felt, [x0, y0, u0, v0, x1, y1, u1, v1, rest], &[])[0]
+    let ends = Ends { tail, head, rest };
+    step.program().map(Felt, ends.array(), &[])[0]
 }
 
 impl Policy for Reflex {

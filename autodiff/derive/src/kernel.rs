@@ -1,5 +1,6 @@
 //! `#[kernel]`.
 
+use crate::counted::counted;
 use crate::tokens::{
     Angles, Delimiter, Group, Refusal, Span, TokenStream as Code, TokenTree, code, is, is_group,
     is_punct,
@@ -21,7 +22,8 @@ pub(crate) fn marked(arguments: &Code, item: Code) -> Result<Code, Refusal> {
     let Some(TokenTree::Group(body)) = tokens.pop() else {
         return refused("this `impl` has no body");
     };
-    let mut functions = all_inlined(body.stream());
+    let (mut tokens, functions) = counted(tokens, body.stream())?;
+    let mut functions = all_inlined(functions);
     if implements_a_trait(&tokens) {
         functions.extend(code("const USE_THE_ATTRIBUTE_KERNEL: () = ();"));
     }
@@ -89,7 +91,7 @@ fn implements_a_trait(head: &[TokenTree]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::marked;
-    use crate::tokens::code;
+    use crate::tokens::{code, replaced};
 
     fn kernel(item: &str) -> String {
         let marked = marked(&code(""), code(item)).map_err(|refusal| refusal.1);
@@ -158,6 +160,44 @@ mod tests {
     }
 
     #[test]
+    fn numbers_of_inputs_and_results_are_counted() {
+        let found = kernel(
+            "#[autodiff(crate = \"ad\")]
+            impl<L: Law<'_>> Kernel<_, _> for Spring<L> {
+                const UNIFORMS: usize = L::COUNT;
+                fn eval<R: Real>(&self, ad::Given { x, k }: Given<R, D>, numbers: &[R]) -> R { x * k }
+                fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, _, _, M>) -> [[R; _]; M] {
+                    let _ = at;
+                }
+            }",
+        );
+        let expected = code(
+            "impl<L: Law<'_>> Kernel<INPUTS, RESULTS> for Spring<L> {
+                const UNIFORMS: usize = L::COUNT;
+                #[inline(always)]
+                fn eval<R: Real>(&self, numbersx: [R; INPUTS], numbers: &[R]) -> [R; RESULTS] {
+                    let ad::Given { x, k }: Given<R, D> = <Given<R, D> as ad::Fields<R>>::first_of(&numbersx);
+                    let numbersx: R = { x * k };
+                    <R as ad::Fields<R>>::array(numbersx)
+                }
+                #[inline(always)]
+                fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, INPUTS, RESULTS, M>) -> [[R; INPUTS]; M] {
+                    let _ = at;
+                }
+                const USE_THE_ATTRIBUTE_KERNEL: () = ();
+            }",
+        );
+        let counts = [
+            ("INPUTS", "{ <Given<f64, D> as ad::Fields<f64>>::COUNT }"),
+            ("RESULTS", "{ <f64 as ad::Fields<f64>>::COUNT }"),
+        ];
+        let counts = counts.map(|(key, count)| (key, code(count)));
+        let counts = [0, 1].map(|k| (counts[k].0, &counts[k].1));
+        let of = |code: String| -> String { code.split_whitespace().collect() };
+        assert_eq!(of(found), of(replaced(expected, &counts).to_string()));
+    }
+
+    #[test]
     fn anything_else_is_refused() {
         let refused = |arguments: &str, item: &str| {
             let marked = marked(&code(arguments), code(item)).map(|code| code.to_string());
@@ -165,6 +205,8 @@ mod tests {
         };
         let says = refused("", "struct Spring;");
         assert!(says.contains("belongs on an `impl`"), "{says}");
+        let says = refused("", "impl Kernel<_, _> for Spring { fn eval(&self) {} }");
+        assert!(says.contains("its inputs and its results"), "{says}");
         let says = refused("inline", "fn f() {}");
         assert!(says.contains("no arguments"), "{says}");
     }

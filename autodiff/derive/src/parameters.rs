@@ -1,8 +1,8 @@
 //! `#[derive(Parameters)]`.
 
-use crate::manifest::dependency;
-use crate::structure::{Field, Kind, Parameter, Structure};
-use crate::tokens::{Refusal, TokenStream as Code, TokenTree, code, filled, is, is_punct, parts};
+use crate::manifest::root;
+use crate::structure::{Field, Structure};
+use crate::tokens::{Refusal, TokenStream as Code, TokenTree, any, code, filled, unused};
 
 /// Implements the trait for a struct.
 pub(crate) fn implementation(input: Code) -> Result<Code, Refusal> {
@@ -10,7 +10,8 @@ pub(crate) fn implementation(input: Code) -> Result<Code, Refusal> {
                    of parameters";
     let all = input.clone();
     let structure = Structure::read(input, refusal)?;
-    let (number, root) = (number(&structure)?, root(&structure)?);
+    let number = structure.number("Parameters")?;
+    let root = root("cosmic-autodiff", &structure.attributes)?;
     let (other, walk) = (unused("Other", &all), unused("walk", &all));
     let mut body = Code::new();
     for field in &structure.fields {
@@ -26,93 +27,22 @@ pub(crate) fn implementation(input: Code) -> Result<Code, Refusal> {
                 NAME { BODY }
             }
         }";
-    let with = |of_number: &Code| {
-        listed(&structure.parameters, |parameter| match parameter.kind {
-            Kind::Type => of_number.clone(),
-            _ => parameter.argument.clone(),
-        })
-    };
+    let bound = filled("ROOT::Real", &[("ROOT", &root)]);
     Ok(filled(
         template,
         &[
-            (
-                "DECLARED",
-                &listed(&structure.parameters, |parameter| {
-                    declared(parameter, &root)
-                }),
-            ),
+            ("DECLARED", &structure.declared(&bound)),
             ("ROOT", &root),
             ("NUMBER", &number),
             ("NAME", &TokenTree::from(structure.name.clone()).into()),
-            ("OWN", &with(&number)),
-            ("CHANGED", &with(&code(&other))),
+            ("OWN", &structure.with(&number)),
+            ("CHANGED", &structure.with(&code(&other))),
             ("CONDITIONS", &structure.conditions),
             ("OTHER", &code(&other)),
             ("WALK", &code(&walk)),
             ("BODY", &body),
         ],
     ))
-}
-
-/// Returns the parameters of a struct, each as the code that a function returns, with commas.
-fn listed(parameters: &[Parameter], of: impl Fn(&Parameter) -> Code) -> Code {
-    let mut list = Code::new();
-    for parameter in parameters {
-        list.extend([of(parameter), code(",")]);
-    }
-    list
-}
-
-/// Returns the declaration of a parameter. The number type gets the bound `Real`.
-fn declared(parameter: &Parameter, root: &Code) -> Code {
-    let mut declared = parameter.declared.clone();
-    if parameter.kind == Kind::Type {
-        let tokens: Vec<TokenTree> = declared.clone().into_iter().collect();
-        let before = match tokens.last() {
-            _ if tokens.len() == 1 => ": ROOT::Real",
-            Some(last) if is_punct(last, '+') || is_punct(last, ':') => "ROOT::Real",
-            _ => "+ ROOT::Real",
-        };
-        declared.extend(filled(before, &[("ROOT", root)]));
-    }
-    declared
-}
-
-/// Returns the path of the crate `autodiff` in the user's code.
-fn root(structure: &Structure) -> Result<Code, Refusal> {
-    let mut root = None;
-    for attribute in &structure.attributes {
-        let [name, TokenTree::Group(group)] = &attribute[..] else {
-            continue;
-        };
-        if !is(name, "autodiff") {
-            continue;
-        }
-        let tokens: Vec<TokenTree> = group.stream().into_iter().collect();
-        for entry in parts(&tokens, ',') {
-            let path = match entry {
-                [key, equals, TokenTree::Literal(path)]
-                    if is(key, "crate") && is_punct(equals, '=') =>
-                {
-                    path.to_string()
-                }
-                _ => String::new(),
-            };
-            let path = path
-                .strip_prefix('"')
-                .and_then(|path| path.strip_suffix('"'));
-            let Some(path) = path.and_then(|path| path.parse().ok()) else {
-                let why = "unknown key; expected `crate = \"path\"`";
-                let at = entry.first().map_or(group.span(), TokenTree::span);
-                return Err(Refusal(at, why.into()));
-            };
-            root = Some(path);
-        }
-    }
-    Ok(root.unwrap_or_else(|| {
-        let name = dependency().unwrap_or_else(|| "autodiff".into());
-        code(&format!("::{name}"))
-    }))
 }
 
 /// Generates the expression that copies a field into the struct with the other number type.
@@ -130,53 +60,10 @@ fn copied(field: &Field, number: &str, walk: &str) -> Code {
     }
 }
 
-/// Returns the only type parameter of the struct.
-fn number(structure: &Structure) -> Result<Code, Refusal> {
-    let is_type = |parameter: &&Parameter| parameter.kind == Kind::Type;
-    let types: Vec<&Parameter> = structure.parameters.iter().filter(is_type).collect();
-    match &types[..] {
-        [number] => Ok(number.argument.clone()),
-        _ => Err(Refusal(
-            structure.name.span(),
-            format!(
-                "Parameters needs a struct with one type parameter, the type of its numbers; `{}` has {}",
-                structure.name,
-                types.len()
-            ),
-        )),
-    }
-}
-
-/// Returns a name that does not occur in the struct.
-fn unused(name: &str, input: &Code) -> String {
-    let mut unused = name.to_owned();
-    while any(input.clone(), &|token, _| token == unused) {
-        unused.push('x');
-    }
-    unused
-}
-
 /// Whether a type uses the number type. A lifetime or a part of a path with the same name does not count.
 fn mentions(of: &Code, number: &str) -> bool {
     any(of.clone(), &|token, before| {
         token == number && !before.ends_with('\'') && !before.ends_with("::")
-    })
-}
-
-/// Whether `test` is true for any identifier in the code. `test` receives the identifier and the punctuation before it.
-fn any(code: Code, test: &impl Fn(&str, &str) -> bool) -> bool {
-    let mut before = String::new();
-    code.into_iter().any(|token| {
-        let found = match &token {
-            TokenTree::Ident(ident) => test(&ident.to_string(), &before),
-            TokenTree::Group(group) => any(group.stream(), test),
-            _ => false,
-        };
-        match token {
-            TokenTree::Punct(punct) => before.push(punct.as_char()),
-            _ => before.clear(),
-        }
-        found
     })
 }
 

@@ -1,7 +1,8 @@
 //! The parts of a struct that a derived implementation repeats.
 
 use crate::tokens::{
-    Angles, Delimiter, Ident, Refusal, Span, TokenStream, TokenTree, is, is_punct, parts,
+    Angles, Delimiter, Ident, Refusal, Span, TokenStream, TokenTree, code, is, is_group, is_punct,
+    parts,
 };
 
 /// A struct.
@@ -35,7 +36,7 @@ pub(crate) enum Kind {
 pub(crate) struct Field {
     /// Its name, or its number.
     pub(crate) member: String,
-    /// Its type, perhaps after its visibility.
+    /// Its type.
     pub(crate) of: TokenStream,
 }
 
@@ -66,6 +67,57 @@ impl Structure {
             fields,
             attributes,
         })
+    }
+
+    /// Returns the only type parameter. `derived` is the name of the trait, for the refusal.
+    pub(crate) fn number(&self, derived: &str) -> Result<TokenStream, Refusal> {
+        let is_type = |parameter: &&Parameter| parameter.kind == Kind::Type;
+        let types: Vec<&Parameter> = self.parameters.iter().filter(is_type).collect();
+        match &types[..] {
+            [number] => Ok(number.argument.clone()),
+            _ => Err(Refusal(
+                self.name.span(),
+                format!(
+                    "{derived} needs a struct with one type parameter, the type of its numbers; `{}` has {}",
+                    self.name,
+                    types.len()
+                ),
+            )),
+        }
+    }
+
+    /// Returns the parameters as arguments, with this number type.
+    pub(crate) fn with(&self, number: &TokenStream) -> TokenStream {
+        self.listed(|parameter| match parameter.kind {
+            Kind::Type => number.clone(),
+            _ => parameter.argument.clone(),
+        })
+    }
+
+    /// Returns the declarations of the parameters. The number type gets one more bound.
+    pub(crate) fn declared(&self, bound: &TokenStream) -> TokenStream {
+        self.listed(|parameter| {
+            let mut declared = parameter.declared.clone();
+            if parameter.kind == Kind::Type {
+                let tokens: Vec<TokenTree> = declared.clone().into_iter().collect();
+                let before = match tokens.last() {
+                    _ if tokens.len() == 1 => ":",
+                    Some(last) if is_punct(last, '+') || is_punct(last, ':') => "",
+                    _ => "+",
+                };
+                declared.extend([code(before), bound.clone()]);
+            }
+            declared
+        })
+    }
+
+    /// Returns the code of every parameter, with commas.
+    fn listed(&self, of: impl Fn(&Parameter) -> TokenStream) -> TokenStream {
+        let mut list = TokenStream::new();
+        for parameter in &self.parameters {
+            list.extend([of(parameter), code(",")]);
+        }
+        list
     }
 }
 
@@ -133,7 +185,7 @@ fn body(tokens: &[TokenTree]) -> (Vec<Field>, &[TokenTree]) {
             let tokens: Vec<TokenTree> = group.stream().into_iter().collect();
             let field = |(place, field): (usize, &[TokenTree])| Field {
                 member: place.to_string(),
-                of: attributes(field).1.iter().cloned().collect(),
+                of: visible(attributes(field).1).iter().cloned().collect(),
             };
             let fields = parts(&tokens, ',').into_iter().enumerate().map(field);
             (fields.collect(), rest)
@@ -145,6 +197,19 @@ fn body(tokens: &[TokenTree]) -> (Vec<Field>, &[TokenTree]) {
         }
         [rest @ .., _] => (Vec::new(), rest),
         [] => (Vec::new(), &[]),
+    }
+}
+
+/// The type of a field without name, behind its visibility. The parentheses of `pub (u8, u8)` are the type.
+fn visible(field: &[TokenTree]) -> &[TokenTree] {
+    match field {
+        [first, second, rest @ ..]
+            if is(first, "pub") && is_group(second, Delimiter::Parenthesis) && !rest.is_empty() =>
+        {
+            rest
+        }
+        [first, rest @ ..] if is(first, "pub") => rest,
+        _ => field,
     }
 }
 

@@ -32,7 +32,8 @@ pub(crate) fn filled(template: &str, values: &[(&str, &TokenStream)]) -> TokenSt
     replaced(code(template), values)
 }
 
-fn replaced(tokens: TokenStream, values: &[(&str, &TokenStream)]) -> TokenStream {
+/// Replaces each identifier that is a key by its value.
+pub(crate) fn replaced(tokens: TokenStream, values: &[(&str, &TokenStream)]) -> TokenStream {
     let mut filled = TokenStream::new();
     for token in tokens {
         let value = values.iter().find(|(key, _)| is(&token, key));
@@ -46,6 +47,32 @@ fn replaced(tokens: TokenStream, values: &[(&str, &TokenStream)]) -> TokenStream
         }
     }
     filled
+}
+
+/// Returns a name that does not occur in the code.
+pub(crate) fn unused(name: &str, input: &TokenStream) -> String {
+    let mut unused = name.to_owned();
+    while any(input.clone(), &|token, _| token == unused) {
+        unused.push('x');
+    }
+    unused
+}
+
+/// Whether `test` is true for any identifier in the code. `test` receives the identifier and the punctuation before it.
+pub(crate) fn any(code: TokenStream, test: &impl Fn(&str, &str) -> bool) -> bool {
+    let mut before = String::new();
+    code.into_iter().any(|token| {
+        let found = match &token {
+            TokenTree::Ident(ident) => test(&ident.to_string(), &before),
+            TokenTree::Group(group) => any(group.stream(), test),
+            _ => false,
+        };
+        match token {
+            TokenTree::Punct(punct) => before.push(punct.as_char()),
+            _ => before.clear(),
+        }
+        found
+    })
 }
 
 /// Whether a token is this word.

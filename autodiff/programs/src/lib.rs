@@ -1,8 +1,8 @@
 //! Array programs whose derivatives come from [`autodiff`]: code is recorded once and runs many times in SIMD lanes, forward
 //! and in reverse.
 //!
-//! - A [`Kernel`] is a function of a few numbers. A [`Model`] connects kernels to a step over arrays. A [`Rollout`] runs the
-//!   step thousands of times, and its gradient takes little memory.
+//! - A [`Kernel`] is a function of a few numbers, which may have names: [`Fields`]. A [`Model`] connects kernels to a step
+//!   over arrays. A [`Rollout`] runs the step thousands of times, and its gradient takes little memory.
 //! - A [`Sum`](data::Sum) adds up a function over data. A [`Recorded`](data::Recorded) function returns its values and
 //!   gradients at many points.
 //!
@@ -74,9 +74,11 @@ pub mod operations {
     pub use crate::arrays::{ArrayOperation, Forward, InputBars, Inputs, Reverse};
 }
 
-/// What `cosmic-gpu` reads of a program to print it. It may change in any version.
+/// What `cosmic-gpu` reads of a program to print it, and `cosmic` exports. It may change in any version.
 #[doc(hidden)]
 pub mod internal {
+    /// The trait without the macro of this name, for a crate that has the macro already.
+    pub use crate::arrays::Fields;
     pub use crate::arrays::{Gather, Layer, NodeSum, Parameter, SlotEdge};
     pub use crate::record::operation::{Binary, Logic, Op, Place, Unary};
     pub use crate::record::{Formula, Places, ReplayedKernel};
@@ -87,9 +89,9 @@ pub mod internal {
 const SOURCES: &str = file!().split_at(file!().len() - "lib.rs".len()).0;
 
 #[doc(inline)]
-pub use arrays::{Array, Compiled, Graph, Kernel, Matrix, Pullback};
+pub use arrays::{Array, Compiled, Fields, Graph, Kernel, Matrix, Pullback};
 #[cfg(feature = "derive")]
-pub use autodiff_derive::kernel;
+pub use autodiff_derive::{Fields, kernel};
 pub use record::emit;
 #[doc(inline)]
 pub use steps::{CotangentBound, Given, Memory, Model, Program, Rollout};

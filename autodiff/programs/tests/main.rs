@@ -21,6 +21,7 @@ mod graph;
 mod kinks;
 mod local_jacobians;
 mod memory;
+mod named;
 mod operations;
 mod pointers;
 mod program;

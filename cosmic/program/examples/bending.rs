@@ -16,12 +16,12 @@ use std::sync::Arc;
 use autodiff::Real;
 use autodiff_programs::{Array, Kernel};
 use cosmic::geometry::{Axes, Matrix, Vector};
-use cosmic::kernel;
 use cosmic::lattice::Lattice;
 use cosmic::laws::{
     Force, ForceParameters, LatticeForce, Law, Pose, Step, StepInput, Stiffness, on_lattice,
 };
 use cosmic::settings::within;
+use cosmic::{Fields, kernel};
 use cosmic_program::Program;
 
 /// Two bars are in line if the cosine of the angle between them is larger than this. The largest such angle is about 8
@@ -56,8 +56,18 @@ impl LatticeForce for Bending {
     }
 }
 
-/// The kernel of the torque between two bars over a step, N m s. The inputs are the positions of their three nodes (m) and
-/// their stiffness (N/m).
+/// Two bars in line while a step is computed.
+#[derive(Clone, Copy, Fields)]
+struct Bars<T> {
+    /// The positions of their nodes, m.
+    before: Vector<T, 2>,
+    middle: Vector<T, 2>,
+    after: Vector<T, 2>,
+    /// Their stiffness, N/m.
+    stiffness: [T; 2],
+}
+
+/// The kernel of the torque between two bars over a step, N m s.
 struct Hinge {
     dt: f64,
     softening: f64,
@@ -71,15 +81,15 @@ impl Hinge {
 }
 
 #[kernel]
-impl Kernel<8, 1> for Hinge {
+impl Kernel<_, _> for Hinge {
     const UNIFORMS: usize = 1;
 
-    fn eval<R: Real>(&self, x: [R; 8], settings: &[R]) -> [R; 1] {
-        let [x0, y0, x1, y1, x2, y2, first, second] = x;
-        let ([ax, ay], [bx, by]) = ([x1 - x0, y1 - y0], [x2 - x1, y2 - y1]);
-        let length = |d: [R; 2]| Vector::<R, 2>::new(d).softened_norm(self.softening);
-        let sine = (ax * by - ay * bx) / (length([ax, ay]) * length([bx, by]));
-        [Self::stiffness(settings[0], [first, second]) * sine * R::lit(self.dt)]
+    fn eval<R: Real>(&self, bars: Bars<R>, settings: &[R]) -> R {
+        let (a, b) = (bars.middle - bars.before, bars.after - bars.middle);
+        let ([ax, ay], [bx, by]) = (a.array(), b.array());
+        let lengths = a.softened_norm(self.softening) * b.softened_norm(self.softening);
+        let sine = (ax * by - ay * bx) / lengths;
+        Self::stiffness(settings[0], bars.stiffness) * sine * R::lit(self.dt)
     }
 }
 
@@ -160,17 +170,22 @@ impl Force for BentBars {
         let of_pairs = |of: &dyn Fn(&Pair) -> usize| -> Vec<Option<usize>> {
             self.pairs.iter().map(|pair| Some(of(pair))).collect()
         };
-        let [[x0, y0], [x1, y1], [x2, y2]] = [0, 1, 2].map(|k| {
+        let [before, middle, after] = [0, 1, 2].map(|k| {
             let nodes = of_pairs(&|pair| pair.nodes[k]);
-            step.nodes.x.map(|x| p.gather(x, &nodes)).array::<2>()
+            step.nodes.x.map(|x| p.gather(x, &nodes)).vector()
         });
-        let [first, second] = [0, 1].map(|k| {
+        let stiffness = [0, 1].map(|k| {
             let bars = of_pairs(&|pair| slots[pair.edges[k]]);
             p.gather(step.stiffness, &bars)
         });
         let (dt, softening) = (step.dt, step.softening);
-        let inputs = [x0, y0, x1, y1, x2, y2, first, second];
-        let [torque] = p.map(Hinge { dt, softening }, inputs, &given.inputs);
+        let bars = Bars {
+            before,
+            middle,
+            after,
+            stiffness,
+        };
+        let [torque] = p.map(Hinge { dt, softening }, bars.array(), &given.inputs);
         // The pairs at both ends of every bar whose first bar it is, then those whose second bar it is.
         let mut at_ends = vec![vec![None; step.graph.slots()]; 4];
         for (k, pair) in self.pairs.iter().enumerate() {

@@ -244,6 +244,14 @@ impl<A: Copy> Axes<A> {
             .unwrap_or_else(|_| panic!("vectors have {} components, not {D}", axes.len()))
     }
 
+    /// The vector of the `D` components.
+    ///
+    /// # Panics
+    /// If the vectors have another number of components.
+    pub fn vector<const D: usize>(self) -> Vector<A, D> {
+        Vector::new(self.array())
+    }
+
     /// Applies a function to every component.
     pub fn map<B>(self, of: impl FnMut(A) -> B) -> Axes<B> {
         match self {
@@ -280,34 +288,13 @@ impl<A> From<[A; 3]> for Axes<A> {
     }
 }
 
-/// The components of vectors, then single arrays: the inputs of a kernel.
-///
-/// # Panics
-/// If their number is not `COUNT`.
-pub fn inputs<A: Copy, const COUNT: usize>(vectors: &[Axes<A>], others: &[A]) -> [A; COUNT] {
-    let all: Vec<A> = vectors
-        .iter()
-        .flat_map(|axes| axes.as_slice())
-        .chain(others)
-        .copied()
-        .collect();
-    let count = all.len();
-    all.try_into()
-        .unwrap_or_else(|_| panic!("a kernel has {COUNT} inputs, not {count}"))
-}
-
-/// The vectors whose components are the results of a kernel, one after the other.
-///
-/// # Panics
-/// If there are other results.
-pub fn outputs<A: Copy, const N: usize>(dimension: Dimension, results: &[A]) -> [Axes<A>; N] {
-    let count = dimension.count();
-    assert_eq!(
-        results.len(),
-        N * count,
-        "the number of results of a kernel"
-    );
-    std::array::from_fn(|k| Axes::from_fn(dimension, |axis| results[k * count + axis]))
+impl<A, const D: usize> From<Vector<A, D>> for Axes<A>
+where
+    Self: From<[A; D]>,
+{
+    fn from(vector: Vector<A, D>) -> Self {
+        vector.array().into()
+    }
 }
 
 /// Evaluates an expression with the constant `D` of the number of components of vectors: 2 or 3.

@@ -33,7 +33,7 @@ mod range;
 mod segment;
 
 pub(crate) use dimension::explicit_in;
-pub use dimension::{Axes, Dimension, Row, inputs, outputs};
+pub use dimension::{Axes, Dimension, Row};
 pub use ground::Ground;
 pub use matrix::Matrix;
 pub use plane::Plane;
@@ -44,4 +44,4 @@ pub use range::Range;
 pub use rotation::Rotation;
 pub use segment::{Segment, crossings};
 pub use symmetric::Symmetric;
-pub use vector::Vector;
+pub use vector::{Along, Vector};

@@ -3,6 +3,7 @@
 use std::ops::Mul;
 
 use autodiff::Real;
+use autodiff_programs::Fields;
 
 use super::vector::Vector;
 
@@ -10,20 +11,40 @@ use super::vector::Vector;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Symmetric<R, const D: usize>([[R; D]; D]);
 
-impl<R: Real, const D: usize> Symmetric<R, D> {
-    /// The matrix whose lower triangle, row by row, is at the beginning of a list.
+/// The numbers of the lower triangle, row by row.
+impl<T: Copy, const D: usize> Fields<T> for Symmetric<T, D> {
+    const COUNT: usize = D * (D + 1) / 2;
+
     #[inline(always)]
-    pub fn first_of(triangle: &[R]) -> Self {
-        let (mut rows, mut next) = ([[R::zero(); D]; D], 0);
+    fn first_of(numbers: &[T]) -> Self {
+        let (mut rows, mut next) = ([[numbers[0]; D]; D], 0);
         for row in 0..D {
             for column in 0..=row {
-                rows[row][column] = triangle[next];
+                rows[row][column] = numbers[next];
                 next += 1;
             }
         }
         Self(rows)
     }
 
+    #[inline(always)]
+    fn write(self, numbers: &mut [T]) {
+        let mut next = 0;
+        for row in 0..D {
+            for column in 0..=row {
+                numbers[next] = self.0[row][column];
+                next += 1;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn any(&self) -> T {
+        self.0[0][0]
+    }
+}
+
+impl<R: Real, const D: usize> Symmetric<R, D> {
     /// The matrix with this number in the diagonal and zeros elsewhere.
     #[inline(always)]
     pub fn diagonal(number: R) -> Self {
@@ -56,18 +77,6 @@ impl<R: Real, const D: usize> Symmetric<R, D> {
             return Self::scaling(Vector::upright(cos, sin), along, out);
         }
         Self::scaling(Vector::upright(-sin, cos), out, along)
-    }
-
-    /// Writes the lower triangle, row by row, to the beginning of a list.
-    #[inline(always)]
-    pub fn write(self, numbers: &mut [R]) {
-        let mut next = 0;
-        for row in 0..D {
-            for column in 0..=row {
-                numbers[next] = self.0[row][column];
-                next += 1;
-            }
-        }
     }
 
     /// The sum of the diagonal.

@@ -1,5 +1,6 @@
 //! Vectors of `D` components.
 
+use crate::Fields;
 use std::cmp::Ordering;
 use std::fmt;
 
@@ -11,7 +12,7 @@ use autodiff::{Parameters, Real};
 ///
 /// Kernels can call all methods for components of the type [`Real`]: the methods are loops and marked
 /// `#[inline(always)]`; see [`kernel`](macro@crate::kernel).
-#[derive(Clone, Copy, PartialEq, Eq, Parameters)]
+#[derive(Clone, Copy, PartialEq, Eq, Parameters, Fields)]
 pub struct Vector<T, const D: usize = 3>(pub(super) [T; D]);
 
 impl<T, const D: usize> Vector<T, D> {
@@ -204,82 +205,6 @@ impl<R: Real, const D: usize> Vector<R, D> {
         other - self * self.dot(other)
     }
 
-    /// The vector whose components are the first numbers of a list.
-    #[inline(always)]
-    pub fn first_of(numbers: &[R]) -> Self {
-        Self::first_components_of(numbers, D)
-    }
-
-    /// The vector along the ground whose components, without the last one, are the first numbers of a list.
-    #[inline(always)]
-    pub fn along_of(numbers: &[R]) -> Self {
-        Self::first_components_of(numbers, D - 1)
-    }
-
-    /// The vector whose first `count` components are the first numbers of a list; the others are 0.
-    #[inline(always)]
-    #[expect(
-        clippy::manual_memcpy,
-        reason = "kernels need loops, which are inlined"
-    )]
-    fn first_components_of(numbers: &[R], count: usize) -> Self {
-        let mut vector = Self::zero();
-        for k in 0..count {
-            vector.0[k] = numbers[k];
-        }
-        vector
-    }
-
-    /// Writes the components to the beginning of a list.
-    #[inline(always)]
-    pub fn write(self, numbers: &mut [R]) {
-        self.write_first_components(numbers, D);
-    }
-
-    /// Writes the components without the last one to the beginning of a list.
-    #[inline(always)]
-    pub fn write_along(self, numbers: &mut [R]) {
-        self.write_first_components(numbers, D - 1);
-    }
-
-    /// Writes the first `count` components to the beginning of a list.
-    #[inline(always)]
-    #[expect(
-        clippy::manual_memcpy,
-        reason = "kernels need loops, which are inlined"
-    )]
-    fn write_first_components(self, numbers: &mut [R], count: usize) {
-        for k in 0..count {
-            numbers[k] = self.0[k];
-        }
-    }
-
-    /// The vectors whose components follow one another at the beginning of a list, and the numbers after them.
-    #[inline(always)]
-    pub fn split<const N: usize>(numbers: &[R]) -> ([Self; N], &[R]) {
-        let mut vectors = [Self::zero(); N];
-        for k in 0..N {
-            vectors[k] = Self::first_of(&numbers[k * D..]);
-        }
-        (vectors, &numbers[N * D..])
-    }
-
-    /// The components of vectors, one after the other. The opposite of [`split`](Self::split).
-    ///
-    /// # Panics
-    /// If `COUNT` is not the number of all components.
-    #[inline(always)]
-    pub fn join<const N: usize, const COUNT: usize>(vectors: [Self; N]) -> [R; COUNT] {
-        const { assert!(COUNT == N * D) };
-        let mut numbers = [R::zero(); COUNT];
-        for k in 0..N {
-            for axis in 0..D {
-                numbers[k * D + axis] = vectors[k].0[axis];
-            }
-        }
-        numbers
-    }
-
     /// `self * factor + term`.
     #[inline(always)]
     #[must_use]
@@ -309,6 +234,53 @@ impl<R: Real, const D: usize> Vector<R, D> {
             self.0[k] += by.0[k];
         }
         self
+    }
+}
+
+/// A vector along the ground, of which kernels do not read or return the last component: it is 0.
+#[derive(Clone, Copy, Debug)]
+pub struct Along<T, const D: usize>([T; D]);
+
+impl<R: Real, const D: usize> Along<R, D> {
+    /// The components along the ground of a vector.
+    #[inline(always)]
+    pub fn of(vector: Vector<R, D>) -> Self {
+        Self(vector.0)
+    }
+
+    /// The vector, with the last component 0.
+    #[inline(always)]
+    pub fn vector(self) -> Vector<R, D> {
+        Vector(self.0).along()
+    }
+}
+
+#[expect(
+    clippy::manual_memcpy,
+    reason = "kernels need loops, which are inlined"
+)]
+impl<T: Copy, const D: usize> Fields<T> for Along<T, D> {
+    const COUNT: usize = D - 1;
+
+    #[inline(always)]
+    fn first_of(numbers: &[T]) -> Self {
+        let mut components = [numbers[0]; D];
+        for k in 1..D - 1 {
+            components[k] = numbers[k];
+        }
+        Self(components)
+    }
+
+    #[inline(always)]
+    fn write(self, numbers: &mut [T]) {
+        for k in 0..D - 1 {
+            numbers[k] = self.0[k];
+        }
+    }
+
+    #[inline(always)]
+    fn any(&self) -> T {
+        self.0[0]
     }
 }
 

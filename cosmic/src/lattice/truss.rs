@@ -5,6 +5,7 @@ use autodiff_programs::Graph;
 
 use super::State;
 use super::own::{EdgeRules, Mirror, Payload, Truss, median};
+use crate::Fields;
 use crate::geometry::{Bounds, Dimension, Ground, Range, Segment, Vector};
 
 /// The nodes and edges of a robot. One or several nodes carry payload.
@@ -203,7 +204,7 @@ impl Lattice {
 }
 
 /// The position and the velocity of an edge's second node relative to its first node.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Fields)]
 pub struct EdgeVector<R, const D: usize = 3> {
     /// The vector from the edge's first node to its second node, in metres.
     pub d: Vector<R, D>,
@@ -222,13 +223,6 @@ impl<R: Real> EdgeVector<R> {
 }
 
 impl<R: Real, const D: usize> EdgeVector<R, D> {
-    /// The edge vector at the beginning of a list of numbers, and the numbers after it.
-    #[inline(always)]
-    pub fn split(numbers: &[R]) -> (Self, &[R]) {
-        let ([d, dv], rest) = Vector::split(numbers);
-        (Self { d, dv }, rest)
-    }
-
     /// The length that the force laws use, in metres. With a `softening` (m^2) above 0, which is that of the
     /// [lattice](Lattice::softening), it is never zero (D4).
     #[inline(always)]

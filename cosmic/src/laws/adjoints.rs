@@ -5,7 +5,7 @@ use autodiff::Real;
 
 use super::bar::Tension;
 use super::bumpers::{Bump, Total};
-use super::contact::Flying;
+use super::contact::{Flat, Flying};
 use super::coulomb::Coulomb;
 use super::force::Sum;
 use super::hold::{Equation, FirstPass, NextPass};
@@ -468,10 +468,10 @@ impl Sum {
     }
 }
 
-impl Flying<NoGround> {
+impl Flying<NoGround, Flat, 3> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp_in_space<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 10, 6, M>) -> [[R; 10]; M] {
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 10, 6, M>) -> [[R; 10]; M] {
         let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [_, _, _, _, _, _, x6, x7, x8, x9] = x;
         let [_, _, _, _, _, _] = y;
@@ -498,10 +498,10 @@ impl Flying<NoGround> {
     }
 }
 
-impl Flying<Sticking> {
+impl Flying<Sticking, Flat, 3> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp_in_space<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 10, 6, M>) -> [[R; 10]; M] {
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 10, 6, M>) -> [[R; 10]; M] {
         let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [_, _, x2, x3, x4, x5, x6, x7, x8, x9] = x;
         let [_, _, _, _, _, _] = y;
@@ -582,10 +582,10 @@ impl Flying<Sticking> {
     }
 }
 
-impl Flying<Coulomb> {
+impl Flying<Coulomb, Flat, 3> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp_in_space<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 10, 6, M>) -> [[R; 10]; M] {
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 10, 6, M>) -> [[R; 10]; M] {
         let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [_, _, x2, x3, x4, x5, x6, x7, x8, x9] = x;
         let [_, _, _, _, _, _] = y;
@@ -738,10 +738,10 @@ impl Flying<Coulomb> {
     }
 }
 
-impl Tension<Hooke> {
+impl Tension<Hooke, 3> {
     #[inline(always)]
     #[allow(clippy::needless_range_loop)]
-    pub(crate) fn emitted_vjp_in_space<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 7, 3, M>) -> [[R; 7]; M] {
+    pub(crate) fn emitted_vjp<R: Real, const M: usize>(&self, at: autodiff_programs::Pullback<R, 7, 3, M>) -> [[R; 7]; M] {
         let autodiff_programs::Pullback { x, y, y_bar, .. } = at;
         let [x0, x1, x2, x3, x4, x5, x6] = x;
         let [_, _, _] = y;

@@ -2,14 +2,15 @@
 
 use std::fmt::Debug;
 
-use autodiff_programs::{Array, Program};
+use autodiff_programs::{Array, Fields, Program};
 
-use super::contact::{Contact, Flat, Flying};
+use super::contact::{Contact, Flat, Flying, PushedNode};
 use super::hold::{Grip, Landing};
 use super::law::{StepInput, step_inputs};
-use super::motion::{Drift, Motion};
+use super::motion::{Drift, Motion, Particle};
+use super::pass::NodeContacts;
 use super::terrain::Terrain;
-use crate::geometry::{Axes, Dimension, inputs};
+use crate::geometry::{Axes, Dimension};
 use crate::settings::Settings;
 
 /// A [`Contact`] as a trait object, for use without knowing its type.
@@ -31,14 +32,14 @@ pub(crate) trait AnyContact: Debug + Send + Sync {
     /// Records the largest friction of the law, as an array of one number. `any` is an array of one number.
     fn grip(&self, p: &mut Program, any: Array, settings: &[Array]) -> Array;
     /// Records the end of an implicit step with the kernel [`Landing`], and returns the nodes after it. `moving` are the
-    /// nodes with the velocity in the step, and `contacts` are the inputs of the kernel after them.
+    /// nodes with the velocity in the step.
     fn land(
         &self,
         p: &mut Program,
         dt: f64,
         terrain: Option<&Terrain>,
         moving: Motion,
-        contacts: &[Array],
+        contacts: &NodeContacts<Array>,
         settings: &[Array],
     ) -> Motion;
 }
@@ -54,6 +55,17 @@ pub(crate) struct FlightInputs<'a> {
     pub(crate) uniforms: &'a [Array],
 }
 
+impl FlightInputs<'_> {
+    /// The inputs, by name.
+    fn node<const D: usize>(&self) -> PushedNode<Array, D> {
+        PushedNode {
+            node: self.nodes.particle(),
+            impulse: self.impulses.vector(),
+            inverse_mass: self.inverse_mass,
+        }
+    }
+}
+
 /// Why a robot in space has no terrain.
 const NO_TERRAIN: &str = "the ground of a robot in space is a plane";
 
@@ -61,14 +73,14 @@ const NO_TERRAIN: &str = "the ground of a robot in space is a plane";
 /// in the expression of the kernel.
 macro_rules! map_over {
     ($p:ident, $terrain:ident, |$ground:ident| $kernel:expr, $node:expr, $settings:expr) => {
-        Motion::of(Dimension::Plane, &match $terrain.cloned() {
+        match $terrain.cloned() {
             // The condition is constant, so that no kernel without ground is compiled for terrain.
             Some($ground) if const { C::HAS_GROUND } => $p.map($kernel, $node, $settings),
             _ => {
                 let $ground = Flat;
                 $p.map($kernel, $node, $settings)
             }
-        })
+        }
     };
 }
 
@@ -98,30 +110,30 @@ impl<C: Contact> AnyContact for C {
         terrain: Option<&Terrain>,
         pushed: FlightInputs,
     ) -> Motion {
-        let vectors = [pushed.nodes.x, pushed.nodes.v, pushed.impulses];
         let contact = self.clone();
         if pushed.nodes.dimension() == Dimension::Space {
             assert!(terrain.is_none(), "{}", NO_TERRAIN);
-            let (node, ground) = (inputs::<_, 10>(&vectors, &[pushed.inverse_mass]), Flat);
-            let flying = Flying {
+            let flying = Flying::<_, _, 3> {
                 drift,
                 contact,
-                ground,
+                ground: Flat,
             };
-            return Motion::of(Dimension::Space, &p.map(flying, node, pushed.uniforms));
+            let node = pushed.node::<3>().array();
+            return Particle::<_, 3>::of(p.map(flying, node, pushed.uniforms)).into();
         }
-        let node = inputs::<_, 7>(&vectors, &[pushed.inverse_mass]);
-        map_over!(
+        let node = pushed.node::<2>().array();
+        let after = map_over!(
             p,
             terrain,
-            |ground| Flying {
+            |ground| Flying::<_, _, 2> {
                 drift,
                 contact,
                 ground
             },
             node,
             pushed.uniforms
-        )
+        );
+        Particle::<_, 2>::of(after).into()
     }
     fn grip(&self, p: &mut Program, any: Array, settings: &[Array]) -> Array {
         p.map(Grip(self.clone()), [any], settings)[0]
@@ -132,35 +144,36 @@ impl<C: Contact> AnyContact for C {
         dt: f64,
         terrain: Option<&Terrain>,
         moving: Motion,
-        contacts: &[Array],
+        contacts: &NodeContacts<Array>,
         settings: &[Array],
     ) -> Motion {
         // The condition is constant, so that no kernel is compiled.
         if const { !C::HAS_GROUND } {
             return moving;
         }
-        let (vectors, contact) = ([moving.x, moving.v], self.clone());
+        let contact = self.clone();
         if moving.dimension() == Dimension::Space {
             assert!(terrain.is_none(), "{}", NO_TERRAIN);
-            let (node, ground) = (inputs::<_, 12>(&vectors, contacts), Flat);
-            let landing = Landing {
+            let (node, ground) = (contacts.landing::<3>(moving), Flat);
+            let landing = Landing::<_, _, 3> {
                 contact,
                 ground,
                 dt,
             };
-            return Motion::of(Dimension::Space, &p.map(landing, node, settings));
+            return Particle::<_, 3>::of(p.map(landing, node.array(), settings)).into();
         }
-        let node = inputs::<_, 9>(&vectors, contacts);
-        map_over!(
+        let node = contacts.landing::<2>(moving).array();
+        let after = map_over!(
             p,
             terrain,
-            |ground| Landing {
+            |ground| Landing::<_, _, 2> {
                 contact,
                 ground,
                 dt
             },
             node,
             settings
-        )
+        );
+        Particle::<_, 2>::of(after).into()
     }
 }

@@ -7,7 +7,7 @@ use autodiff_programs::{Compiled, Kernel, Pullback};
 use super::law::Law;
 use crate::geometry::{Vector, explicit_in};
 use crate::lattice::EdgeVector;
-use crate::{in_both_dimensions, kernel};
+use crate::{Fields, in_both_dimensions, kernel};
 
 /// A bar as a law sees it: the numbers that the tension may depend on.
 #[derive(Clone, Copy, Debug)]
@@ -29,13 +29,31 @@ pub struct Bar<R> {
     pub largest_strain: f64,
 }
 
+/// The numbers of an edge that forces along bars read.
+#[derive(Clone, Copy, Debug, Fields)]
+pub struct EdgeNumbers<T> {
+    /// The controller's output.
+    pub activation: T,
+    /// Stiffness, N/m.
+    pub stiffness: T,
+    /// Rest length, m.
+    pub rest_length: T,
+    /// Strain at full activation.
+    pub strain: T,
+}
+
 impl<R: Real> Bar<R> {
-    /// Describes a bar by its length, the rate of its length, its activation, stiffness, rest length and strain at full
-    /// activation, and the largest strain of the actuator material.
+    /// Describes a bar by its length, the rate of its length, the numbers of its edge, and the largest strain of the actuator
+    /// material.
     #[inline(always)]
     pub(super) fn new(
         [length, rate]: [R; 2],
-        [activation, stiffness, rest_length, strain]: [R; 4],
+        EdgeNumbers {
+            activation,
+            stiffness,
+            rest_length,
+            strain,
+        }: EdgeNumbers<R>,
         largest_strain: f64,
     ) -> Self {
         Self {
@@ -141,18 +159,35 @@ pub trait BarForce: Law {
     /// Like [`tension_vjp`](Self::tension_vjp), in space.
     #[inline(always)]
     fn tension_vjp_in_space<R: Real, const M: usize>(
-        tension: &Tension<Self>,
+        tension: &Tension<Self, 3>,
         at: Pullback<R, 7, 3, M>,
     ) -> [[R; 7]; M] {
         vjp_by_duals(tension, at)
     }
 }
 
+/// A bar whose ends have no velocity.
+#[derive(Clone, Copy, Debug, Fields)]
+pub struct StillBar<T, const D: usize> {
+    /// The vector along the edge, m.
+    pub d: Vector<T, D>,
+    /// The numbers of the edge.
+    pub numbers: EdgeNumbers<T>,
+}
+
+/// A bar whose ends move.
+#[derive(Clone, Copy, Debug, Fields)]
+pub struct MovingBar<T, const D: usize> {
+    /// The vector along the edge, and the velocity of one end relative to the other.
+    pub edge: EdgeVector<T, D>,
+    /// The numbers of the edge.
+    pub numbers: EdgeNumbers<T>,
+}
+
 /// The kernel of a law along bars. It computes the impulse (N s) that an edge's bar gives to the first node of the edge
-/// during a step. The inputs are the vector along the edge (m), the activation, the stiffness (N/m), the rest length
-/// (m) and the strain at full activation. The uniform inputs are the law's settings.
+/// during a step, from a [`StillBar`]. The uniform inputs are the law's settings.
 #[derive(Clone, Debug)]
-pub struct Tension<L> {
+pub struct Tension<L, const D: usize = 2> {
     /// The law.
     pub law: L,
     /// The time for which the bar pulls on its nodes, s.
@@ -163,82 +198,70 @@ pub struct Tension<L> {
     pub largest_strain: f64,
 }
 
-/// The four numbers of a list.
-#[inline(always)]
-pub(super) fn four<R: Real>(numbers: &[R]) -> [R; 4] {
-    [numbers[0], numbers[1], numbers[2], numbers[3]]
-}
-
-impl<L: BarForce> Tension<L> {
+impl<L: BarForce, const D: usize> Tension<L, D> {
     /// The impulse of a bar whose ends have no velocity.
     #[inline(always)]
-    fn still<R: Real, const D: usize>(&self, x: &[R], settings: &[R]) -> [R; D] {
-        let ([d], given) = Vector::split(x);
+    fn still<R: Real>(&self, bar: StillBar<R, D>, settings: &[R]) -> Vector<R, D> {
+        let StillBar { d, numbers } = bar;
         let dv = Vector::zero();
-        self.impulse(EdgeVector { d, dv }, four(given), settings)
-            .array()
+        let edge = EdgeVector { d, dv };
+        self.impulse(MovingBar { edge, numbers }, settings)
     }
 
     #[inline(always)]
-    fn impulse<R: Real, const D: usize>(
-        &self,
-        edge: EdgeVector<R, D>,
-        given: [R; 4],
-        settings: &[R],
-    ) -> Vector<R, D> {
+    fn impulse<R: Real>(&self, bar: MovingBar<R, D>, settings: &[R]) -> Vector<R, D> {
+        let MovingBar { edge, numbers } = bar;
         let length = edge.length(self.softening);
         let rate = match L::NEEDS_RATE {
             true => edge.rate(length),
             false => R::zero(),
         };
-        let bar = Bar::new([length, rate], given, self.largest_strain);
+        let bar = Bar::new([length, rate], numbers, self.largest_strain);
         let per_length = L::tension(&self.law.of(settings), bar) * R::lit(self.dt) / length;
         edge.d * per_length
     }
 }
 
 #[kernel]
-impl<L: BarForce> Kernel<6, 2> for Tension<L> {
+impl<L: BarForce> Kernel<_, _> for Tension<L> {
     const COMPILED: Compiled = L::COMPILED.at_most(explicit_in(2));
     const UNIFORMS: usize = L::COUNT;
 
-    fn eval<R: Real>(&self, x: [R; 6], settings: &[R]) -> [R; 2] {
-        self.still::<R, 2>(&x, settings)
+    fn eval<R: Real>(&self, bar: StillBar<R, 2>, settings: &[R]) -> Vector<R, 2> {
+        self.still(bar, settings)
     }
 
-    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 6, 2, M>) -> [[R; 6]; M] {
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, _, _, M>) -> [[R; _]; M] {
         L::tension_vjp(self, at)
     }
 }
 
 #[kernel]
-impl<L: BarForce> Kernel<7, 3> for Tension<L> {
+impl<L: BarForce> Kernel<_, _> for Tension<L, 3> {
     const COMPILED: Compiled = L::COMPILED.at_most(explicit_in(3));
     const UNIFORMS: usize = L::COUNT;
 
-    fn eval<R: Real>(&self, x: [R; 7], settings: &[R]) -> [R; 3] {
-        self.still::<R, 3>(&x, settings)
+    fn eval<R: Real>(&self, bar: StillBar<R, 3>, settings: &[R]) -> Vector<R, 3> {
+        self.still(bar, settings)
     }
 
-    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 7, 3, M>) -> [[R; 7]; M] {
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, _, _, M>) -> [[R; _]; M] {
         L::tension_vjp_in_space(self, at)
     }
 }
 
-/// Like [`Tension`], for a law with [`BarForce::NEEDS_RATE`]. Its second input, after the vector along the edge, is the
-/// velocity of one end relative to the other (m/s).
+/// Like [`Tension`], for a law with [`BarForce::NEEDS_RATE`]. It reads a [`MovingBar`].
 #[derive(Clone, Debug)]
-pub struct MovingTension<L>(pub Tension<L>);
+pub struct MovingTension<L, const D: usize = 2>(pub Tension<L, D>);
 
 in_both_dimensions! { D =>
     #[kernel]
-    impl<L: BarForce> Kernel<{ 2 * D + 4 }, D> for MovingTension<L> {
+    impl<L: BarForce> Kernel<_, _> for MovingTension<L, D> {
         const COMPILED: Compiled = L::COMPILED.at_most(explicit_in(D));
         const UNIFORMS: usize = L::COUNT;
 
-        fn eval<R: Real>(&self, x: [R; 2 * D + 4], settings: &[R]) -> [R; D] {
-            let (edge, given) = EdgeVector::<R, D>::split(&x);
-            self.0.impulse(edge, four(given), settings).array()
+        fn eval<R: Real>(&self, bar: MovingBar<R, D>, settings: &[R]) -> Vector<R, D> {
+            self.0.impulse(bar, settings)
         }
     }
 }

@@ -13,10 +13,10 @@ use autodiff_programs::{Array, Compiled, Graph, Kernel, Program, Pullback};
 use super::force::{Force, ForceParameters, LatticeForce, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};
 use super::stiffness::Stiffness;
-use crate::geometry::{Axes, Matrix, Segment, Vector, inputs, outputs};
+use crate::geometry::{Axes, Matrix, Segment, Vector};
 use crate::lattice::Lattice;
 use crate::settings::{above, within};
-use crate::{in_both_dimensions, in_dimension, kernel};
+use crate::{Fields, in_both_dimensions, in_dimension, kernel};
 
 /// A node that is nearer to a bar at rest than this share of the shortest bar lies on the bar, so they are not a pair.
 const ON_BAR: f64 = 1e-3;
@@ -52,14 +52,9 @@ impl LatticeForce for Bumpers {
     }
 }
 
-/// The kernel of a contact between a node and a bar.
-///
-/// The inputs are the positions of the node and of the two ends of the bar (m), the stiffness of the bar (N/m), the sum of
-/// the stiffnesses of the bars at the node (N/m), the largest distance at which the pair pushes (m), and two factors. The
-/// results are the impulses on the two ends of the bar (N s), each multiplied by its factor. The node gets the opposite
-/// impulses. The uniform inputs are the stiffness and the distance of [`Bumpers`].
+/// The kernel of a contact between a node and a bar. The uniform inputs are the stiffness and the distance of [`Bumpers`].
 #[derive(Clone, Copy, Debug)]
-pub struct Bump {
+pub struct Bump<const D: usize = 2> {
     /// The length of the shortest bar, m.
     pub shortest: f64,
     /// The [softening](Lattice::softening) of lengths, m^2.
@@ -68,18 +63,35 @@ pub struct Bump {
     pub dt: f64,
 }
 
-/// A node and a bar that may touch it. `R` is a number, or an array with a number for each pair.
-#[derive(Clone, Copy, Debug)]
-struct PairPose<R, const D: usize = 3> {
-    node: Vector<R, D>,
-    /// The ends of the bar.
-    ends: [Vector<R, D>; 2],
+/// A node and a bar that may touch it.
+#[derive(Clone, Copy, Debug, Fields)]
+struct PairPose<T, const D: usize = 3> {
+    /// The position of the node, m.
+    node: Vector<T, D>,
+    /// The positions of the ends of the bar, m.
+    from: Vector<T, D>,
+    to: Vector<T, D>,
     /// The stiffness of the bar, N/m.
-    of_bar: R,
+    of_bar: T,
     /// The sum of the stiffnesses of the bars at the node, N/m.
-    of_node: R,
+    of_node: T,
     /// The largest distance at which the pair pushes, m.
-    most: R,
+    most: T,
+}
+
+/// A pair, and the factors of the impulses on the ends of its bar.
+#[derive(Clone, Copy, Fields)]
+struct SignedPair<T, const D: usize> {
+    pair: PairPose<T, D>,
+    of_from: T,
+    of_to: T,
+}
+
+/// The impulses on the ends of a bar, N s. The node gets the opposite impulses.
+#[derive(Clone, Copy, Fields)]
+struct EndImpulses<T, const D: usize> {
+    from: Vector<T, D>,
+    to: Vector<T, D>,
 }
 
 /// What pushes a node away from a bar.
@@ -94,14 +106,14 @@ struct Overlap<R, const D: usize> {
     stiffness: R,
 }
 
-impl Bump {
+impl<const D: usize> Bump<D> {
     /// The contact of a pair. At the distance where the push begins, and where the nearest point of the bar reaches one of
     /// its ends, derivatives are those of no contact and of the inner side (the conventions of `max` and `clamp`).
     #[inline(always)]
-    fn touch<R: Real, const D: usize>(&self, law: [R; 2], near: &PairPose<R, D>) -> Overlap<R, D> {
+    fn touch<R: Real>(&self, law: [R; 2], near: &PairPose<R, D>) -> Overlap<R, D> {
         let ([stiffness, distance], softening) = (law, R::lit(self.softening));
-        let bar = near.ends[1] - near.ends[0];
-        let to_node = near.node - near.ends[0];
+        let bar = near.to - near.from;
+        let to_node = near.node - near.from;
         let share = to_node.dot(bar) / (bar.dot(bar) + softening);
         let share = share.clamp(R::zero(), R::one());
         let apart = to_node - bar * share;
@@ -117,66 +129,60 @@ impl Bump {
         }
     }
 
-    /// The impulses on the two ends of the bar, N s.
+    /// The impulses on the two ends of the bar.
     #[inline(always)]
-    fn impulses<R: Real, const D: usize>(
-        &self,
-        law: [R; 2],
-        near: &PairPose<R, D>,
-    ) -> [Vector<R, D>; 2] {
+    fn impulses<R: Real>(&self, law: [R; 2], near: &PairPose<R, D>) -> EndImpulses<R, D> {
         let touch = self.touch(law, near);
         let push = -touch.away * (touch.stiffness * touch.depth * R::lit(self.dt));
         let last = push * touch.share;
-        [push - last, last]
+        EndImpulses {
+            from: push - last,
+            to: last,
+        }
     }
 
     /// The results of the kernel.
     #[inline(always)]
-    fn scaled<R: Real, const D: usize, const O: usize>(&self, x: &[R], law: &[R]) -> [R; O] {
-        let ([node, from, to], rest) = Vector::<R, D>::split(x);
-        let near = PairPose {
-            node,
-            ends: [from, to],
-            of_bar: rest[0],
-            of_node: rest[1],
-            most: rest[2],
-        };
-        let [a, b] = self.impulses([law[0], law[1]], &near);
-        Vector::join([a * rest[3], b * rest[4]])
+    fn scaled<R: Real>(&self, signed: SignedPair<R, D>, law: &[R]) -> EndImpulses<R, D> {
+        let EndImpulses { from, to } = self.impulses([law[0], law[1]], &signed.pair);
+        EndImpulses {
+            from: from * signed.of_from,
+            to: to * signed.of_to,
+        }
     }
 }
 
 #[kernel]
-impl Kernel<11, 4> for Bump {
+impl Kernel<_, _> for Bump {
     const COMPILED: Compiled = Compiled::Seldom;
     const UNIFORMS: usize = 2;
 
-    fn eval<R: Real>(&self, x: [R; 11], law: &[R]) -> [R; 4] {
-        self.scaled::<R, 2, 4>(&x, law)
+    fn eval<R: Real>(&self, pair: SignedPair<R, 2>, law: &[R]) -> EndImpulses<R, 2> {
+        self.scaled(pair, law)
     }
 
-    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 11, 4, M>) -> [[R; 11]; M] {
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, _, _, M>) -> [[R; _]; M] {
         self.emitted_vjp(at)
     }
 }
 
 #[kernel]
-impl Kernel<14, 6> for Bump {
+impl Kernel<_, _> for Bump<3> {
     const COMPILED: Compiled = Compiled::Seldom;
     const UNIFORMS: usize = 2;
 
-    fn eval<R: Real>(&self, x: [R; 14], law: &[R]) -> [R; 6] {
-        self.scaled::<R, 3, 6>(&x, law)
+    fn eval<R: Real>(&self, pair: SignedPair<R, 3>, law: &[R]) -> EndImpulses<R, 3> {
+        self.scaled(pair, law)
     }
 }
 
 /// The kernel that passes on an impulse along an edge of a graph.
 #[derive(Clone, Copy, Debug)]
-struct Identity;
+struct Identity<const D: usize>;
 
 in_both_dimensions! { D =>
     #[kernel]
-    impl Kernel<D, D> for Identity {
+    impl Kernel<D, D> for Identity<D> {
         const COMPILED: Compiled = Compiled::Seldom;
         fn eval<R: Real>(&self, impulse: [R; D], _: &[R]) -> [R; D] {
             impulse
@@ -261,7 +267,7 @@ impl BumperForce {
         }
     }
 
-    fn bump(&self, dt: f64) -> Bump {
+    fn bump<const D: usize>(&self, dt: f64) -> Bump<D> {
         Bump {
             shortest: self.shortest,
             softening: self.softening,
@@ -284,7 +290,8 @@ impl BumperForce {
         }
         let near = move |pair: &'a Pair| PairPose {
             node: pose.state.x[pair.node],
-            ends: pair.ends.map(|end| pose.state.x[end]),
+            from: pose.state.x[pair.ends[0]],
+            to: pose.state.x[pair.ends[1]],
             of_bar: pose.body.stiffness[pair.edge],
             of_node: of_nodes[pair.node],
             most: pair.most,
@@ -347,7 +354,7 @@ fn at_nodes(
     });
     in_dimension!(dimension, D => {
         let links = of_links.array::<D>();
-        p.map_edges::<_, 0, D, D>(&graph, Identity, [], &links, &[]).into()
+        p.map_edges(&graph, Identity::<D>, [], &links, &[]).into()
     })
 }
 
@@ -388,35 +395,39 @@ impl Force for BumperForce {
         let of_pairs = |of: &dyn Fn(&Pair) -> usize| -> Vec<Option<usize>> {
             pairs.iter().map(|pair| Some(of(pair))).collect()
         };
-        let points = [
-            of_pairs(&|pair| pair.node),
-            of_pairs(&|pair| pair.ends[0]),
-            of_pairs(&|pair| pair.ends[1]),
-        ];
-        let [node, from, to] = points.map(|places| {
-            let at = step.nodes.x.map(|x| p.gather(x, &places));
-            (at, places)
-        });
+        let node_places = of_pairs(&|pair| pair.node);
+        let at =
+            |p: &mut Program, places: &[Option<usize>]| step.nodes.x.map(|x| p.gather(x, places));
+        let node = at(p, &node_places);
+        let [from, to] = [0, 1].map(|end| at(p, &of_pairs(&|pair| pair.ends[end])));
         let slots = of_pairs(&|pair| graph.slot_of_edge()[pair.edge]);
         let of_bar = p.gather(step.stiffness, &slots);
         let of_nodes = p.sum_at_nodes(graph, step.stiffness);
-        let of_node = p.gather(of_nodes, &node.1);
-        let [most, first, last] = [0, 1, 2].map(|k| p.gather(given.constants[k], &places));
-        let (vectors, others) = ([node.0, from.0, to.0], [of_bar, of_node, most, first, last]);
+        let of_node = p.gather(of_nodes, &node_places);
+        let [most, of_from, of_to] = [0, 1, 2].map(|k| p.gather(given.constants[k], &places));
         let impulses = in_dimension!(step.dimension(), D => {
-            let pairs = inputs::<_, { 3 * D + 5 }>(&vectors, &others);
-            let ends: [Array; 2 * D] = p.map(self.bump(step.dt), pairs, &given.inputs);
-            outputs(step.dimension(), &ends)
+            let pair = PairPose {
+                node: node.vector::<D>(),
+                from: from.vector(),
+                to: to.vector(),
+                of_bar,
+                of_node,
+                most,
+            };
+            let signed = SignedPair { pair, of_from, of_to };
+            let found = p.map(self.bump::<D>(step.dt), signed.array(), &given.inputs);
+            let EndImpulses { from, to } = EndImpulses::<_, D>::of(found);
+            [from.into(), to.into()]
         });
         at_nodes(p, nodes, &pairs, impulses)
     }
 
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull> {
         let pull = |(pair, near): (&Pair, PairPose<f64>)| {
-            let ends = self.bump(1.0).impulses(self.numbers(), &near);
+            let EndImpulses { from, to } = self.bump(1.0).impulses(self.numbers(), &near);
             let force = match pair.ends.iter().position(|&end| end == node) {
-                Some(end) => ends[end],
-                None => -(ends[0] + ends[1]),
+                Some(end) => [from, to][end],
+                None => -(from + to),
             };
             Pull {
                 part: format!("the contact of node {} with edge {}", pair.node, pair.edge),

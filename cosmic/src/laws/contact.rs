@@ -10,7 +10,8 @@ use super::law::Law;
 use super::motion::{Drift, Particle, Push};
 use super::terrain::{IMPACTS, NONE, RemainingDrift, Route, Terrain};
 use crate::geometry::{Plane, Rotation, Vector, explicit_in};
-use crate::kernel;
+use crate::settings::Inputs;
+use crate::{Fields, kernel};
 
 /// A node at the moment when it meets the ground.
 #[derive(Clone, Copy, Debug)]
@@ -83,7 +84,7 @@ pub trait Contact: Law {
     /// Like [`flying_vjp`](Self::flying_vjp), in space.
     #[inline(always)]
     fn flying_vjp_in_space<R: Real, const M: usize>(
-        flying: &Flying<Self>,
+        flying: &Flying<Self, Flat, 3>,
         at: Pullback<R, 10, 6, M>,
     ) -> [[R; 10]; M] {
         vjp_by_duals(flying, at)
@@ -135,10 +136,10 @@ macro_rules! emitted_adjoints {
 
         #[inline(always)]
         fn flying_vjp_in_space<R: Real, const M: usize>(
-            flying: &Flying<Self>,
+            flying: &Flying<Self, $crate::laws::Flat, 3>,
             at: autodiff_programs::Pullback<R, 10, 6, M>,
         ) -> [[R; 10]; M] {
-            flying.emitted_vjp_in_space(at)
+            flying.emitted_vjp(at)
         }
     };
 }
@@ -181,19 +182,14 @@ pub trait Surface: Clone + Debug + Send + Sync + Sized + 'static {
 
     /// The adjoint of a kernel over this ground.
     #[inline(always)]
-    fn vjp<
-        C: Contact,
-        K: OverGround<C, D, I, O>,
-        R: Real,
-        const D: usize,
-        const I: usize,
-        const O: usize,
-        const M: usize,
-    >(
+    fn vjp<const D: usize, K, R: Real, const I: usize, const O: usize, const M: usize>(
         &self,
         kernel: &K,
         at: Pullback<R, I, O, M>,
-    ) -> [[R; I]; M] {
+    ) -> [[R; I]; M]
+    where
+        K: OverGround<D> + Kernel<I, O>,
+    {
         vjp_by_duals(kernel, at)
     }
 
@@ -208,25 +204,32 @@ pub trait Surface: Clone + Debug + Send + Sync + Sized + 'static {
 }
 
 /// A kernel that moves nodes over the ground: what it computes before and after their drift.
-pub trait OverGround<C: Contact, const D: usize, const I: usize, const O: usize>:
-    Kernel<I, O>
-{
+pub trait OverGround<const D: usize> {
+    /// The contact law.
+    type Law: Contact;
+    /// The inputs of the kernel.
+    type Node<R: Real>: Fields<R> + Copy;
+
     /// The drift.
     fn drift(&self) -> Drift;
 
     /// The contact law, the node at the beginning of the drift, and the number of the segment that it does not meet; -1 for
     /// none.
-    fn before<R: Real>(&self, x: [R; I], given: &[R]) -> (C::Of<R>, Particle<R, D>, R);
+    fn before<R: Real>(
+        &self,
+        node: Self::Node<R>,
+        given: &[R],
+    ) -> (<Self::Law as Inputs>::Of<R>, Particle<R, D>, R);
 
     /// The results of the kernel. `axes` are those of the segment that the node does not meet, and `end` is the node at the
     /// end of the drift.
     fn after<R: Real>(
         &self,
-        law: &C::Of<R>,
-        x: [R; I],
+        law: &<Self::Law as Inputs>::Of<R>,
+        node: Self::Node<R>,
         axes: Rotation<R>,
         end: Particle<R, D>,
-    ) -> [R; O];
+    ) -> Particle<R, D>;
 }
 
 /// A flat ground line. It is also used if there is no ground.
@@ -312,34 +315,42 @@ impl Surface for Terrain {
     }
 
     // The search runs without tangents, because it has no derivative.
-    fn vjp<
-        C: Contact,
-        K: OverGround<C, D, I, O>,
-        R: Real,
-        const D: usize,
-        const I: usize,
-        const O: usize,
-        const M: usize,
-    >(
+    fn vjp<const D: usize, K, R: Real, const I: usize, const O: usize, const M: usize>(
         &self,
         kernel: &K,
         at: Pullback<R, I, O, M>,
-    ) -> [[R; I]; M] {
-        let (drift, (law, node, but)) = (kernel.drift(), kernel.before(at.x, at.uniforms));
+    ) -> [[R; I]; M]
+    where
+        K: OverGround<D> + Kernel<I, O>,
+    {
+        let (drift, x) = (kernel.drift(), K::Node::of(at.x));
+        let (law, node, but) = kernel.before(x, at.uniforms);
         let (mut search, axes) = (self.search(but), self.plane_of(but).axes);
-        drift_over::<C, R, D>(&law, &mut search, &drift, node);
-        let (x, given) = (seeded(at.x), constants::<R, I, MOST_UNIFORMS>(at.uniforms));
+        drift_over::<K::Law, R, D>(&law, &mut search, &drift, node);
+        let given = constants::<R, I, MOST_UNIFORMS>(at.uniforms);
+        let x = K::Node::of(seeded(at.x));
         let (law, node, _) = kernel.before(x, &given[..at.uniforms.len()]);
-        let end = drift_over::<C, _, D>(&law, &mut search.found(), &drift, node);
-        pulled_back(kernel.after(&law, x, axes.constant(), end), at.y_bar)
+        let end = drift_over::<K::Law, _, D>(&law, &mut search.found(), &drift, node);
+        let results = kernel.after(&law, x, axes.constant(), end);
+        pulled_back(results.array(), at.y_bar)
     }
 }
 
-/// The kernel of one step of a node: a push that changes the velocity, then a drift that changes the position. It maps
-/// the position, the velocity, the impulse and 1 / mass to the new position and velocity. The uniform inputs are those of a
-/// [`Push`], then the law's settings.
+/// A node at the beginning of a step.
+#[derive(Clone, Copy, Debug, Fields)]
+pub struct PushedNode<T, const D: usize> {
+    /// The position and the velocity.
+    pub node: Particle<T, D>,
+    /// The impulse that the node gets, N s.
+    pub impulse: Vector<T, D>,
+    /// 1 / mass, 1/kg.
+    pub inverse_mass: T,
+}
+
+/// The kernel of one step of a node: a push that changes the velocity, then a drift that changes the position. It maps a
+/// [`PushedNode`] to the node after the step. The uniform inputs are those of a [`Push`], then the law's settings.
 #[derive(Clone, Debug)]
-pub struct Flying<C, G = Flat> {
+pub struct Flying<C, G = Flat, const D: usize = 2> {
     /// The drift after the push.
     pub drift: Drift,
     /// The contact law.
@@ -348,60 +359,74 @@ pub struct Flying<C, G = Flat> {
     pub ground: G,
 }
 
-impl<C: Contact, G: Surface> Flying<C, G> {
+impl<C: Contact, G: Surface, const D: usize> Flying<C, G, D> {
     /// The settings of the law, and the node after the push.
     #[inline(always)]
-    fn pushed<R: Real, const D: usize>(&self, x: &[R], given: &[R]) -> (C::Of<R>, Particle<R, D>) {
-        let ([x, v, impulse], rest) = Vector::split(x);
-        let v = Push::of(given).velocity(v, impulse, rest[0]);
+    fn pushed<R: Real>(
+        &self,
+        PushedNode {
+            node: Particle { x, v },
+            impulse,
+            inverse_mass,
+        }: PushedNode<R, D>,
+        given: &[R],
+    ) -> (C::Of<R>, Particle<R, D>) {
+        let v = Push::of(given).velocity(v, impulse, inverse_mass);
         let law = self.contact.of(&given[Push::<R, D>::COUNT..]);
         (law, Particle { x, v })
     }
 
     #[inline(always)]
-    fn flown<R: Real, const D: usize, const O: usize>(&self, x: &[R], given: &[R]) -> [R; O] {
-        let (law, node) = self.pushed::<R, D>(x, given);
-        G::drift::<C, R, D>(&self.ground, &law, &self.drift, node).array()
+    fn flown<R: Real>(&self, node: PushedNode<R, D>, given: &[R]) -> Particle<R, D> {
+        let (law, node) = self.pushed(node, given);
+        G::drift::<C, R, D>(&self.ground, &law, &self.drift, node)
     }
 }
 
 #[kernel]
-impl<C: Contact, G: Surface> Kernel<7, 4> for Flying<C, G> {
+impl<C: Contact, G: Surface> Kernel<_, _> for Flying<C, G> {
     const COMPILED: Compiled = C::COMPILED.at_most(G::COMPILED);
     const UNIFORMS: usize = Push::<f64, 2>::COUNT + C::COUNT;
 
-    fn eval<R: Real>(&self, node: [R; 7], given: &[R]) -> [R; 4] {
-        self.flown::<R, 2, 4>(&node, given)
+    fn eval<R: Real>(&self, node: PushedNode<R, 2>, given: &[R]) -> Particle<R, 2> {
+        self.flown(node, given)
     }
 
-    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 7, 4, M>) -> [[R; 7]; M] {
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, _, _, M>) -> [[R; _]; M] {
         G::flying_vjp(self, at)
     }
 }
 
 #[kernel]
-impl<C: Contact> Kernel<10, 6> for Flying<C> {
+impl<C: Contact> Kernel<_, _> for Flying<C, Flat, 3> {
     const COMPILED: Compiled = C::COMPILED.at_most(explicit_in(3));
     const UNIFORMS: usize = Push::<f64, 3>::COUNT + C::COUNT;
 
-    fn eval<R: Real>(&self, node: [R; 10], given: &[R]) -> [R; 6] {
-        self.flown::<R, 3, 6>(&node, given)
+    fn eval<R: Real>(&self, node: PushedNode<R, 3>, given: &[R]) -> Particle<R, 3> {
+        self.flown(node, given)
     }
 
-    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, 10, 6, M>) -> [[R; 10]; M] {
+    fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, _, _, M>) -> [[R; _]; M] {
         C::flying_vjp_in_space(self, at)
     }
 }
 
-impl<C: Contact, G: Surface> OverGround<C, 2, 7, 4> for Flying<C, G> {
+impl<C: Contact, G: Surface> OverGround<2> for Flying<C, G> {
+    type Law = C;
+    type Node<R: Real> = PushedNode<R, 2>;
+
     #[inline(always)]
     fn drift(&self) -> Drift {
         self.drift
     }
 
     #[inline(always)]
-    fn before<R: Real>(&self, x: [R; 7], given: &[R]) -> (C::Of<R>, Particle<R, 2>, R) {
-        let (law, node) = self.pushed(&x, given);
+    fn before<R: Real>(
+        &self,
+        node: PushedNode<R, 2>,
+        given: &[R],
+    ) -> (C::Of<R>, Particle<R, 2>, R) {
+        let (law, node) = self.pushed(node, given);
         (law, node, R::lit(NONE))
     }
 
@@ -409,10 +434,10 @@ impl<C: Contact, G: Surface> OverGround<C, 2, 7, 4> for Flying<C, G> {
     fn after<R: Real>(
         &self,
         _: &C::Of<R>,
-        _: [R; 7],
+        _: PushedNode<R, 2>,
         _: Rotation<R>,
         end: Particle<R, 2>,
-    ) -> [R; 4] {
-        end.array()
+    ) -> Particle<R, 2> {
+        end
     }
 }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use autodiff::Real;
 use autodiff_programs::{Array, Graph, Kernel, Program, Pullback};
 
+use super::bar::EdgeNumbers;
 use super::law::{Law, StepInput};
 use super::motion::Motion;
 use super::slopes::Tensions;
@@ -50,14 +51,14 @@ impl Step<'_> {
         self.nodes.dimension()
     }
 
-    /// The arrays of the edges that a force along bars reads: activation, stiffness, rest length and strain.
-    pub(super) fn per_edge(&self) -> [Array; 4] {
-        [
-            self.activation,
-            self.stiffness,
-            self.rest_length,
-            self.strain,
-        ]
+    /// The arrays of the edges that a force along bars reads.
+    pub(super) fn numbers(&self) -> EdgeNumbers<Array> {
+        EdgeNumbers {
+            activation: self.activation,
+            stiffness: self.stiffness,
+            rest_length: self.rest_length,
+            strain: self.strain,
+        }
     }
 }
 

@@ -5,14 +5,18 @@
 //! which of these stick, and how friction brakes the others. After the last pass, the nodes move. The choices have no
 //! derivative; everything else has one. `tests/data/implicit/README.md` explains the algorithm, and why it is as it is.
 
-use autodiff::Real;
-use autodiff_programs::kernels::{constants, pulled_back, seeded};
-use autodiff_programs::{Compiled, Kernel, Pullback};
+use autodiff::{Dual, Real};
+use autodiff_programs::kernels::{pulled_back, seeded};
+use autodiff_programs::{Compiled, Fields, Kernel, Pullback};
 
 use super::contact::{Contact, Impact, OverGround, Surface};
 use super::motion::{Drift, Particle};
+use super::pass::{
+    Balance, FirstContact, GroundBelow, HeldEquation, HeldNode, LandingNode, Meeting, NextContact,
+    NodeAndGround, NodeEquation, NodeInNextPass, NodeInPass,
+};
 use super::terrain::NONE;
-use crate::geometry::{Plane, Rotation, Symmetric, Vector};
+use crate::geometry::{Along, Plane, Rotation, Symmetric, Vector};
 use crate::{in_both_dimensions, kernel};
 
 /// The drag of friction is at most this many times the trace of the node's block of the matrix.
@@ -27,38 +31,6 @@ const LEAST: f64 = 1e-30;
 /// The speed along the ground below which a node that meets the ground rests, m/s. A node that stuck has exactly 0; rounding
 /// must not turn such a node into one that slides.
 const REST: f64 = 1e-6;
-
-/// The contacts of all nodes in a pass. Every field has a number for each node. Yes is 1, and no is 0.
-#[derive(Clone, Debug)]
-pub(crate) struct NodeContacts<A> {
-    pub(crate) ground: GroundBelow<A>,
-    /// Whether the node is held: it cannot move into the ground or off it.
-    pub(crate) is_held: A,
-    /// Whether the node is also held along the ground.
-    pub(crate) sticks: A,
-    /// The time from the beginning of the step until the node meets the ground, s.
-    pub(crate) impact: A,
-    /// The mean velocity along the ground, m/s, of a node that stops there at the impact: one component, and in space a
-    /// second one across.
-    pub(crate) slip: Vec<A>,
-    /// The drag of friction, kg: it gives the node the impulse `-drag (v - slip)` along the ground.
-    pub(crate) drag: A,
-    /// The speed, m/s, from which friction slows down a node that slid in the pass before; else 0.
-    pub(crate) slid: A,
-}
-
-/// The ground below a node in a pass.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct GroundBelow<A> {
-    /// The number of the ground's segment that the node touches.
-    pub(crate) segment: A,
-    /// Whether the node meets the ground in this step and was not held before.
-    pub(crate) is_new: A,
-    /// The unit vector along the segment: its components forward and up, because a segment is inclined along the first axis.
-    pub(crate) tangent: [A; 2],
-    /// The height of the node above the segment, m.
-    pub(crate) height: A,
-}
 
 /// The number of a mask: 1 for yes, 0 for no.
 #[inline(always)]
@@ -89,10 +61,9 @@ impl<C: Contact> Kernel<1, 1> for Grip<C> {
     }
 }
 
-/// The kernel that finds the ground below a node, as the numbers of [`GroundBelow`]. The inputs are the position, the velocity in
-/// the step, and of the pass before the segment and `is_held`. Only the height has a derivative.
+/// The kernel that finds the ground below a node. Only the height has a derivative.
 #[derive(Clone, Debug)]
-pub(crate) struct FindGround<G> {
+pub(crate) struct FindGround<G, const D: usize> {
     pub(crate) ground: G,
     /// The duration of the step, s.
     pub(crate) dt: f64,
@@ -100,43 +71,40 @@ pub(crate) struct FindGround<G> {
 
 in_both_dimensions! { D =>
     #[kernel]
-    impl<G: Surface> Kernel<{ 2 * D + 2 }, 5> for FindGround<G> {
+    impl<G: Surface> Kernel<_, _> for FindGround<G, D> {
         const COMPILED: Compiled = Compiled::Seldom;
-        fn eval<R: Real>(&self, x: [R; 2 * D + 2], _: &[R]) -> [R; 5] {
-            let (node, before) = Particle::<R, D>::split(&x);
-            let (segment, is_held) = (before[0], before[1]);
-            let (meets, met) = self.ground.meets(node, self.dt);
-            let is_new = meets & !mask(is_held);
-            let segment = R::select(is_new, met, segment).detach();
-            let found = [segment, truth(is_new)];
-            below(found, self.ground.plane(segment), node.x)
+        fn eval<R: Real>(&self, before: NodeAndGround<R, D>, _: &[R]) -> GroundBelow<R> {
+            let (meets, met) = self.ground.meets(before.node, self.dt);
+            let is_new = meets & !mask(before.is_held);
+            let segment = R::select(is_new, met, before.segment).detach();
+            below([segment, truth(is_new)], self.ground.plane(segment), before.node.x)
         }
 
         // The search runs without tangents, because it has no derivative.
-        fn vjp<R: Real, const M: usize>(
-            &self,
-            at: Pullback<R, { 2 * D + 2 }, 5, M>,
-        ) -> [[R; 2 * D + 2]; M] {
-            let [segment, is_new, ..] = at.y;
+        fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, _, _, M>) -> [[R; _]; M] {
+            let GroundBelow { segment, meeting } = GroundBelow::of(at.y);
             let plane = self.ground.plane(segment).constant();
-            let x = Vector::<_, D>::first_of(&seeded(at.x));
-            let found = constants(&[segment, is_new]);
-            pulled_back(below(found, plane, x), at.y_bar)
+            let NodeAndGround { node, .. } = NodeAndGround::<_, D>::of(seeded(at.x));
+            let found = [Dual::constant(segment), Dual::constant(meeting.is_new)];
+            pulled_back(below(found, plane, node.x).array(), at.y_bar)
         }
     }
 }
 
-/// The numbers of [`GroundBelow`]: the segment and whether the node is new there, the tangent of the plane of the segment, and
-/// the height of the node above it.
+/// The ground below a node: the segment and whether the node is new there, and the plane of the segment.
 #[inline(always)]
 fn below<R: Real, const D: usize>(
     [segment, is_new]: [R; 2],
     plane: Plane<R>,
     x: Vector<R, D>,
-) -> [R; 5] {
+) -> GroundBelow<R> {
     let along = Vector::<R, 2>::upright(R::one(), R::zero());
-    let [tx, ty] = plane.axes.out_of_rotated(along).array();
-    [segment, is_new, tx, ty, plane.height(x)]
+    let meeting = Meeting {
+        is_new,
+        tangent: plane.axes.out_of_rotated(along),
+        height: plane.height(x),
+    };
+    GroundBelow { segment, meeting }
 }
 
 /// A node in a pass, seen from the ground below it. Components of vectors are along the ground and out of it.
@@ -152,16 +120,10 @@ struct LocalNode<R: Real, const D: usize> {
 impl<R: Real, const D: usize> LocalNode<R, D> {
     /// `moving` is in the ground's frame. The step takes `dt` seconds.
     #[inline(always)]
-    fn new(
-        tangent: Vector<R, 2>,
-        height: R,
-        is_new: R::Mask,
-        moving: Vector<R, D>,
-        dt: f64,
-    ) -> Self {
-        let axes = Rotation::with_tangent(tangent);
+    fn new(meeting: Meeting<R>, moving: Vector<R, D>, dt: f64) -> Self {
+        let (axes, height) = (Rotation::with_tangent(meeting.tangent), meeting.height);
         let moving = axes.into_rotated(moving);
-        let approach = R::select(is_new, moving.up(), -R::one());
+        let approach = R::select(mask(meeting.is_new), moving.up(), -R::one());
         Self {
             axes,
             height,
@@ -209,9 +171,7 @@ fn direction<R: Real, const D: usize>(
     Rotation::with_tangent(tangent).out_of_plane(along.along() / length)
 }
 
-/// The kernel of the first pass. The inputs are the velocity, the velocity with which the node would move without bars, and
-/// of the ground below it whether the node is newly held, the tangent and the height (m). The uniform input is the
-/// [grip](Contact::grip). The results are whether the node sticks, its time of impact (s) and its slip (m/s), and the change of velocity of held nodes.
+/// The kernel of the first pass. The uniform input is the [grip](Contact::grip).
 #[derive(Clone, Debug)]
 pub struct FirstPass<const D: usize> {
     /// The duration of the step, s.
@@ -220,41 +180,33 @@ pub struct FirstPass<const D: usize> {
 
 in_both_dimensions! { D =>
     #[kernel]
-    impl Kernel<{ 2 * D + 4 }, { 2 * D + 1 }> for FirstPass<D> {
+    impl Kernel<_, _> for FirstPass<D> {
         const COMPILED: Compiled = Compiled::Seldom;
         const UNIFORMS: usize = 1;
 
-        fn eval<R: Real>(&self, node: [R; 2 * D + 4], given: &[R]) -> [R; 2 * D + 1] {
-            let ([v, moving], ground) = Vector::<R, D>::split(&node);
-            let (meets, tangent) = (mask(ground[0]), Vector::first_of(&ground[1..]));
-            let local = LocalNode::new(tangent, ground[3], meets, moving, self.dt);
+        fn eval<R: Real>(&self, node: NodeInPass<R, D>, given: &[R]) -> FirstContact<R, D> {
+            let meets = mask(node.meeting.is_new);
+            let local = LocalNode::new(node.meeting, node.moving, self.dt);
             // A node that lands or slides is free along the ground in this pass, so that a false stop does not spoil its
             // reaction.
-            let rests = meets & local.rests(v, given[0]);
+            let rests = meets & local.rests(node.v, given[0]);
             let slip = local.moving.along() * (local.impact / R::lit(self.dt));
             let slip = Vector::select(meets & !rests, slip, Vector::zero());
-            let mut results = [R::zero(); 2 * D + 1];
-            results[0] = truth(rests);
-            results[1] = R::select(meets, local.impact, R::zero());
-            slip.write_along(&mut results[2..]);
-            local.correction(meets, rests, slip, self.dt).write(&mut results[D + 1..]);
-            results
+            FirstContact {
+                sticks: truth(rests),
+                impact: R::select(meets, local.impact, R::zero()),
+                slip: Along::of(slip),
+                change: local.correction(meets, rests, slip, self.dt),
+            }
         }
 
-        fn vjp<R: Real, const M: usize>(
-            &self,
-            at: Pullback<R, { 2 * D + 4 }, { 2 * D + 1 }, M>,
-        ) -> [[R; 2 * D + 4]; M] {
+        fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, _, _, M>) -> [[R; _]; M] {
             self.emitted_vjp(at)
         }
     }
 }
 
-/// The kernel of the later passes. The inputs are those of [`FirstPass`], where the second vector is the velocity of the
-/// pass before. Then come 1 / mass, and from the pass before: whether the node was held, stuck, and newly held, its time of
-/// impact (s), its slip (m/s), and the impulse that the ground gave it (N s); at last the node's block of the matrix of bars
-/// in the first pass (kg). The results are whether the node is held and sticks, its time of impact, its slip, the drag of
-/// friction (kg), the speed from which friction slows it down (m/s), and the change of velocity of held nodes.
+/// The kernel of the later passes. The uniform input is the [grip](Contact::grip).
 #[derive(Clone, Debug)]
 pub struct NextPass<const D: usize> {
     /// The duration of the step, s.
@@ -263,36 +215,31 @@ pub struct NextPass<const D: usize> {
 
 in_both_dimensions! { D =>
     #[kernel]
-    impl Kernel<{ 4 * D + 8 + D * (D + 1) / 2 }, { 2 * D + 4 }> for NextPass<D> {
+    impl Kernel<_, _> for NextPass<D> {
         const COMPILED: Compiled = Compiled::Seldom;
         const UNIFORMS: usize = 1;
 
         fn eval<R: Real>(
             &self,
-            node: [R; 4 * D + 8 + D * (D + 1) / 2],
-            given: &[R],
-        ) -> [R; 2 * D + 4] {
-            let ([v, moving], rest) = Vector::<R, D>::split(&node);
-            let (is_new, tangent, height) = (rest[0], Vector::first_of(&rest[1..]), rest[3]);
-            let (inverse_mass, is_held, sticks) = (rest[4], rest[5], rest[6]);
-            let (was_new, impact, rest) = (rest[7], rest[8], &rest[9..]);
-            let (slip, rest) = (Vector::<R, D>::along_of(rest), &rest[D - 1..]);
-            let ([reaction], bars) = Vector::<R, D>::split(rest);
+            given: NodeInNextPass<R, D>,
+            uniforms: &[R],
+        ) -> NextContact<R, D> {
+            let (now, grip) = (given.now, uniforms[0]);
             let (zero, one, least, dt) = (R::zero(), R::one(), R::lit(LEAST), R::lit(self.dt));
-            let (grip, is_new, was_new) = (given[0], mask(is_new), mask(was_new));
+            let (is_new, was_new) = (mask(now.meeting.is_new), mask(given.was_new));
             let (was_held, stuck, infinite) =
-                (mask(is_held), mask(sticks), R::lit(INFINITE).less(grip));
-            let local = LocalNode::new(tangent, height, is_new, moving, self.dt);
+                (mask(given.was_held), mask(given.stuck), R::lit(INFINITE).less(grip));
+            let local = LocalNode::new(now.meeting, now.moving, self.dt);
             let along = local.moving.along();
 
             // A held node stays as long as the ground pushes it; others are held if they would end in the ground.
-            let reaction = local.axes.into_rotated(reaction);
+            let reaction = local.axes.into_rotated(given.reaction);
             let stays = was_held & zero.less(reaction.up());
             let held = stays | is_new;
-            let rests = is_new & local.rests(v, grip);
-            let impact = R::select(is_new, local.impact, impact);
+            let rests = is_new & local.rests(now.v, grip);
+            let impact = R::select(is_new, local.impact, given.impact);
             let lands = (is_new | was_new) & !stuck & !rests;
-            let slip = Vector::select(lands, along * (impact / dt), slip);
+            let slip = Vector::select(lands, along * (impact / dt), given.slip.vector());
             let speed = (along - slip).norm_along();
 
             // Friction: at most `grip` times the impulse out of the ground. A new node has no such impulse yet, so that of
@@ -300,12 +247,12 @@ in_both_dimensions! { D =>
             let (pushes, brakes) = (grip * reaction.up().max(zero), reaction.norm_along());
             let slips = stays & stuck & !infinite & pushes.less(brakes);
             let slides = stays & !stuck;
-            let own = grip * local.moving.up().abs() / inverse_mass * (one - local.impact / dt);
+            let own = grip * local.moving.up().abs() / given.inverse_mass * (one - local.impact / dt);
             let slowest = R::select(speed.less(least), least, speed);
             let drag = R::select(is_new, own, pushes) / slowest;
             let drag = R::select(slides | is_new, drag, zero);
-            let (bars, mass) = (Symmetric::<R, D>::first_of(bars), inverse_mass.recip());
-            let towards = direction(tangent, reaction, R::select(slips, brakes, one));
+            let (bars, mass) = (given.bars, given.inverse_mass.recip());
+            let towards = direction(now.meeting.tangent, reaction, R::select(slips, brakes, one));
             let inertia = mass + towards.dot(bars * towards);
             let excess = R::select(slips, brakes - pushes, one);
             let drag = R::select(slips, pushes * inertia / excess, drag);
@@ -316,197 +263,148 @@ in_both_dimensions! { D =>
             let most = (R::lit(STICKIEST) * trace).detach();
             let drag = R::select(drag.less(most), drag, most);
             let sticks = (infinite & held) | (stays & stuck & !slips) | rests;
-            let mut results = [zero; 2 * D + 4];
-            (results[0], results[1], results[2]) = (truth(held), truth(sticks), impact);
-            slip.write_along(&mut results[3..]);
-            results[D + 2] = R::select(infinite, zero, drag);
-            results[D + 3] = R::select(slides, speed, zero);
-            local.correction(held, sticks, slip, self.dt).write(&mut results[D + 4..]);
-            results
+            NextContact {
+                is_held: truth(held),
+                sticks: truth(sticks),
+                impact,
+                slip: Along::of(slip),
+                drag: R::select(infinite, zero, drag),
+                slid: R::select(slides, speed, zero),
+                change: local.correction(held, sticks, slip, self.dt),
+            }
         }
 
-        fn vjp<R: Real, const M: usize>(
-            &self,
-            at: Pullback<R, { 4 * D + 8 + D * (D + 1) / 2 }, { 2 * D + 4 }, M>,
-        ) -> [[R; 4 * D + 8 + D * (D + 1) / 2]; M] {
+        fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, _, _, M>) -> [[R; _]; M] {
             self.emitted_vjp(at)
         }
     }
 }
 
-/// The kernel of a node's equation. The inputs are the change of velocity of held nodes, the velocity at the base of the
-/// linearisation, the velocity without bars, the impulse of the forces (N s), 1 / mass, the tangent of the ground, whether
-/// the node is held and sticks, its slip (m/s) and the drag of friction (kg). The results are the right-hand side (N s),
-/// the node's block of the matrix (kg), and the projection onto its held directions.
+/// The kernel of a node's equation.
 #[derive(Clone, Copy, Debug)]
 pub struct Equation<const D: usize>;
 
 in_both_dimensions! { D =>
     #[kernel]
-    impl Kernel<{ 5 * D + 5 }, { D * (D + 2) }> for Equation<D> {
+    impl Kernel<_, _> for Equation<D> {
         const COMPILED: Compiled = Compiled::Seldom;
-        fn eval<R: Real>(&self, node: [R; 5 * D + 5], _: &[R]) -> [R; D * (D + 2)] {
-            let ([change, base, free, impulse], rest) = Vector::<R, D>::split(&node);
-            let (inverse_mass, tangent) = (rest[0], Vector::first_of(&rest[1..]));
-            let (is_held, sticks, slip) = (rest[3], rest[4], Vector::<R, D>::along_of(&rest[5..]));
-            let drag = rest[D + 4];
-            let (axes, moving) = (Rotation::with_tangent(tangent), base + change);
-            let unexplained = residual(moving, free, impulse, inverse_mass);
-            let slides = axes.into_rotated(moving).along() - slip;
+        fn eval<R: Real>(&self, node: HeldNode<R, D>, _: &[R]) -> HeldEquation<R, D> {
+            let HeldNode { free, impulse, inverse_mass, tangent, sticks, is_held, drag, .. } = node;
+            let (axes, moving) = (Rotation::with_tangent(tangent), node.base + node.change);
+            let unexplained = Balance { moving, free, impulse, inverse_mass }.residual();
+            let slides = axes.into_rotated(moving).along() - node.slip.vector();
             let braked = axes.out_of_plane(slides * drag);
             let mass = inverse_mass.recip();
-            let mut equation = [R::zero(); D * (D + 2)];
-            (-(unexplained + braked)).write(&mut equation);
-            let (blocks, triangle) = (&mut equation[D..], D * (D + 1) / 2);
-            Symmetric::<R, D>::of_plane(tangent, mass + drag, mass).write(blocks);
-            Symmetric::<R, D>::of_plane(tangent, sticks, is_held).write(&mut blocks[triangle..]);
-            equation
+            let equation = NodeEquation {
+                right: -(unexplained + braked),
+                block: Symmetric::of_plane(tangent, mass + drag, mass),
+            };
+            HeldEquation { equation, held: Symmetric::of_plane(tangent, sticks, is_held) }
         }
 
-        fn vjp<R: Real, const M: usize>(
-            &self,
-            at: Pullback<R, { 5 * D + 5 }, { D * (D + 2) }, M>,
-        ) -> [[R; 5 * D + 5]; M] {
+        fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, _, _, M>) -> [[R; _]; M] {
             self.emitted_vjp(at)
         }
     }
 }
 
-/// The kernel of a node's [`Equation`] in a world without ground. The inputs are those of [`Reaction`]; the results are the
-/// right-hand side and the block.
+/// The kernel of a node's [`Equation`] in a world without ground.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct FreeEquation;
+pub(crate) struct FreeEquation<const D: usize>;
 
 in_both_dimensions! { D =>
     #[kernel]
-    impl Kernel<{ 3 * D + 1 }, { D + D * (D + 1) / 2 }> for FreeEquation {
+    impl Kernel<_, _> for FreeEquation<D> {
         const COMPILED: Compiled = Compiled::Seldom;
-        fn eval<R: Real>(&self, node: [R; 3 * D + 1], _: &[R]) -> [R; D + D * (D + 1) / 2] {
-            let ([moving, free, impulse], inverse_mass) = Vector::<R, D>::split(&node);
-            let (reaction, mass) =
-                (residual(moving, free, impulse, inverse_mass[0]), inverse_mass[0].recip());
-            let mut equation = [R::zero(); D + D * (D + 1) / 2];
-            (-reaction).write(&mut equation);
-            Symmetric::<R, D>::diagonal(mass).write(&mut equation[D..]);
-            equation
+        fn eval<R: Real>(&self, node: Balance<R, D>, _: &[R]) -> NodeEquation<R, D> {
+            let (reaction, mass) = (node.residual(), node.inverse_mass.recip());
+            NodeEquation { right: -reaction, block: Symmetric::diagonal(mass) }
         }
     }
 }
 
-/// The impulse (N s) that bars do not explain if a node moves with the velocity `moving`, and with `free` without bars.
-#[inline(always)]
-fn residual<R: Real, const D: usize>(
-    moving: Vector<R, D>,
-    free: Vector<R, D>,
-    impulse: Vector<R, D>,
-    inverse_mass: R,
-) -> Vector<R, D> {
-    (moving - free) / inverse_mass - impulse
-}
-
-/// The kernel of the impulse (N s) that the ground must give a node. The inputs are its velocity in the step, the velocity
-/// without bars, the impulse of the forces, and 1 / mass.
+/// The kernel of the impulse (N s) that the ground must give a node.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Reaction;
+pub(crate) struct Reaction<const D: usize>;
 
 in_both_dimensions! { D =>
     #[kernel]
-    impl Kernel<{ 3 * D + 1 }, D> for Reaction {
+    impl Kernel<_, _> for Reaction<D> {
         const COMPILED: Compiled = Compiled::Seldom;
-        fn eval<R: Real>(&self, node: [R; 3 * D + 1], _: &[R]) -> [R; D] {
-            let ([moving, free, impulse], inverse_mass) = Vector::<R, D>::split(&node);
-            residual(moving, free, impulse, inverse_mass[0]).array()
+        fn eval<R: Real>(&self, node: Balance<R, D>, _: &[R]) -> Vector<R, D> {
+            node.residual()
         }
     }
 }
 
-/// The kernel that ends a step. The inputs are the position, the velocity in the step, and of the [`NodeContacts`] the segment,
-/// `is_held`, `sticks`, `slip` and `slid`. The results are the new position and velocity. The uniform inputs are the
-/// settings of the contact law.
+/// The kernel that ends a step: the node after it. The uniform inputs are the settings of the contact law.
 ///
 /// The contact law takes the rest of a held node's velocity into the ground. A node that is not held and still meets the
 /// ground gets the contact law as in an explicit step, as does a held node that runs into another segment.
 #[derive(Clone, Debug)]
-pub(super) struct Landing<C, G> {
+pub(super) struct Landing<C, G, const D: usize> {
     pub(super) contact: C,
     pub(super) ground: G,
     /// The duration of the step, s.
     pub(super) dt: f64,
 }
 
-impl<C: Contact, G: Surface> Landing<C, G> {
-    /// The velocity after the step, m/s. `x` are the inputs of the kernel.
-    #[inline(always)]
-    fn velocity<R: Real, const D: usize>(
-        &self,
-        law: &C::Of<R>,
-        x: &[R],
-        axes: Rotation<R>,
-        end: Particle<R, D>,
-    ) -> Vector<R, D> {
-        let (Particle { v, .. }, rest) = Particle::<R, D>::split(x);
-        let (is_held, sticks) = (rest[1], rest[2]);
-        let (slip, slid) = (Vector::along_of(&rest[3..]), rest[D + 2]);
-        let (zero, rest) = (R::zero(), R::lit(self.dt));
-        let again = zero.less((end.v - v).sum_of_sizes());
-        let velocity = axes.into_rotated(v);
-        let braked = axes.out_of_rotated(C::respond(law, Impact { velocity, rest }));
-        // Coulomb friction would have stopped a node that the drag has slowed down by more than half.
-        let half = R::lit(0.5) * slid;
-        let stops = mask(sticks) | (velocity - slip).norm_along().less(half);
-        let resting = Vector::select(stops, Vector::zero(), braked);
-        Vector::select(mask(is_held) & !again, resting, end.v)
-    }
-}
-
 in_both_dimensions! { D =>
     #[kernel]
-    impl<C: Contact, G: Surface> Kernel<{ 3 * D + 3 }, { 2 * D }> for Landing<C, G> {
+    impl<C: Contact, G: Surface> Kernel<_, _> for Landing<C, G, D> {
         const COMPILED: Compiled = C::COMPILED.at_most(Compiled::Seldom);
         const UNIFORMS: usize = C::COUNT;
 
-        fn eval<R: Real>(&self, x: [R; 3 * D + 3], settings: &[R]) -> [R; 2 * D] {
+        fn eval<R: Real>(&self, x: LandingNode<R, D>, settings: &[R]) -> Particle<R, D> {
             let (law, node, but) = self.before(x, settings);
             let drift = Drift { dt: self.dt };
             let end = (self.ground).drift_but::<C, R, D>(&law, &drift, node, but);
             self.after(&law, x, self.ground.plane(but).axes, end)
         }
 
-        fn vjp<R: Real, const M: usize>(
-            &self,
-            at: Pullback<R, { 3 * D + 3 }, { 2 * D }, M>,
-        ) -> [[R; 3 * D + 3]; M] {
+        fn vjp<R: Real, const M: usize>(&self, at: Pullback<R, _, _, M>) -> [[R; _]; M] {
             self.ground.vjp(self, at)
         }
     }
+}
 
-    impl<C: Contact, G: Surface> OverGround<C, D, { 3 * D + 3 }, { 2 * D }> for Landing<C, G> {
-        #[inline(always)]
-        fn drift(&self) -> Drift {
-            Drift { dt: self.dt }
-        }
+impl<C: Contact, G: Surface, const D: usize> OverGround<D> for Landing<C, G, D> {
+    type Law = C;
+    type Node<R: Real> = LandingNode<R, D>;
 
-        #[inline(always)]
-        fn before<R: Real>(
-            &self,
-            x: [R; 3 * D + 3],
-            settings: &[R],
-        ) -> (C::Of<R>, Particle<R, D>, R) {
-            let (node, rest) = Particle::split(&x);
-            let but = R::select(mask(rest[1]), rest[0], R::lit(NONE));
-            (self.contact.of(settings), node, but)
-        }
+    #[inline(always)]
+    fn drift(&self) -> Drift {
+        Drift { dt: self.dt }
+    }
 
-        #[inline(always)]
-        fn after<R: Real>(
-            &self,
-            law: &C::Of<R>,
-            x: [R; 3 * D + 3],
-            axes: Rotation<R>,
-            end: Particle<R, D>,
-        ) -> [R; 2 * D] {
-            let v = self.velocity(law, &x, axes, end);
-            Particle { x: end.x, v }.array()
-        }
+    #[inline(always)]
+    fn before<R: Real>(
+        &self,
+        node: LandingNode<R, D>,
+        settings: &[R],
+    ) -> (C::Of<R>, Particle<R, D>, R) {
+        let but = R::select(mask(node.is_held), node.segment, R::lit(NONE));
+        (self.contact.of(settings), node.node, but)
+    }
+
+    #[inline(always)]
+    fn after<R: Real>(
+        &self,
+        law: &C::Of<R>,
+        node: LandingNode<R, D>,
+        axes: Rotation<R>,
+        end: Particle<R, D>,
+    ) -> Particle<R, D> {
+        let (v, zero, rest) = (node.node.v, R::zero(), R::lit(self.dt));
+        let again = zero.less((end.v - v).sum_of_sizes());
+        let velocity = axes.into_rotated(v);
+        let braked = axes.out_of_rotated(C::respond(law, Impact { velocity, rest }));
+        // Coulomb friction would have stopped a node that the drag has slowed down by more than half.
+        let half = R::lit(0.5) * node.slid;
+        let slides = velocity - node.slip.vector();
+        let stops = mask(node.sticks) | slides.norm_along().less(half);
+        let resting = Vector::select(stops, Vector::zero(), braked);
+        let v = Vector::select(mask(node.is_held) & !again, resting, end.v);
+        Particle { x: end.x, v }
     }
 }

@@ -37,9 +37,9 @@ impl BarForce for Hooke {
     }
 
     fn tension_vjp_in_space<R: Real, const M: usize>(
-        tension: &Tension<Self>,
+        tension: &Tension<Self, 3>,
         at: Pullback<R, 7, 3, M>,
     ) -> [[R; 7]; M] {
-        tension.emitted_vjp_in_space(at)
+        tension.emitted_vjp(at)
     }
 }

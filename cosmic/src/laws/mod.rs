@@ -15,6 +15,7 @@ mod contact;
 mod no_ground;
 mod sticking;
 mod coulomb;
+mod pass;
 mod hold;
 mod any_contact;
 mod bar;
@@ -35,25 +36,30 @@ mod adjoints;
 
 pub use actuator::Actuator;
 pub(crate) use any_contact::{AnyContact, FlightInputs};
-pub use bar::{Bar, BarForce, MovingTension, Tension};
+pub use bar::{Bar, BarForce, EdgeNumbers, MovingBar, MovingTension, StillBar, Tension};
 pub use bumpers::{Bump, Bumpers, Total};
 pub use choice::{Choice, ContactLaw, ForceLaws, contact, on_bars, on_lattice, on_nodes};
 pub(crate) use choice::{LAW, names};
-pub use contact::{Contact, Flat, Flying, Impact, Surface};
+pub use contact::{Contact, Flat, Flying, Impact, PushedNode, Surface};
 pub use coulomb::Coulomb;
 pub use damper::Damper;
 pub(crate) use force::add;
 pub use force::{Force, ForceParameters, LatticeForce, Pose, Pull, RestingBar, Step, Sum};
 pub use formula::{BarFormula, NodeFormula};
 pub use hold::{Equation, FirstPass, NextPass};
-pub(crate) use hold::{FindGround, FreeEquation, GroundBelow, NodeContacts, Reaction};
+pub(crate) use hold::{FindGround, FreeEquation, Reaction};
 pub use hooke::Hooke;
 pub use law::{Law, StepInput};
 pub use motion::{Drift, Motion, Particle, Push};
 pub use no_ground::NoGround;
 pub use node::{Node, NodeForce};
 pub(crate) use on_bars::OnBars;
+pub(crate) use pass::{
+    Balance, FirstContact, GroundBelow, HeldEquation, HeldNode, NextContact, NodeAndGround,
+    NodeContacts, NodeEquation, NodeInNextPass, NodeInPass,
+};
 pub use rope::Rope;
+pub(crate) use slopes::LinearBar;
 pub use slopes::{Impulse, Linear, Tensions};
 pub use sticking::Sticking;
 pub use stiffness::Stiffness;

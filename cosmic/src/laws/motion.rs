@@ -4,10 +4,11 @@
 use autodiff::Real;
 use autodiff_programs::Array;
 
-use crate::geometry::{Axes, Dimension, Vector, inputs, outputs};
+use crate::Fields;
+use crate::geometry::{Axes, Dimension, Vector};
 
 /// Position and velocity of a node, in the ground's frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Fields)]
 pub struct Particle<R, const D: usize> {
     /// The position, m.
     pub x: Vector<R, D>,
@@ -25,19 +26,6 @@ pub struct Motion {
 }
 
 impl<R: Real, const D: usize> Particle<R, D> {
-    /// The particle whose position and velocity are at the beginning of a list, and the numbers after them.
-    #[inline(always)]
-    pub fn split(numbers: &[R]) -> (Self, &[R]) {
-        let ([x, v], rest) = Vector::split(numbers);
-        (Self { x, v }, rest)
-    }
-
-    /// The components of the position, then those of the velocity.
-    #[inline(always)]
-    pub fn array<const COUNT: usize>(self) -> [R; COUNT] {
-        Vector::join([self.x, self.v])
-    }
-
     /// Moves the particle at constant velocity for a time (s).
     #[inline(always)]
     #[must_use]
@@ -72,7 +60,7 @@ impl Drift {
 
 /// Gravity and damping, which change a node's velocity in every push. Kernels get these numbers as their first
 /// [`COUNT`](Self::COUNT) uniform inputs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Fields)]
 pub struct Push<R, const D: usize> {
     /// The velocity that gravity adds, m/s.
     pub gravity: Vector<R, D>,
@@ -82,15 +70,12 @@ pub struct Push<R, const D: usize> {
 
 impl<R: Real, const D: usize> Push<R, D> {
     /// The number of uniform inputs.
-    pub const COUNT: usize = D + 1;
+    pub const COUNT: usize = <Self as Fields<R>>::COUNT;
 
     /// Reads the first uniform inputs of a kernel.
     #[inline(always)]
     pub fn of(uniforms: &[R]) -> Self {
-        Self {
-            gravity: Vector::first_of(uniforms),
-            decay: uniforms[D],
-        }
+        Self::first_of(uniforms)
     }
 
     /// Computes the velocity `v*` (m/s) that a node has after the push and before contact. The inputs are the velocity
@@ -108,9 +93,15 @@ impl<R: Real, const D: usize> Push<R, D> {
 }
 
 impl Motion {
-    /// The components of the positions, then those of the velocities.
-    pub fn axes<const COUNT: usize>(self) -> [Array; COUNT] {
-        inputs(&[self.x, self.v], &[])
+    /// The arrays of a node.
+    ///
+    /// # Panics
+    /// If vectors have another number of components.
+    pub fn particle<const D: usize>(self) -> Particle<Array, D> {
+        Particle {
+            x: self.x.vector(),
+            v: self.v.vector(),
+        }
     }
 
     /// The components of the positions and velocities, as a list.
@@ -118,14 +109,20 @@ impl Motion {
         [self.x.as_slice(), self.v.as_slice()].concat()
     }
 
-    /// The motion with these components.
-    pub fn of(dimension: Dimension, components: &[Array]) -> Self {
-        let [x, v] = outputs(dimension, components);
-        Self { x, v }
-    }
-
     /// The dimension of the vectors.
     pub fn dimension(&self) -> Dimension {
         self.x.dimension()
+    }
+}
+
+impl<const D: usize> From<Particle<Array, D>> for Motion
+where
+    Axes<Array>: From<Vector<Array, D>>,
+{
+    fn from(Particle { x, v }: Particle<Array, D>) -> Self {
+        Self {
+            x: x.into(),
+            v: v.into(),
+        }
     }
 }

@@ -10,10 +10,10 @@ use super::force::{AnyForce, Force, ForceParameters, Pose, Pull, Step};
 use super::law::{Law, StepInput, step_inputs};
 use super::motion::Particle;
 use super::stiffness::Stiffness;
-use crate::geometry::{Axes, Matrix, Vector, explicit_in, inputs};
+use crate::geometry::{Axes, Matrix, Vector, explicit_in};
 use crate::lattice::Lattice;
 use crate::settings::Settings;
-use crate::{in_both_dimensions, in_dimension, kernel};
+use crate::{Fields, in_both_dimensions, in_dimension, kernel};
 
 /// A node as a law sees it: the numbers that the force may depend on. Vectors are in the ground's frame: the first
 /// component is along the ground, the last component points out of it.
@@ -60,41 +60,51 @@ pub trait NodeForce: Law {
     }
 }
 
-/// The kernel of a law on nodes. It computes the impulse (N s) on a node over a step from the node's position,
-/// velocity, 1 / mass and weight, and from the time.
+/// A node while a step is computed.
+#[derive(Clone, Copy, Fields)]
+struct WeighedNode<T, const D: usize> {
+    node: Particle<T, D>,
+    /// 1 / mass, 1/kg.
+    inverse_mass: T,
+    /// See [`Node::weight`].
+    weight: T,
+    /// The time, s; any number if the law does not need it.
+    time: T,
+}
+
+/// The kernel of a law on nodes: the impulse (N s) on a node over a step.
 #[derive(Clone, Debug)]
-struct NodeKernel<L> {
+struct NodeKernel<L, const D: usize> {
     law: L,
     dt: f64,
     vertical: Vector<f64>,
 }
 
-impl<L: NodeForce> NodeKernel<L> {
+impl<L: NodeForce, const D: usize> NodeKernel<L, D> {
     #[inline(always)]
-    fn impulse<R: Real, const D: usize>(&self, x: &[R], settings: &[R]) -> [R; D] {
-        let (Particle { x, v }, rest) = Particle::split(x);
-        let [inverse_mass, weight, time] = [rest[0], rest[1], rest[2]];
+    fn impulse<R: Real>(&self, node: WeighedNode<R, D>, settings: &[R]) -> Vector<R, D> {
+        let Particle { x, v } = node.node;
         let node = Node {
             x,
             v,
-            mass: inverse_mass.recip(),
-            weight,
-            time: if L::NEEDS_TIME { time } else { R::zero() },
+            mass: node.inverse_mass.recip(),
+            weight: node.weight,
+            time: if L::NEEDS_TIME { node.time } else { R::zero() },
             vertical: Vector::upright(R::lit(self.vertical.forward()), R::lit(self.vertical.up())),
         };
         let force: Vector<R, D> = L::force(&self.law.of(settings), node);
-        (force * R::lit(self.dt)).array()
+        force * R::lit(self.dt)
     }
 }
 
 in_both_dimensions! { D =>
     #[kernel]
-    impl<L: NodeForce> Kernel<{ 2 * D + 3 }, D> for NodeKernel<L> {
+    impl<L: NodeForce> Kernel<_, _> for NodeKernel<L, D> {
         const COMPILED: Compiled = L::COMPILED.at_most(explicit_in(D));
         const UNIFORMS: usize = L::COUNT;
 
-        fn eval<R: Real>(&self, x: [R; 2 * D + 3], settings: &[R]) -> [R; D] {
-            self.impulse(&x, settings)
+        fn eval<R: Real>(&self, node: WeighedNode<R, D>, settings: &[R]) -> Vector<R, D> {
+            self.impulse(node, settings)
         }
     }
 }
@@ -181,16 +191,20 @@ impl<L: NodeForce> Force for OnNodes<L> {
     }
 
     fn record(&self, p: &mut Program, step: &Step, given: &ForceParameters<Array>) -> Axes<Array> {
-        let kernel = NodeKernel {
-            law: self.law.clone(),
-            dt: step.dt,
-            vertical: step.vertical,
-        };
         let weight = given.constants[0];
-        let others = [step.inverse_mass, weight, step.time.unwrap_or(weight)];
         in_dimension!(step.dimension(), D => {
-            let node = inputs::<_, { 2 * D + 3 }>(&[step.nodes.x, step.nodes.v], &others);
-            p.map(kernel, node, &given.inputs).into()
+            let kernel = NodeKernel::<L, D> {
+                law: self.law.clone(),
+                dt: step.dt,
+                vertical: step.vertical,
+            };
+            let node = WeighedNode {
+                node: step.nodes.particle::<D>(),
+                inverse_mass: step.inverse_mass,
+                weight,
+                time: step.time.unwrap_or(weight),
+            };
+            p.map(kernel, node.array(), &given.inputs).into()
         })
     }
 

@@ -4,9 +4,9 @@ use std::any::Any;
 use std::sync::Arc;
 
 use autodiff::Dual;
-use autodiff_programs::{Array, Program};
+use autodiff_programs::{Array, Fields, Program};
 
-use super::bar::{Bar, BarForce, MovingTension, Tension};
+use super::bar::{Bar, BarForce, EdgeNumbers, MovingTension, Tension};
 use super::force::{AnyForce, Force, ForceParameters, Pose, Pull, RestingBar, Step, Sum};
 use super::law::{StepInput, step_inputs};
 use super::slopes::{BESIDE, Slopes, Tensions};
@@ -27,16 +27,16 @@ impl<L: BarForce> OnBars<L> {
     /// Makes the numbers of an edge's bar in a pose that the tension may depend on.
     fn bar(&self, pose: &Pose, edge: usize) -> Bar<f64> {
         let between = EdgeVector::of(&pose.state, pose.lattice.edges[edge]);
-        let given = [
-            pose.activation.get(edge).copied().unwrap_or(0.0),
-            pose.body.stiffness[edge],
-            (pose.body.rest_length.get(edge))
+        let numbers = EdgeNumbers {
+            activation: pose.activation.get(edge).copied().unwrap_or(0.0),
+            stiffness: pose.body.stiffness[edge],
+            rest_length: (pose.body.rest_length.get(edge))
                 .map_or(pose.lattice.rest_length[edge], |&length| length),
-            pose.body.strain[edge],
-        ];
+            strain: pose.body.strain[edge],
+        };
         let length = between.length(pose.lattice.softening());
         let moving = [length, between.rate(length)];
-        Bar::new(moving, given, pose.body.largest_strain)
+        Bar::new(moving, numbers, pose.body.largest_strain)
     }
 
     /// A derivative of the tension: with respect to the rate of the length (N s/m) if `by_rate` is true, otherwise with
@@ -111,20 +111,21 @@ impl<L: BarForce> Force for OnBars<L> {
     }
 
     fn record(&self, p: &mut Program, step: &Step, given: &ForceParameters<Array>) -> Axes<Array> {
-        let tension = Tension {
-            law: self.0.clone(),
-            dt: step.dt,
-            softening: step.softening,
-            largest_strain: step.largest_strain,
-        };
-        let edge = step.per_edge();
-        in_dimension!(step.dimension(), D => if L::NEEDS_RATE {
-            let ends = step.nodes.axes::<{ 2 * D }>();
-            let moving = MovingTension(tension);
-            p.map_edges::<_, { 2 * D }, { 2 * D + 4 }, D>(step.graph, moving, ends, &edge, &given.inputs).into()
-        } else {
-            let ends = step.nodes.x.array::<D>();
-            p.map_edges::<_, D, { D + 4 }, D>(step.graph, tension, ends, &edge, &given.inputs).into()
+        let (graph, numbers) = (step.graph, step.numbers().list());
+        in_dimension!(step.dimension(), D => {
+            let tension = Tension::<L, D> {
+                law: self.0.clone(),
+                dt: step.dt,
+                softening: step.softening,
+                largest_strain: step.largest_strain,
+            };
+            if L::NEEDS_RATE {
+                let ends = step.nodes.particle::<D>().array::<{ 2 * D }>();
+                p.map_edges(graph, MovingTension(tension), ends, &numbers, &given.inputs).into()
+            } else {
+                let ends = step.nodes.x.array::<D>();
+                p.map_edges(graph, tension, ends, &numbers, &given.inputs).into()
+            }
         })
     }
 
@@ -135,21 +136,25 @@ impl<L: BarForce> Force for OnBars<L> {
         given: &ForceParameters<Array>,
         before: Option<Tensions>,
     ) -> Option<Tensions> {
-        let slopes = Slopes {
-            law: self.0.clone(),
-            softening: step.softening,
-            largest_strain: step.largest_strain,
-        };
-        let edge = step.per_edge();
-        let own = in_dimension!(step.dimension(), D => {
-            let ends = step.nodes.axes::<{ 2 * D }>();
-            p.map_each_edge::<_, { 2 * D }, { 2 * D + 4 }, 3>(step.graph, slopes, ends, &edge, &given.inputs)
+        let numbers = step.numbers().list();
+        let own: Tensions = in_dimension!(step.dimension(), D => {
+            let slopes = Slopes::<L, D> {
+                law: self.0.clone(),
+                softening: step.softening,
+                largest_strain: step.largest_strain,
+            };
+            let ends = step.nodes.particle::<D>().array::<{ 2 * D }>();
+            Tensions::of(p.map_each_edge(step.graph, slopes, ends, &numbers, &given.inputs))
         });
-        let Some(before) = before.map(Tensions::array) else {
-            return Some(own.into());
-        };
-        let sum = [0, 1, 2].map(|k| p.map(Sum, [before[k], own[k]], &[])[0]);
-        Some(sum.into())
+        let mut add = |before, own| p.map(Sum, [before, own], &[])[0];
+        Some(match before {
+            Some(before) => Tensions {
+                tension: add(before.tension, own.tension),
+                by_length: add(before.by_length, own.by_length),
+                by_rate: add(before.by_rate, own.by_rate),
+            },
+            None => own,
+        })
     }
 
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull> {

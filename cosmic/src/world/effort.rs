@@ -10,7 +10,7 @@ use super::parameters::StepParameters;
 use crate::geometry::{Axes, Vector};
 use crate::lattice::Body;
 use crate::laws::{Force, Push, Step, Tensions};
-use crate::{in_both_dimensions, in_dimension, kernel};
+use crate::{Fields, in_both_dimensions, in_dimension, kernel};
 
 /// What the bars of a robot do in the step that ends at an observed state. Each list has a number for every edge. At the
 /// start of a rollout all numbers are 0.
@@ -85,9 +85,11 @@ impl Meter {
         impulse: Axes<Array>,
         tension: Array,
     ) -> Self {
-        let per_edge = [impulse.as_slice(), &[self.work, self.net]].concat();
-        let [work, net] = in_dimension!(moving.dimension(), D => {
-            p.map_each_edge::<_, D, { 2 * D + 2 }, 2>(graph, Work, moving.array(), &per_edge, &[])
+        let Self { work, net, .. } = self;
+        let Energies { work, net } = in_dimension!(moving.dimension(), D => {
+            let pushed = PushedBar { impulse: impulse.vector::<D>(), before: Energies { work, net } };
+            let ends = moving.array::<D>();
+            Energies::of(p.map_each_edge(graph, Work::<D>, ends, &pushed.list(), &[]))
         });
         Self { tension, work, net }
     }
@@ -109,43 +111,86 @@ pub(super) fn tension(
     sum.expect("every robot has springs").tension
 }
 
-/// The kernel of the energies of a bar (J) after a push: the energy given, and the energy given less the energy taken. The
-/// inputs are the mean relative velocity of its ends (m/s), its impulse on its first node (N s) and the energies before. At
-/// the kink, where the bar gives nothing, the derivative of the energy given is 0.
-struct Work;
+/// The energies of a bar: see [`Effort`].
+#[derive(Clone, Copy, Fields)]
+struct Energies<T> {
+    /// The energy given, J.
+    work: T,
+    /// The energy given less the energy taken, J.
+    net: T,
+}
+
+/// What a push does to a bar.
+#[derive(Clone, Copy, Fields)]
+struct PushedBar<T, const D: usize> {
+    /// The impulse on its first node, N s.
+    impulse: Vector<T, D>,
+    before: Energies<T>,
+}
+
+/// A bar in a push.
+#[derive(Clone, Copy, Fields)]
+struct MovingPushedBar<T, const D: usize> {
+    /// The mean relative velocity of its ends, m/s.
+    dv: Vector<T, D>,
+    pushed: PushedBar<T, D>,
+}
+
+/// The kernel of the energies of a bar after a push. At the kink, where the bar gives nothing, the derivative of the energy
+/// given is 0.
+struct Work<const D: usize>;
 
 in_both_dimensions! { D =>
     #[kernel]
-    impl Kernel<{ 2 * D + 2 }, 2> for Work {
+    impl Kernel<_, _> for Work<D> {
         const COMPILED: Compiled = Compiled::Seldom;
-        fn eval<R: Real>(&self, x: [R; 2 * D + 2], _: &[R]) -> [R; 2] {
-            let ([dv, impulse], before) = Vector::<R, D>::split(&x);
-            let given = -impulse.dot(dv);
-            [before[0] + given.max(R::zero()), before[1] + given]
+        fn eval<R: Real>(&self, bar: MovingPushedBar<R, D>, _: &[R]) -> Energies<R> {
+            let PushedBar { impulse, before } = bar.pushed;
+            let given = -impulse.dot(bar.dv);
+            Energies { work: before.work + given.max(R::zero()), net: before.net + given }
         }
     }
 }
 
-/// The kernel of the mean of a node's velocities before and after an explicit push (m/s), from the velocity before, the
-/// impulse (N s) and 1 / mass (1/kg). The uniform inputs are those of a [`Push`].
-pub(super) struct MeanVelocity;
+/// The kernel of the mean of a node's velocities before and after an explicit push, m/s. The uniform inputs are those of a
+/// [`Push`].
+pub(super) struct MeanVelocity<const D: usize>;
+
+/// A node in a push.
+#[derive(Clone, Copy, Fields)]
+pub(super) struct NodeInPush<T, const D: usize> {
+    /// The velocity before the push, m/s.
+    pub(super) v: Vector<T, D>,
+    /// The impulse, N s.
+    pub(super) impulse: Vector<T, D>,
+    /// 1 / mass, 1/kg.
+    pub(super) inverse_mass: T,
+}
 
 in_both_dimensions! { D =>
     #[kernel]
-    impl Kernel<{ 2 * D + 1 }, D> for MeanVelocity {
+    impl Kernel<_, _> for MeanVelocity<D> {
         const COMPILED: Compiled = Compiled::Seldom;
         const UNIFORMS: usize = Push::<f64, D>::COUNT;
 
-        fn eval<R: Real>(&self, x: [R; 2 * D + 1], push: &[R]) -> [R; D] {
-            let ([v, impulse], rest) = Vector::<R, D>::split(&x);
-            let after = Push::of(push).velocity(v, impulse, rest[0]);
-            ((v + after) * R::lit(0.5)).array()
+        fn eval<R: Real>(&self, node: NodeInPush<R, D>, push: &[R]) -> Vector<R, D> {
+            let after = Push::of(push).velocity(node.v, node.impulse, node.inverse_mass);
+            (node.v + after) * R::lit(0.5)
         }
     }
 }
 
-/// The kernel of the impulse of a bar on its first node (N s), from the vector along the bar (m) and its tension (N).
-pub(super) struct BarImpulse {
+/// A bar that pulls.
+#[derive(Clone, Copy, Fields)]
+pub(super) struct PullingBar<T, const D: usize> {
+    /// The vector along the bar, m.
+    d: Vector<T, D>,
+    /// The tension, N.
+    tension: T,
+}
+
+/// The kernel of the impulse of a bar on its first node, N s.
+pub(super) struct BarImpulse<const D: usize> {
     /// The duration of the push, s.
     pub(super) dt: f64,
     /// The softening of lengths, m^2.
@@ -154,18 +199,26 @@ pub(super) struct BarImpulse {
 
 in_both_dimensions! { D =>
     #[kernel]
-    impl Kernel<{ D + 1 }, D> for BarImpulse {
+    impl Kernel<_, _> for BarImpulse<D> {
         const COMPILED: Compiled = Compiled::Seldom;
-        fn eval<R: Real>(&self, x: [R; D + 1], _: &[R]) -> [R; D] {
-            let ([d], tension) = Vector::<R, D>::split(&x);
-            let per_length = tension[0] * R::lit(self.dt) / d.softened_norm(self.softening);
-            (d * per_length).array()
+        fn eval<R: Real>(&self, PullingBar { d, tension }: PullingBar<R, D>, _: &[R]) -> Vector<R, D> {
+            let per_length = tension * R::lit(self.dt) / d.softened_norm(self.softening);
+            d * per_length
         }
     }
 }
 
-/// The kernel of the tension of a bar (N), from the vector along it (m) and the impulse on its first node (N s).
-pub(super) struct BarTension {
+/// A bar with the impulse that it gives to its first node.
+#[derive(Clone, Copy, Fields)]
+pub(super) struct PulledBar<T, const D: usize> {
+    /// The vector along the bar, m.
+    d: Vector<T, D>,
+    /// The impulse, N s.
+    impulse: Vector<T, D>,
+}
+
+/// The kernel of the tension of a bar, N.
+pub(super) struct BarTension<const D: usize> {
     /// The duration of the push, s.
     pub(super) dt: f64,
     /// The softening of lengths, m^2.
@@ -174,11 +227,10 @@ pub(super) struct BarTension {
 
 in_both_dimensions! { D =>
     #[kernel]
-    impl Kernel<{ 2 * D }, 1> for BarTension {
+    impl Kernel<_, _> for BarTension<D> {
         const COMPILED: Compiled = Compiled::Seldom;
-        fn eval<R: Real>(&self, x: [R; 2 * D], _: &[R]) -> [R; 1] {
-            let ([d, impulse], _) = Vector::<R, D>::split(&x);
-            [d.dot(impulse) / (d.softened_norm(self.softening) * R::lit(self.dt))]
+        fn eval<R: Real>(&self, PulledBar { d, impulse }: PulledBar<R, D>, _: &[R]) -> R {
+            d.dot(impulse) / (d.softened_norm(self.softening) * R::lit(self.dt))
         }
     }
 }

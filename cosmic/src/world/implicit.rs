@@ -11,13 +11,15 @@ use autodiff_programs::{Array, Compiled, Kernel, Program};
 
 use super::effort::{BarTension, Meter};
 use super::parameters::StepParameters;
-use crate::geometry::{Axes, Dimension, Vector, inputs, outputs};
+use crate::geometry::{Along, Axes, Dimension, Symmetric, Vector};
 use crate::laws::{
-    AnyContact, Equation, FindGround, FirstPass, Flat, Force, FreeEquation, GroundBelow, Impulse,
-    Linear, Motion, NextPass, NodeContacts, Push, Reaction, Step, Terrain, add,
+    AnyContact, Balance, Equation, FindGround, FirstContact, FirstPass, Flat, Force, FreeEquation,
+    GroundBelow, HeldEquation, HeldNode, Impulse, Linear, LinearBar, Motion, NextContact, NextPass,
+    NodeAndGround, NodeContacts, NodeEquation, NodeInNextPass, NodeInPass, Push, Reaction, Step,
+    Terrain, add,
 };
 use crate::policy::weighted;
-use crate::{in_both_dimensions, in_dimension, kernel};
+use crate::{Fields, in_both_dimensions, in_dimension, kernel};
 
 /// An implicit step of all nodes, as it is recorded.
 pub(super) struct Implicit<'a> {
@@ -40,6 +42,17 @@ struct Start {
     grip: Option<Array>,
     /// A zero for every node.
     none: Array,
+}
+
+/// The velocities of all nodes, and the impulses that change them.
+#[derive(Clone, Copy)]
+struct Balanced {
+    /// The velocity in the step, m/s.
+    moving: Axes<Array>,
+    /// The velocity without bars, m/s.
+    free: Axes<Array>,
+    /// The impulses of the forces, N s.
+    impulses: Axes<Array>,
 }
 
 /// The results of a pass.
@@ -71,9 +84,12 @@ struct Bars {
 }
 
 impl Bars {
-    /// The inputs of the kernel [`Impulse`] after the change of velocity.
-    fn linear(&self) -> Vec<Array> {
-        [self.impulse.as_slice(), &self.slopes].concat()
+    /// What the kernel [`Impulse`] reads of each bar.
+    fn linear<const D: usize>(&self) -> LinearBar<Array, D> {
+        LinearBar {
+            impulse: self.impulse.vector(),
+            slopes: Symmetric::first_of(&self.slopes),
+        }
     }
 }
 
@@ -111,7 +127,7 @@ impl Implicit<'_> {
     /// The velocities that nodes would have without bars, m/s.
     fn free(&self, p: &mut Program) -> Axes<Array> {
         let (v, push) = (self.step.nodes.v, &self.given.mechanics.push);
-        in_dimension!(self.dimension(), D => p.map(FreeVelocity, v.array::<D>(), push).into())
+        in_dimension!(self.dimension(), D => p.map(FreeVelocity::<D>, v.array(), push).into())
     }
 
     /// The positions of the nodes if they move with these velocities in the step, m.
@@ -124,14 +140,15 @@ impl Implicit<'_> {
     /// exact: with stiff bars, the rounding of the solution is large compared with the momentum of light nodes.
     fn balanced(&self, p: &mut Program, start: &Start, pass: &Pass) -> Axes<Array> {
         let (nodes, inverse_mass) = (self.step.graph.nodes(), self.step.inverse_mass);
-        let per_mass = in_dimension!(self.dimension(), D => {
-            let impulse = inputs::<_, { D + 1 }>(&[pass.reaction], &[inverse_mass]);
-            p.map(PerMass, impulse, &[]).to_vec()
+        let (mass, mut averaged) = in_dimension!(self.dimension(), D => {
+            let pushed = PushedMass { impulse: pass.reaction.vector::<D>(), inverse_mass };
+            let pushed = p.map(PerMass::<D>, pushed.array(), &[]);
+            let MassAndChange { mass, change } = MassAndChange::<_, D>::of(pushed);
+            (mass, change.list())
         });
         let contacts = pass.contacts.as_ref();
-        let is_held = contacts.map_or(start.none, |contacts| contacts.is_held);
-        let averaged = [&per_mass[1..], &[is_held]].concat();
-        let [_, means] = weighted(p, per_mass[0], [&averaged, &[], &[]]);
+        averaged.push(contacts.map_or(start.none, |contacts| contacts.is_held));
+        let [_, means] = weighted(p, mass, [&averaged, &[], &[]]);
         let mut mean = |k: usize| p.gather(means, &vec![Some(k); nodes]);
         let count = self.dimension().count();
         let (means, is_held) = (Axes::from_fn(self.dimension(), &mut mean), mean(count));
@@ -152,18 +169,25 @@ impl Implicit<'_> {
             None => (None, base.v.map(|_| start.none)),
         };
         let impulses = self.impulses(p, base, &bars, change);
-        let vectors = [change, base.v, free, impulses];
+        let at_base = Balanced {
+            moving: base.v,
+            free,
+            impulses,
+        };
         let solved = match &contacts {
-            Some(contacts) => self.solve(p, vectors, contacts, &bars),
-            None => self.solve_free(p, [base.v, free, impulses], &bars),
+            Some(contacts) => self.solve(p, at_base, change, contacts, &bars),
+            None => self.solve_free(p, at_base, &bars),
         };
         let change = add(p, Some(change), solved);
         let moving = add(p, Some(base.v), change);
         let impulses = self.impulses(p, base, &bars, change);
-        let (balance, inverse_mass) = ([moving, free, impulses], [self.step.inverse_mass]);
+        let at_end = Balanced {
+            moving,
+            free,
+            impulses,
+        };
         let reaction = in_dimension!(self.dimension(), D => {
-            let node = inputs::<_, { 3 * D + 1 }>(&balance, &inverse_mass);
-            Axes::from(p.map::<_, { 3 * D + 1 }, D>(Reaction, node, &[]))
+            p.map(Reaction::<D>, self.balance::<D>(at_end).array(), &[]).into()
         });
         let of_bars = |entry: &Array| p.sum_at_nodes(graph, *entry);
         Pass {
@@ -183,17 +207,13 @@ impl Implicit<'_> {
     /// Records the meter after a step whose last pass is `pass`. The impulses are those with which bars act on the nodes in
     /// this pass.
     fn metered(&self, p: &mut Program, pass: &Pass, before: Meter) -> Meter {
-        let (graph, per_edge) = (self.step.graph, pass.bars.linear());
-        let pulled = BarTension {
-            dt: self.step.dt,
-            softening: self.step.softening,
-        };
+        let (graph, dt, softening) = (self.step.graph, self.step.dt, self.step.softening);
         let moving = (self.step.nodes.v).zip_with(pass.moving, |v, w| p.map(Mean, [v, w], &[])[0]);
         in_dimension!(self.dimension(), D => {
-            let impulse: [Array; D] =
-                p.map_each_edge(graph, Impulse::<D>, pass.change.array::<D>(), &per_edge, &[]);
-            let [tension] =
-                p.map_each_edge::<_, D, { 2 * D }, 1>(graph, pulled, pass.base.array(), &impulse, &[]);
+            let (change, linear) = (pass.change.array::<D>(), pass.bars.linear::<D>().list());
+            let impulse = p.map_each_edge(graph, Impulse::<D>, change, &linear, &[]);
+            let (base, pulled) = (pass.base.array::<D>(), BarTension::<D> { dt, softening });
+            let [tension] = p.map_each_edge(graph, pulled, base, &impulse, &[]);
             before.after(p, graph, moving, impulse.into(), tension)
         })
     }
@@ -215,23 +235,16 @@ impl Implicit<'_> {
                 None => others.push(k),
             }
         }
-        let tensions = sum.expect("every robot has springs").array();
+        let tensions = sum.expect("every robot has springs").list();
         let (dt, softening) = (at.dt, at.softening);
         let lead = if from_start { 1.0 } else { 0.0 };
-        let dimension = self.dimension();
-        let linear = in_dimension!(dimension, D => {
-            let linear = Linear::<D> { dt, softening, lead };
-            p.map_each_edge::<_, { 2 * D }, { 2 * D + 3 }, { D + D * (D + 1) / 2 }>(
-                at.graph, linear, base.axes(), &tensions, &[],
-            ).to_vec()
-        });
-        let (impulse, slopes) = linear.split_at(dimension.count());
-        let [impulse] = outputs(dimension, impulse);
-        Bars {
-            impulse,
-            slopes: slopes.to_vec(),
-            others,
-        }
+        in_dimension!(self.dimension(), D => {
+            let (linear, ends) = (Linear::<D> { dt, softening, lead }, base.particle::<D>());
+            let ends = ends.array::<{ 2 * D }>();
+            let linear = p.map_each_edge(at.graph, linear, ends, &tensions, &[]);
+            let LinearBar { impulse, slopes } = LinearBar::<_, D>::of(linear);
+            Bars { impulse: impulse.into(), slopes: slopes.list(), others }
+        })
     }
 
     /// The impulses on all nodes (N s), if their velocities differ by `change` from the base: those of the bars, then those
@@ -243,9 +256,9 @@ impl Implicit<'_> {
         bars: &Bars,
         change: Axes<Array>,
     ) -> Axes<Array> {
-        let (graph, per_edge) = (self.step.graph, bars.linear());
         let of_bars: Axes<Array> = in_dimension!(self.dimension(), D => {
-            p.map_edges(graph, Impulse::<D>, change.array::<D>(), &per_edge, &[]).into()
+            let (change, linear) = (change.array::<D>(), bars.linear::<D>().list());
+            p.map_edges(self.step.graph, Impulse::<D>, change, &linear, &[]).into()
         });
         let at = self.at(base);
         (bars.others.iter()).fold(of_bars, |sum, &k| {
@@ -263,114 +276,129 @@ impl Implicit<'_> {
         moving: Axes<Array>,
         before: Option<&Pass>,
     ) -> (NodeContacts<Array>, Axes<Array>) {
-        let (vectors, dt) = ([self.step.nodes.v, moving], self.step.dt);
+        let dt = self.step.dt;
         let before = before.and_then(|pass| Some((pass, pass.contacts.as_ref()?)));
         let last = before.map_or([none; 2], |(_, contacts)| {
             [contacts.ground.segment, contacts.is_held]
         });
         let ground = self.ground(p, moving, last);
-        let [tx, ty] = ground.tangent;
-        let mut others = vec![ground.is_new, tx, ty, ground.height];
-        let dimension = self.dimension();
-        let Some((pass, contacts)) = before else {
-            let first = in_dimension!(dimension, D => {
-                let node = inputs::<_, { 2 * D + 4 }>(&vectors, &others);
-                p.map(FirstPass::<D> { dt }, node, &[grip]).to_vec()
-            });
-            let (own, change) = first.split_at(first.len() - dimension.count());
-            let contacts = NodeContacts {
-                is_held: ground.is_new,
-                ground,
-                sticks: own[0],
-                impact: own[1],
-                slip: own[2..].to_vec(),
-                drag: none,
-                slid: none,
+        in_dimension!(self.dimension(), D => {
+            let now = NodeInPass {
+                v: self.step.nodes.v.vector::<D>(),
+                moving: moving.vector(),
+                meeting: ground.meeting,
             };
-            let [change] = outputs(dimension, change);
-            return (contacts, change);
-        };
-        others.extend([
-            self.step.inverse_mass,
-            contacts.is_held,
-            contacts.sticks,
-            contacts.ground.is_new,
-            contacts.impact,
-        ]);
-        let reaction = pass.reaction.as_slice();
-        others.extend([&contacts.slip, reaction, &pass.of_bars].concat());
-        let next = in_dimension!(dimension, D => {
-            let node = inputs::<_, { 4 * D + 8 + D * (D + 1) / 2 }>(&vectors, &others);
-            p.map(NextPass::<D> { dt }, node, &[grip]).to_vec()
-        });
-        let (own, change) = next.split_at(next.len() - dimension.count());
-        let (slip, friction) = own[3..].split_at(dimension.count() - 1);
-        let contacts = NodeContacts {
-            ground,
-            is_held: own[0],
-            sticks: own[1],
-            impact: own[2],
-            slip: slip.to_vec(),
-            drag: friction[0],
-            slid: friction[1],
-        };
-        let [change] = outputs(dimension, change);
-        (contacts, change)
+            let Some((pass, contacts)) = before else {
+                let first = p.map(FirstPass::<D> { dt }, now.array(), &[grip]);
+                let first = FirstContact::<_, D>::of(first);
+                return (first.contacts(ground, none), first.change.into());
+            };
+            let node = NodeInNextPass {
+                now,
+                inverse_mass: self.step.inverse_mass,
+                was_held: contacts.is_held,
+                stuck: contacts.sticks,
+                was_new: contacts.ground.meeting.is_new,
+                impact: contacts.impact,
+                slip: Along::first_of(&contacts.slip),
+                reaction: pass.reaction.vector(),
+                bars: Symmetric::first_of(&pass.of_bars),
+            };
+            let next = NextContact::<_, D>::of(p.map(NextPass::<D> { dt }, node.array(), &[grip]));
+            (next.contacts(ground), next.change.into())
+        })
     }
 
-    /// Finds the ground below every node. `last` has the segment and `is_held` of the pass before.
-    fn ground(&self, p: &mut Program, moving: Axes<Array>, last: [Array; 2]) -> GroundBelow<Array> {
-        let (vectors, dt) = ([self.step.nodes.x, moving], self.step.dt);
-        let flat = FindGround { ground: Flat, dt };
-        let [segment, is_new, tx, ty, height] = match (self.dimension(), self.terrain.cloned()) {
-            (Dimension::Space, _) => p.map(flat, inputs::<_, 8>(&vectors, &last), &[]),
-            (Dimension::Plane, None) => p.map(flat, inputs::<_, 6>(&vectors, &last), &[]),
-            (Dimension::Plane, Some(ground)) => {
-                let node = inputs::<_, 6>(&vectors, &last);
-                p.map(FindGround { ground, dt }, node, &[])
-            }
+    /// Finds the ground below every node. `segment` and `is_held` are those of the pass before.
+    fn ground(
+        &self,
+        p: &mut Program,
+        moving: Axes<Array>,
+        [segment, is_held]: [Array; 2],
+    ) -> GroundBelow<Array> {
+        let dt = self.step.dt;
+        let base = Motion {
+            v: moving,
+            ..self.step.nodes
         };
-        GroundBelow {
-            segment,
-            is_new,
-            tangent: [tx, ty],
-            height,
+        in_dimension!(self.dimension(), D => {
+            let node = NodeAndGround { node: base.particle::<D>(), segment, is_held };
+            // The condition is constant, so that no kernel in space is compiled for terrain.
+            GroundBelow::of(match self.terrain.cloned() {
+                Some(ground) if const { D == 2 } => p.map(FindGround::<_, D> { ground, dt }, node.array(), &[]),
+                _ => p.map(FindGround::<_, D> { ground: Flat, dt }, node.array(), &[]),
+            })
+        })
+    }
+
+    /// The arrays of the kernels [`Reaction`] and [`FreeEquation`].
+    fn balance<const D: usize>(&self, nodes: Balanced) -> Balance<Array, D> {
+        Balance {
+            moving: nodes.moving.vector(),
+            free: nodes.free.vector(),
+            impulse: nodes.impulses.vector(),
+            inverse_mass: self.step.inverse_mass,
         }
     }
 
-    /// Solves for the velocities. The vectors are the change of held nodes, the base, the velocity without bars, and the
-    /// impulses. Returns the change of velocity that is left.
+    /// Solves for the velocities of nodes at the base. `change` is the change of velocity of held nodes. Returns the change
+    /// of velocity that is left.
     fn solve(
         &self,
         p: &mut Program,
-        vectors: [Axes<Array>; 4],
+        at_base: Balanced,
+        change: Axes<Array>,
         contacts: &NodeContacts<Array>,
         bars: &Bars,
     ) -> Axes<Array> {
-        let ([tx, ty], graph) = (contacts.ground.tangent, self.step.graph);
-        let mut others = vec![self.step.inverse_mass, tx, ty];
-        others.extend([contacts.is_held, contacts.sticks]);
-        others.extend(&contacts.slip);
-        others.push(contacts.drag);
         in_dimension!(self.dimension(), D => {
-            let node = inputs::<_, { 5 * D + 5 }>(&vectors, &others);
-            let equation: [Array; D * (D + 2)] = p.map(Equation::<D>, node, &[]);
-            let (b, blocks) = equation.split_at(D);
-            let (block, held) = blocks.split_at(blocks.len() / 2);
-            let b: [Array; D] = inputs(&[], b);
-            p.solve(graph, block, &bars.slopes, held, b).into()
+            let node = HeldNode {
+                change: change.vector::<D>(),
+                base: at_base.moving.vector(),
+                free: at_base.free.vector(),
+                impulse: at_base.impulses.vector(),
+                inverse_mass: self.step.inverse_mass,
+                tangent: contacts.ground.meeting.tangent,
+                is_held: contacts.is_held,
+                sticks: contacts.sticks,
+                slip: Along::first_of(&contacts.slip),
+                drag: contacts.drag,
+            };
+            let equation = p.map(Equation::<D>, node.array(), &[]);
+            let HeldEquation { equation, held } = HeldEquation::<_, D>::of(equation);
+            self.solution(p, equation, bars, &held.list())
         })
     }
 
     /// Like [`solve`](Self::solve), in a world without ground.
-    fn solve_free(&self, p: &mut Program, vectors: [Axes<Array>; 3], bars: &Bars) -> Axes<Array> {
+    fn solve_free(&self, p: &mut Program, at_base: Balanced, bars: &Bars) -> Axes<Array> {
         in_dimension!(self.dimension(), D => {
-            let node = inputs::<_, { 3 * D + 1 }>(&vectors, &[self.step.inverse_mass]);
-            let equation: [Array; D + D * (D + 1) / 2] = p.map(FreeEquation, node, &[]);
-            let (b, block) = equation.split_at(D);
-            let b: [Array; D] = inputs(&[], b);
-            p.solve(self.step.graph, block, &bars.slopes, &[], b).into()
+            let node = self.balance::<D>(at_base).array();
+            let equation = NodeEquation::<_, D>::of(p.map(FreeEquation::<D>, node, &[]));
+            self.solution(p, equation, bars, &[])
         })
+    }
+
+    /// The solution of the equations of all nodes. `held` are the projections onto the directions in which nodes are held.
+    fn solution<const D: usize>(
+        &self,
+        p: &mut Program,
+        equation: NodeEquation<Array, D>,
+        bars: &Bars,
+        held: &[Array],
+    ) -> Axes<Array>
+    where
+        Axes<Array>: From<[Array; D]>,
+    {
+        let NodeEquation { right, block } = equation;
+        p.solve(
+            self.step.graph,
+            &block.list(),
+            &bars.slopes,
+            held,
+            right.array(),
+        )
+        .into()
     }
 
     /// Records the end of the step: nodes move with the velocity of the last pass.
@@ -382,28 +410,25 @@ impl Implicit<'_> {
                 v: moving,
             };
         };
-        let mut own = vec![contacts.ground.segment, contacts.is_held, contacts.sticks];
-        own.extend(&contacts.slip);
-        own.push(contacts.slid);
         let (moving, settings) = (Motion { x, v: moving }, &self.given.mechanics.contact);
         self.contact
-            .land(p, dt, self.terrain, moving, &own, settings)
+            .land(p, dt, self.terrain, moving, contacts, settings)
     }
 }
 
 /// The kernel of the velocity without bars: damping, then the velocity that gravity adds. The uniform inputs are those of a
 /// [`Push`].
-struct FreeVelocity;
+struct FreeVelocity<const D: usize>;
 
 in_both_dimensions! { D =>
     #[kernel]
-    impl Kernel<D, D> for FreeVelocity {
+    impl Kernel<_, _> for FreeVelocity<D> {
         const COMPILED: Compiled = Compiled::Seldom;
         const UNIFORMS: usize = Push::<f64, D>::COUNT;
 
-        fn eval<R: Real>(&self, v: [R; D], push: &[R]) -> [R; D] {
-            let Push { gravity, decay } = Push::<R, D>::of(push);
-            Vector::new(v).fma(decay, gravity).array()
+        fn eval<R: Real>(&self, v: Vector<R, D>, push: &[R]) -> Vector<R, D> {
+            let Push { gravity, decay } = Push::of(push);
+            v.fma(decay, gravity)
         }
     }
 }
@@ -434,18 +459,32 @@ impl Kernel<2, 1> for Mean {
     }
 }
 
-/// The kernel of a node's mass (kg) and its change of velocity by an impulse, from the impulse (N s) and 1 / mass.
-struct PerMass;
+/// A node that gets an impulse.
+#[derive(Clone, Copy, Fields)]
+struct PushedMass<T, const D: usize> {
+    /// The impulse, N s.
+    impulse: Vector<T, D>,
+    /// 1 / mass, 1/kg.
+    inverse_mass: T,
+}
+
+/// The mass of a node, kg, and its change of velocity by an impulse, m/s.
+#[derive(Clone, Copy, Fields)]
+struct MassAndChange<T, const D: usize> {
+    mass: T,
+    change: Vector<T, D>,
+}
+
+/// The kernel of a node's mass and its change of velocity.
+struct PerMass<const D: usize>;
 
 in_both_dimensions! { D =>
     #[kernel]
-    impl Kernel<{ D + 1 }, { D + 1 }> for PerMass {
+    impl Kernel<_, _> for PerMass<D> {
         const COMPILED: Compiled = Compiled::Seldom;
-        fn eval<R: Real>(&self, x: [R; D + 1], _: &[R]) -> [R; D + 1] {
-            let mut results = [x[D].recip(); D + 1];
-            let impulse = Vector::<R, D>::first_of(&x);
-            (impulse * x[D]).write(&mut results[1..]);
-            results
+        fn eval<R: Real>(&self, node: PushedMass<R, D>, _: &[R]) -> MassAndChange<R, D> {
+            let PushedMass { impulse, inverse_mass } = node;
+            MassAndChange { mass: inverse_mass.recip(), change: impulse * inverse_mass }
         }
     }
 }

@@ -4,12 +4,12 @@ use std::slice;
 use std::sync::Arc;
 
 use autodiff::Real;
-use autodiff_programs::{Array, Graph, Program};
+use autodiff_programs::{Array, Fields, Graph, Program};
 
-use super::effort::{self, BarImpulse, MeanVelocity, Meter};
+use super::effort::{self, BarImpulse, MeanVelocity, Meter, NodeInPush};
 use super::implicit::Implicit;
 use super::parameters::{MechanicsParameters, ParameterSink, StepParameters};
-use crate::geometry::{Axes, Dimension, Ground, Vector, inputs};
+use crate::geometry::{Axes, Dimension, Ground, Vector};
 use crate::in_dimension;
 use crate::lattice::Lattice;
 use crate::laws::{
@@ -247,17 +247,16 @@ impl Mechanics {
         before: Meter,
     ) -> Meter {
         let tension = effort::tension(p, step, &self.forces, given);
-        let pulling = BarImpulse {
-            dt: step.dt,
-            softening: step.softening,
-        };
+        let (dt, softening) = (step.dt, step.softening);
         in_dimension!(self.dimension, D => {
-            let positions = step.nodes.x.array::<D>();
+            let (positions, pulling) = (step.nodes.x.array::<D>(), BarImpulse::<D> { dt, softening });
             let pulls = p.map_each_edge(step.graph, pulling, positions, &[tension], &[]);
-            let node: [Array; 2 * D + 1] =
-                inputs(&[step.nodes.v, impulses], &[given.inverse_mass]);
-            let moving: [Array; D] = p.map(MeanVelocity, node, &given.mechanics.push);
-            let pulls: [Array; D] = pulls;
+            let node = NodeInPush {
+                v: step.nodes.v.vector::<D>(),
+                impulse: impulses.vector(),
+                inverse_mass: given.inverse_mass,
+            };
+            let moving = p.map(MeanVelocity::<D>, node.array(), &given.mechanics.push);
             before.after(p, step.graph, moving.into(), pulls.into(), tension)
         })
     }

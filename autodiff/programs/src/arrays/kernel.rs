@@ -90,6 +90,9 @@ impl Compiled {
 /// assert_eq!(gradient(sum, &[0.5]), [-24.0]);
 /// ```
 ///
+/// Give the inputs of a larger kernel names by [`Fields`](crate::Fields), so that neither the kernel nor its caller counts
+/// positions.
+///
 /// A kernel only has to implement `eval`. Its derivatives then come from dual numbers, whose cost grows with the number
 /// of inputs: about seven evaluations of the kernel for eight inputs, and seventy for fifty. Straight-line code that is
 /// [emitted](crate::emit) from a recording of `eval` costs two to four evaluations for any number of inputs. To use it,

@@ -6,6 +6,7 @@
 //! for the parameters, lie one after the other in the step's **row**. Several rollouts can run at once, each from its
 //! own **start** (initial state). Their numbers are interleaved in each array.
 
+mod fields;
 mod kernel;
 mod array;
 mod graph;
@@ -27,6 +28,7 @@ pub(crate) use array::{TOO_LONG, checked_sum, repeated};
 pub use dense::Layer;
 pub(crate) use dense::{Aligned, DenseLayer};
 pub(crate) use edges::EdgeMap;
+pub use fields::Fields;
 pub use gather::Gather;
 pub use graph::{Graph, SlotEdge};
 pub use kernel::{Compiled, Kernel, MOST_UNIFORMS, Pullback, constants, pulled_back, vjp_by_duals};
