@@ -8,7 +8,7 @@ use std::slice::ChunksExact;
 
 use autodiff::Real;
 use autodiff::simd::Lane;
-use autodiff_programs::operations::{ArrayOperation, Forward, Reverse};
+use autodiff_programs::operations::{ArrayOperation, Forward, Reverse, each};
 use autodiff_programs::{Array, Program};
 
 use crate::kernel;
@@ -268,23 +268,4 @@ fn folded<R: Real, L: Lane<R>>(parts: &mut [L; PARTS], registers: usize, starts:
         sums[k] = sums[k - starts];
     }
     sums
-}
-
-/// Loads one number for each start (initial state). The numbers repeat, to fill a register.
-#[kernel]
-fn each<R: Real, L: Lane<R>>(numbers: &[R], starts: usize) -> L {
-    if starts == 1 {
-        return L::splat(numbers[0]);
-    }
-    if starts == L::N {
-        return L::load(numbers);
-    }
-    if starts == 2 {
-        return L::splat(numbers[0]).zip(L::splat(numbers[1]))[0];
-    }
-    let mut all = [R::zero(); PARTS];
-    for k in 0..L::N {
-        all[k] = numbers[k % starts];
-    }
-    L::load(&all)
 }

@@ -35,6 +35,7 @@ pub use kernel::{Compiled, Kernel, MOST_UNIFORMS, Pullback, constants, pulled_ba
 pub(crate) use map::Map;
 pub use node_sum::NodeSum;
 pub(crate) use operation::{InLanes, Operation};
+pub use row::each;
 pub(crate) use row::{Bars, RowLayout, StepValues};
 pub(crate) use solve::{Equations, MOST_UNKNOWNS, Solve, triangle};
 pub use uniform::Fixed;

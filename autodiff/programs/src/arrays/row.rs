@@ -4,7 +4,7 @@ use std::ptr::null_mut;
 use std::slice::{from_raw_parts, from_raw_parts_mut};
 
 use autodiff::Real;
-use autodiff::internal::Unchecked;
+use autodiff::internal::{Unchecked, WIDEST};
 use autodiff::simd::Lane;
 
 use super::array::Array;
@@ -228,4 +228,23 @@ pub(super) fn joined(arrays: &[Array]) -> Vec<Array> {
         }
     }
     stretches
+}
+
+/// Loads one number for each start (initial state). The numbers repeat, to fill a register.
+#[inline(always)]
+pub fn each<R: Real, L: Lane<R>>(numbers: &[R], starts: usize) -> L {
+    if starts == 1 {
+        return L::splat(numbers[0]);
+    }
+    if starts == L::N {
+        return L::load(numbers);
+    }
+    if starts == 2 {
+        return L::splat(numbers[0]).zip(L::splat(numbers[1]))[0];
+    }
+    let mut all = [R::zero(); WIDEST];
+    for k in 0..L::N {
+        all[k] = numbers[k % starts];
+    }
+    L::load(&all)
 }

@@ -9,6 +9,8 @@ use autodiff::Real;
 use autodiff::internal::{Unchecked, WIDEST};
 use autodiff::simd::Lane;
 
+use crate::arrays::row::each;
+
 /// The number of rows that are eliminated together, and of the columns of a tile. It is the same for all registers and
 /// any number of starts.
 const BLOCK: usize = 8;
@@ -417,23 +419,4 @@ unsafe fn each_at<R: Real, L: Lane<R>>(numbers: &[R], k: usize, starts: usize) -
         unsafe { numbers.get_unchecked(k * starts..(k + 1) * starts) },
         starts,
     )
-}
-
-/// Loads one number for each start (initial state). The numbers repeat, to fill a register.
-#[inline(always)]
-fn each<R: Real, L: Lane<R>>(numbers: &[R], starts: usize) -> L {
-    if starts == 1 {
-        return L::splat(numbers[0]);
-    }
-    if starts == L::N {
-        return L::load(numbers);
-    }
-    if starts == 2 {
-        return L::splat(numbers[0]).zip(L::splat(numbers[1]))[0];
-    }
-    let mut all = [R::zero(); WIDEST];
-    for k in 0..L::N {
-        all[k] = numbers[k % starts];
-    }
-    L::load(&all)
 }
