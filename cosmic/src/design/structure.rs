@@ -71,7 +71,7 @@ pub fn joined_to_payload(lattice: &Lattice, layout: &[Material]) -> Vec<bool> {
 }
 
 /// For each node, true if it has a bar or a payload.
-pub fn is_in_use(lattice: &Lattice, layout: &[Material]) -> Vec<bool> {
+pub(crate) fn is_in_use(lattice: &Lattice, layout: &[Material]) -> Vec<bool> {
     let degrees = Bars { lattice, layout }.degrees();
     let mut is_in_use: Vec<bool> = degrees.into_iter().map(|degree| degree > 0).collect();
     for payload in &lattice.payload {

@@ -4,7 +4,7 @@ use super::{Material, Mixture};
 
 /// The design vectors that give these mixtures after the performance projection with sharpness `beta`: `z_k = 1/3 + (ln
 /// m_k - mean ln m) / beta`, clamped to `[0, 1]`. All shares must be above 0.
-pub fn vectors_of_mixture(mixtures: &[Mixture<f64>], beta: f64) -> Vec<[f64; 3]> {
+pub(super) fn vectors_of_mixture(mixtures: &[Mixture<f64>], beta: f64) -> Vec<[f64; 3]> {
     let vector = |m: &Mixture<f64>| {
         let log = m.0.map(f64::ln);
         let mean = (log[0] + log[1] + log[2]) / 3.0;

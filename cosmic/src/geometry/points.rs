@@ -12,7 +12,7 @@ pub fn mean<R: Real, const D: usize>(points: &[impl Copy + Into<Vector<R, D>>]) 
 }
 
 /// The weighted mean of points.
-pub fn weighted_mean<R: Real, const D: usize>(
+pub(crate) fn weighted_mean<R: Real, const D: usize>(
     points: &[Vector<R, D>],
     weights: &[R],
 ) -> Vector<R, D> {

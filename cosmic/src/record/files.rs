@@ -1,9 +1,9 @@
 //! Atomic writes: a file is written under a temporary name and then renamed, so that readers never see half of the
 //! file.
 
-pub use super::format::{Format, parse_json};
+pub use super::format::Format;
 
-use super::format::Stamped;
+use super::format::{Stamped, parse_json};
 use crate::error::{Error, Result, in_shell};
 use crate::reading::read_whole;
 use serde::Serialize;

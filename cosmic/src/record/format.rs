@@ -50,7 +50,11 @@ struct Stamp {
 /// # Errors
 /// [`Error::Malformed`](crate::Error::Malformed) for bytes that are not JSON, have another format or version, or lack
 /// keys.
-pub fn parse_json<T: DeserializeOwned>(path: &Path, bytes: &[u8], format: Format) -> Result<T> {
+pub(crate) fn parse_json<T: DeserializeOwned>(
+    path: &Path,
+    bytes: &[u8],
+    format: Format,
+) -> Result<T> {
     parse_stamped(path, 0, bytes, format)
 }
 

@@ -5,7 +5,7 @@ use crate::laws::Actuator;
 
 /// Length of a skeleton bar divided by its thickness from which it is sound, and from which it is doubtful. Euler's load and
 /// joints without friction are for slender bars; below 3, bars that meet at 45 degrees touch before their ends do.
-pub const SLENDERNESS: [f64; 2] = [10.0, 3.0];
+pub(crate) const SLENDERNESS: [f64; 2] = [10.0, 3.0];
 
 /// What the parts of a scene can do. Numbers that the scene does not state are `None`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -48,7 +48,8 @@ pub use item_name::ItemName;
 pub use warnings::Finding;
 
 pub use crate::settings::Named;
-pub use data_sheet::{DataSheet, DeviceLength, SLENDERNESS};
+pub(crate) use data_sheet::SLENDERNESS;
+pub use data_sheet::{DataSheet, DeviceLength};
 pub use design::{
     BinarisationMethod, BinarisationSettings, DesignSettings, Layout, ProjectionSettings,
     StartKind, StartSettings, VolumeSettings,
@@ -73,7 +74,8 @@ pub use robot::{
     PhysicsSettings, Senses, UnstableStep, VoidEdges,
 };
 
-pub use stable_step::{phase_limit, stable_step, stable_step_off_bars};
+pub(crate) use stable_step::stable_step_off_bars;
+pub use stable_step::{phase_limit, stable_step};
 pub use terrain::{GroundSettings, ProfileKind};
 pub use toml_file::TomlFile;
 pub use truss_file::TrussFile;

@@ -34,7 +34,7 @@ pub fn stable_step(physics: &PhysicsSettings, frequency: f64, eta: f64) -> f64 {
 /// The smallest time step, s, with which forces that do not act along bars make an oscillation grow in an implicit step;
 /// infinite with the other integrators, whose [`stable_step`] includes these forces. `frequency` and `eta` (1/s) are those
 /// that these forces cause.
-pub fn stable_step_off_bars(physics: &PhysicsSettings, frequency: f64, eta: f64) -> f64 {
+pub(crate) fn stable_step_off_bars(physics: &PhysicsSettings, frequency: f64, eta: f64) -> f64 {
     let substep = match (physics.integrator, physics.passes) {
         (Integrator::Implicit, 1) => step_of(2.0, frequency, eta),
         (Integrator::Implicit, _) => step_of(1.0, frequency, 0.5 * eta),

@@ -18,7 +18,5 @@ pub(crate) use limits::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS};
 pub use limits::{Limits, above, within};
 #[doc(hidden)]
 pub use serde;
-pub(crate) use value::quoted;
-pub use value::{
-    Filled, Misfit, Named, SettingValue, json, kind, member, misfit, word, wrong_kind,
-}; // for `settings!` in other crates
+pub use value::{Filled, Misfit, Named, SettingValue, json, kind, member, misfit, word}; // for `settings!` in other crates
+pub(crate) use value::{quoted, wrong_kind};

@@ -55,7 +55,7 @@ fn out_of_range(value: &Spanned<DeValue>) -> Misfit {
 }
 
 /// A refusal of a value of the wrong type.
-pub fn wrong_kind(value: &Spanned<DeValue>) -> Misfit {
+pub(crate) fn wrong_kind(value: &Spanned<DeValue>) -> Misfit {
     misfit(value, &format!("is {}:", kind(value)))
 }
 

@@ -21,11 +21,11 @@ use crate::scene::{
 };
 
 /// The states of a walk that a run keeps are this number of steps apart.
-pub const KEEP_EVERY: usize = 16;
+pub(crate) const KEEP_EVERY: usize = 16;
 
 /// The numbers of steps before the states that are kept of a walk of `steps` steps: every state after `every` steps, and
 /// the last one.
-pub fn kept_steps(steps: usize, every: usize) -> Vec<usize> {
+pub(crate) fn kept_steps(steps: usize, every: usize) -> Vec<usize> {
     (0..steps).step_by(every).chain([steps]).collect()
 }
 

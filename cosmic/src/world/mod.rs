@@ -28,7 +28,8 @@ mod magnitude;
 mod loads;
 mod economy;
 
-pub use base::{KEEP_EVERY, LoadsAndEnergy, World, kept_steps, together};
+pub(crate) use base::{KEEP_EVERY, kept_steps};
+pub use base::{LoadsAndEnergy, World, together};
 pub use blame::Cause;
 pub use divergence::{Divergence, GuardedRollout};
 pub(crate) use draws::{FRICTION, draw_goal, draw_many};
