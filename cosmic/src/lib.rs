@@ -21,7 +21,7 @@
 //!   and no threads, and also builds for `wasm32-unknown-unknown`.
 //!
 //! To read the source, begin with `world/robot.rs`, `world/span.rs` and `world/run.rs`: what walks, for how long, and the verb.
-//! Then `world/step.rs` and `world/mechanics.rs` are a step, `laws/hooke.rs` is a law in a file, and `search/iterate.rs` is one
+//! Then `world/step.rs` and `world/mechanics.rs` are a step, `laws/bars/hooke.rs` is a law in a file, and `search/iterate.rs` is one
 //! iteration of algorithm 1.
 //!
 //! The crate `cosmic-lab` has checks, sweeps and reports. The crate `cosmic-program` is the program.

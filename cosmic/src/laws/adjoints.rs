@@ -3,16 +3,9 @@
 
 use autodiff::Real;
 
-use super::bar::Tension;
-use super::bumpers::{Bump, Total};
-use super::contact::{Flat, Flying};
-use super::coulomb::Coulomb;
-use super::force::Sum;
-use super::hold::{Equation, FirstPass, NextPass};
-use super::hooke::Hooke;
-use super::no_ground::NoGround;
-use super::slopes::{Impulse, Linear};
-use super::sticking::Sticking;
+use super::bars::{Hooke, Impulse, Linear, Tension};
+use super::forces::{Bump, Sum, Total};
+use super::ground::{Coulomb, Equation, FirstPass, Flat, Flying, NextPass, NoGround, Sticking};
 
 impl Flying<NoGround> {
     #[inline(always)]

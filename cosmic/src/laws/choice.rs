@@ -5,21 +5,10 @@ use std::fmt;
 use toml::Spanned;
 use toml::de::DeValue;
 
-use super::actuator::Actuator;
-use super::any_contact::AnyContact;
-use super::bar::BarForce;
-use super::bumpers::Bumpers;
-use super::contact::Contact;
-use super::coulomb::Coulomb;
-use super::damper::Damper;
-use super::force::{AnyForce, LatticeForce};
+use super::bars::{Actuator, BarForce, Damper, Rope, Stops};
+use super::forces::{AnyForce, Bumpers, LatticeForce, NodeForce, OnBars, OnNodes};
 use super::formula::{BarFormula, NodeFormula};
-use super::no_ground::NoGround;
-use super::node::{NodeForce, OnNodes};
-use super::on_bars::OnBars;
-use super::rope::Rope;
-use super::sticking::Sticking;
-use super::stops::Stops;
+use super::ground::{AnyContact, Contact, Coulomb, NoGround, Sticking};
 use crate::registry::Registry;
 use crate::settings::{
     Filled, Limits, SettingValue, Settings, Values, json, misfit, quoted, word, wrong_kind,

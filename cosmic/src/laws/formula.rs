@@ -3,9 +3,9 @@
 use autodiff::Real;
 use autodiff_programs::Compiled;
 
-use super::bar::{Bar, BarForce};
+use super::bars::{Bar, BarForce};
+use super::forces::{Node, NodeForce};
 use super::law::Law;
-use super::node::{Node, NodeForce};
 use crate::geometry::Vector;
 use crate::kernel;
 use crate::settings::Expression;

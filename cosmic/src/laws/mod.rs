@@ -2,66 +2,43 @@
 //! traits as the laws here.
 //!
 //! A law is a type with [settings](Law) and one generic method. The method returns the [velocity](Contact::respond) of
-//! a node that meets the ground, the [tension](BarForce::tension) of a bar, or the [force](NodeForce::force) on a node.
-//! A force of another kind implements [`LatticeForce`]. Derivatives (also with respect to the settings), SIMD lanes and the
-//! stable time step follow from that method without further code. Scenes can choose every law of this crate and every
-//! law that a program has added to the [registry](crate::Registry::with_law).
+//! a node that meets the ground (`ground`), the [tension](BarForce::tension) of a bar (`bars`), or the
+//! [force](NodeForce::force) on a node (`forces`). A force of another kind implements [`LatticeForce`]. Derivatives (also
+//! with respect to the settings), SIMD lanes and the stable time step follow from that method without further code. Scenes
+//! can choose every law of this crate and every law that a program has added to the
+//! [registry](crate::Registry::with_law).
 
 mod law;
 mod motion;
-mod stiffness;
-mod terrain;
-mod contact;
-mod no_ground;
-mod sticking;
-mod coulomb;
-mod pass;
-mod hold;
-mod any_contact;
-mod bar;
-mod slopes;
-mod force;
-mod on_bars;
-mod node;
-mod hooke;
-mod damper;
-mod stops;
-mod actuator;
-mod rope;
-mod bumpers;
+mod bars;
+mod forces;
+mod ground;
 mod formula;
 mod choice;
 #[rustfmt::skip]
 mod adjoints;
 
-pub use actuator::Actuator;
-pub(crate) use any_contact::{AnyContact, FlightInputs};
-pub use bar::{Bar, BarForce, EdgeNumbers, MovingBar, MovingTension, StillBar, Tension};
-pub use bumpers::{Bump, Bumpers, Total};
+pub(crate) use bars::LinearBar;
+pub use bars::{
+    Actuator, Bar, BarForce, Damper, EdgeNumbers, Hooke, Impulse, Linear, MovingBar, MovingTension,
+    Rope, StillBar, Stops, Tension, Tensions,
+};
 pub use choice::{Choice, ContactLaw, ForceLaws, contact, on_bars, on_lattice, on_nodes};
 pub(crate) use choice::{LAW, names};
-pub use contact::{Contact, Flat, Flying, Impact, PushedNode, Surface};
-pub use coulomb::Coulomb;
-pub use damper::Damper;
-pub(crate) use force::add;
-pub use force::{Force, ForceParameters, LatticeForce, Pose, Pull, RestingBar, Step, Sum};
+pub use forces::{
+    Bump, Bumpers, Force, ForceParameters, LatticeForce, Node, NodeForce, Pose, Pull, RestingBar,
+    Step, Stiffness, Sum, Total,
+};
+pub(crate) use forces::{OnBars, add};
 pub use formula::{BarFormula, NodeFormula};
-pub use hold::{Equation, FirstPass, NextPass};
-pub(crate) use hold::{FindGround, FreeEquation, Reaction};
-pub use hooke::Hooke;
+pub(crate) use ground::{
+    AnyContact, Balance, FindGround, FirstContact, FlightInputs, FreeEquation, GroundBelow,
+    HeldEquation, HeldNode, NextContact, NodeAndGround, NodeContacts, NodeEquation, NodeInNextPass,
+    NodeInPass, Reaction,
+};
+pub use ground::{
+    Contact, Coulomb, Equation, FirstPass, Flat, Flying, Impact, NextPass, NoGround, PushedNode,
+    Sticking, Surface, Terrain,
+};
 pub use law::{Law, StepInput};
 pub use motion::{Drift, Motion, Particle, Push};
-pub use no_ground::NoGround;
-pub use node::{Node, NodeForce};
-pub(crate) use on_bars::OnBars;
-pub(crate) use pass::{
-    Balance, FirstContact, GroundBelow, HeldEquation, HeldNode, NextContact, NodeAndGround,
-    NodeContacts, NodeEquation, NodeInNextPass, NodeInPass,
-};
-pub use rope::Rope;
-pub(crate) use slopes::LinearBar;
-pub use slopes::{Impulse, Linear, Tensions};
-pub use sticking::Sticking;
-pub use stiffness::Stiffness;
-pub use stops::Stops;
-pub use terrain::Terrain;

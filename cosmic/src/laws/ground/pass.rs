@@ -3,9 +3,9 @@
 use autodiff::Real;
 use autodiff_programs::Array;
 
-use super::motion::{Motion, Particle};
 use crate::Fields;
 use crate::geometry::{Along, Symmetric, Vector};
+use crate::laws::motion::{Motion, Particle};
 
 /// The contacts of all nodes in a pass. Every field has a number for each node.
 #[derive(Clone, Debug)]

@@ -4,9 +4,9 @@ use autodiff::Real;
 use autodiff_programs::kernels::vjp_by_duals;
 use autodiff_programs::{Compiled, Kernel, Pullback};
 
-use super::law::Law;
 use crate::geometry::{Vector, explicit_in};
 use crate::lattice::EdgeVector;
+use crate::laws::law::Law;
 use crate::{Fields, in_both_dimensions, kernel};
 
 /// A bar as a law sees it: the numbers that the tension may depend on.
@@ -46,7 +46,7 @@ impl<R: Real> Bar<R> {
     /// Describes a bar by its length, the rate of its length, the numbers of its edge, and the largest strain of the actuator
     /// material.
     #[inline(always)]
-    pub(super) fn new(
+    pub(in crate::laws) fn new(
         [length, rate]: [R; 2],
         EdgeNumbers {
             activation,
@@ -85,7 +85,7 @@ impl<R: Real> Bar<R> {
 /// that replaces the spring subtracts [`Bar::spring`]. The forces of several laws along bars add up.
 ///
 /// To write a law, give it [settings](Law) and [`tension`](BarForce::tension). Derivatives, SIMD lanes and
-/// file formats need no further code. [`on_bars`](super::on_bars) makes it a law that scenes choose by
+/// file formats need no further code. [`on_bars`](crate::laws::on_bars) makes it a law that scenes choose by
 /// `physics.forces = ["its_name"]`, with its settings in the section `[its_name]`. The law acts on void edges
 /// too: scale the force with [`Bar::stiffness`] or [`Bar::strain`] if void edges must not pull.
 ///

@@ -6,14 +6,13 @@ use std::sync::Arc;
 use autodiff::Dual;
 use autodiff_programs::{Array, Fields, Program};
 
-use super::bar::{Bar, BarForce, EdgeNumbers, MovingTension, Tension};
 use super::force::{AnyForce, Force, ForceParameters, Pose, Pull, RestingBar, Step, Sum};
-use super::law::{StepInput, step_inputs};
-use super::slopes::{BESIDE, Slopes, Tensions};
 use super::stiffness::Stiffness;
 use crate::geometry::Axes;
 use crate::in_dimension;
 use crate::lattice::{EdgeVector, Lattice};
+use crate::laws::bars::{BESIDE, Bar, BarForce, EdgeNumbers, MovingTension, Slopes, Tension, Tensions};
+use crate::laws::law::{StepInput, step_inputs};
 use crate::settings::Settings;
 
 /// A factor slightly above 1. A stroke multiplied by this factor ends beyond the stop in spite of rounding errors.

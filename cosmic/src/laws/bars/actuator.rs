@@ -10,8 +10,8 @@ use autodiff::Real;
 use autodiff_programs::Compiled;
 
 use super::bar::{Bar, BarForce};
-use super::law::Law;
 use crate::kernel;
+use crate::laws::law::Law;
 use crate::settings::above;
 
 crate::settings! {

@@ -4,8 +4,8 @@ use autodiff::Real;
 use autodiff_programs::Pullback;
 
 use super::bar::{Bar, BarForce, Tension};
-use super::law::Law;
 use crate::kernel;
+use crate::laws::law::Law;
 
 crate::settings! {
     /// Tension proportional to the change of length.

@@ -12,7 +12,7 @@ use crate::{Fields, in_both_dimensions, kernel};
 
 /// A small share of a stroke, and a small rate, m/s: a law may have a kink at the target and at rest, so slopes are also
 /// taken beside these.
-pub(super) const BESIDE: f64 = 1e-6;
+pub(in crate::laws) const BESIDE: f64 = 1e-6;
 
 /// The tension of a bar and its derivatives, or of every bar as arrays.
 #[derive(Clone, Copy, Debug, Fields)]
@@ -31,12 +31,12 @@ pub struct Tensions<T = Array> {
 /// At a kink in the rate, the slope is the largest one beside the kink. From rest, Newton's method would otherwise believe
 /// that an actuator at its limit keeps its force at any speed, and rounding would choose between the two slopes.
 #[derive(Clone, Debug)]
-pub(super) struct Slopes<L, const D: usize> {
-    pub(super) law: L,
+pub(in crate::laws) struct Slopes<L, const D: usize> {
+    pub(in crate::laws) law: L,
     /// The [softening](crate::lattice::Lattice::softening) of lengths, m^2.
-    pub(super) softening: f64,
+    pub(in crate::laws) softening: f64,
     /// The largest strain of the actuator material.
-    pub(super) largest_strain: f64,
+    pub(in crate::laws) largest_strain: f64,
 }
 
 impl<L: BarForce, const D: usize> Slopes<L, D> {

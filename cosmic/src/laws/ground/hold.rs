@@ -10,13 +10,13 @@ use autodiff_programs::kernels::{pulled_back, seeded};
 use autodiff_programs::{Compiled, Fields, Kernel, Pullback};
 
 use super::contact::{Contact, Impact, OverGround, Surface};
-use super::motion::{Drift, Particle};
 use super::pass::{
     Balance, FirstContact, GroundBelow, HeldEquation, HeldNode, LandingNode, Meeting, NextContact,
     NodeAndGround, NodeEquation, NodeInNextPass, NodeInPass,
 };
 use super::terrain::NONE;
 use crate::geometry::{Along, Plane, Rotation, Symmetric, Vector};
+use crate::laws::motion::{Drift, Particle};
 use crate::{in_both_dimensions, kernel};
 
 /// The drag of friction is at most this many times the trace of the node's block of the matrix.

@@ -7,14 +7,13 @@ use std::sync::Arc;
 use autodiff::Real;
 use autodiff_programs::{Array, Graph, Kernel, Program, Pullback};
 
-use super::bar::EdgeNumbers;
-use super::law::{Law, StepInput};
-use super::motion::Motion;
-use super::slopes::Tensions;
 use super::stiffness::Stiffness;
 use crate::geometry::{Axes, Dimension, Ground, Vector};
 use crate::kernel;
 use crate::lattice::{Body, Lattice, State};
+use crate::laws::bars::{EdgeNumbers, Tensions};
+use crate::laws::law::{Law, StepInput};
+use crate::laws::motion::Motion;
 use crate::settings::Settings;
 
 /// The arrays that a step computes forces from. Vectors are in the ground's frame.
@@ -132,7 +131,7 @@ pub struct RestingBar {
 
 /// A force on the nodes of one lattice.
 ///
-/// Most forces act on [every node](super::NodeForce) or along [every bar](super::BarForce). Any other force implements
+/// Most forces act on [every node](crate::laws::NodeForce) or along [every bar](crate::laws::BarForce). Any other force implements
 /// this trait, and its law is a [`LatticeForce`].
 pub trait Force: Debug + Send + Sync {
     /// The arrays of constant numbers that this force needs in a step. [`record`](Force::record) gets them as
@@ -218,7 +217,7 @@ pub(crate) trait AnyForce: Debug + Send + Sync {
 }
 
 /// A law for a force that acts neither on single nodes nor along single bars. The law finds the nodes and bars of a lattice
-/// that its force acts on. [`on_lattice`](super::on_lattice) makes it a law that scenes choose by
+/// that its force acts on. [`on_lattice`](crate::laws::on_lattice) makes it a law that scenes choose by
 /// `physics.forces = ["its_name"]`, with its settings in the section `[its_name]`.
 pub trait LatticeForce: Law {
     /// Prepares this law for a lattice. Returns the force, or `None` if the law has nothing to act on.

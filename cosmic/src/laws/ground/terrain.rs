@@ -13,8 +13,8 @@ use std::sync::Arc;
 
 use autodiff::{Dual, Mask, Real};
 
-use super::motion::Particle;
 use crate::geometry::{Plane, Profile, Rotation, Vector, Wall};
+use crate::laws::motion::Particle;
 
 /// The profile of the ground as a list of segments, for use in kernels.
 #[derive(Clone, Debug)]

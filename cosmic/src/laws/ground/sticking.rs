@@ -4,10 +4,10 @@ use autodiff::Real;
 use autodiff_programs::Compiled;
 
 use super::contact::{Contact, Flying, Impact, emitted_adjoints};
-use super::law::Law;
-use super::motion::{Drift, Particle};
 use crate::geometry::Vector;
 use crate::kernel;
+use crate::laws::law::Law;
+use crate::laws::motion::{Drift, Particle};
 
 crate::settings! {
     /// Infinite friction: a node stops where it touches the ground.

@@ -6,11 +6,11 @@ use autodiff_programs::{Array, Fields, Program};
 
 use super::contact::{Contact, Flat, Flying, PushedNode};
 use super::hold::{Grip, Landing};
-use super::law::{StepInput, step_inputs};
-use super::motion::{Drift, Motion, Particle};
 use super::pass::NodeContacts;
 use super::terrain::Terrain;
 use crate::geometry::{Axes, Dimension};
+use crate::laws::law::{StepInput, step_inputs};
+use crate::laws::motion::{Drift, Motion, Particle};
 use crate::settings::Settings;
 
 /// A [`Contact`] as a trait object, for use without knowing its type.
@@ -51,7 +51,7 @@ pub(crate) struct FlightInputs<'a> {
     pub(crate) impulses: Axes<Array>,
     /// 1 / mass, 1/kg.
     pub(crate) inverse_mass: Array,
-    /// The numbers of a [`Push`](super::Push), then the settings of the contact law, in arrays of one number.
+    /// The numbers of a [`Push`](crate::laws::Push), then the settings of the contact law, in arrays of one number.
     pub(crate) uniforms: &'a [Array],
 }
 

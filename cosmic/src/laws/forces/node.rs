@@ -7,11 +7,11 @@ use autodiff::{Dual, Real};
 use autodiff_programs::{Array, Compiled, Kernel, Program};
 
 use super::force::{AnyForce, Force, ForceParameters, Pose, Pull, Step};
-use super::law::{Law, StepInput, step_inputs};
-use super::motion::Particle;
 use super::stiffness::Stiffness;
 use crate::geometry::{Axes, Matrix, Vector, explicit_in};
 use crate::lattice::Lattice;
+use crate::laws::law::{Law, StepInput, step_inputs};
+use crate::laws::motion::Particle;
 use crate::settings::Settings;
 use crate::{Fields, in_both_dimensions, in_dimension, kernel};
 

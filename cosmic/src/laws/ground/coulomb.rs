@@ -3,10 +3,10 @@
 use autodiff::Real;
 
 use super::contact::{Contact, Flying, Impact, emitted_adjoints};
-use super::law::Law;
-use super::motion::{Drift, Particle};
 use crate::geometry::Vector;
 use crate::kernel;
+use crate::laws::law::Law;
+use crate::laws::motion::{Drift, Particle};
 use crate::settings::Settings;
 
 /// Coulomb friction: the velocity out of the ground becomes zero, and friction reduces the velocity along the ground.

@@ -11,10 +11,10 @@ use autodiff::Real;
 use autodiff_programs::{Array, Compiled, Graph, Kernel, Program, Pullback};
 
 use super::force::{Force, ForceParameters, LatticeForce, Pose, Pull, Step};
-use super::law::{Law, StepInput, step_inputs};
 use super::stiffness::Stiffness;
 use crate::geometry::{Axes, Matrix, Segment, Vector};
 use crate::lattice::Lattice;
+use crate::laws::law::{Law, StepInput, step_inputs};
 use crate::settings::{above, within};
 use crate::{Fields, in_both_dimensions, in_dimension, kernel};
 

@@ -6,10 +6,10 @@ use autodiff::Real;
 use autodiff_programs::kernels::{MOST_UNIFORMS, constants, pulled_back, seeded, vjp_by_duals};
 use autodiff_programs::{Compiled, Kernel, Pullback};
 
-use super::law::Law;
-use super::motion::{Drift, Particle, Push};
 use super::terrain::{IMPACTS, NONE, RemainingDrift, Route, Terrain};
 use crate::geometry::{Plane, Rotation, Vector, explicit_in};
+use crate::laws::law::Law;
+use crate::laws::motion::{Drift, Particle, Push};
 use crate::settings::Inputs;
 use crate::{Fields, kernel};
 

@@ -1,0 +1,17 @@
+//! Forces on the nodes of a lattice: the trait [`Force`], what makes a law along bars ([`OnBars`]) or on nodes
+//! ([`NodeForce`]) a force, and the law of [bumpers](Bumpers), which is a force of another kind.
+
+mod stiffness;
+mod force;
+mod on_bars;
+mod node;
+mod bumpers;
+
+pub use bumpers::{Bump, Bumpers, Total};
+pub(super) use force::AnyForce;
+pub(crate) use force::add;
+pub use force::{Force, ForceParameters, LatticeForce, Pose, Pull, RestingBar, Step, Sum};
+pub(super) use node::OnNodes;
+pub use node::{Node, NodeForce};
+pub(crate) use on_bars::OnBars;
+pub use stiffness::Stiffness;
