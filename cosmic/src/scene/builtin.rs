@@ -4,7 +4,7 @@ use super::Scene;
 use super::base::{Base, TOP_KEYS};
 use super::diagnostic::{SceneText, suggest};
 use super::keys::sections;
-use super::read::{options, pointed};
+use super::text::{options, pointed};
 use crate::error::{Error, Result};
 use crate::laws::{self, Choice};
 use crate::reading::{read_at_most, text_of};

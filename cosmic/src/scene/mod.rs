@@ -5,82 +5,46 @@
 //! [`settings!`](crate::settings!) declares every key once, with type, default, range, unit, source and meaning. The
 //! reader of scenes, the commented template and the tables of keys in the documentation are made from these
 //! declarations. The declared defaults are the values of the paper; they form the scene `stability`. Every other scene
-//! lists its differences from its [`Base`]. The order of the `mod` lines is the architecture: a file imports only files
-//! above it.
+//! lists its differences from its [`Base`].
+//!
+//! The folder `sections` declares the keys. `derived` has what follows from them, `checks` finds contradictions and
+//! probable mistakes, and `text` reads and writes scenes. The order of the `mod` lines is the architecture: a file imports only
+//! files above it.
 
-mod truss_file;
-mod terrain;
-mod item_name;
-mod materials;
-mod robot;
-mod generator;
-mod stable_step;
-mod any_design;
-mod design;
-mod optimisation;
-mod beyond;
-mod layout;
+mod sections;
 mod base;
-mod keys;
-mod follow;
-mod departures;
-mod unread;
-mod world;
-mod data_sheet;
-mod margins;
-mod warnings;
-mod check;
-mod fit;
 mod diagnostic;
-mod read;
-mod toml_file;
-mod whole;
-mod json;
-mod write;
+mod keys;
+mod departures;
+mod derived;
+mod checks;
+mod fit;
+mod text;
 mod builtin;
 
-pub use any_design::AnyDesign;
 pub use base::Base;
-pub use beyond::{GoalsSettings, MovedBody, ObjectiveSettings, RobustSettings, Scatter, TaskKind};
 pub use builtin::{BUILTIN, Builtin};
+pub use checks::Finding;
 pub use departures::Departure;
-pub use item_name::ItemName;
-pub use warnings::Finding;
-
-pub use crate::settings::Named;
-pub(crate) use data_sheet::SLENDERNESS;
-pub use data_sheet::{DataSheet, DeviceLength};
-pub use design::{
-    BinarisationMethod, BinarisationSettings, DesignSettings, Layout, ProjectionSettings,
-    StartKind, StartSettings, VolumeSettings,
-};
-pub use generator::edges;
-pub(crate) use generator::places;
-pub(crate) use json::Given;
+pub use derived::{AnyDesign, DataSheet, DeviceLength, Riser, phase_limit, stable_step};
+pub(crate) use derived::{SLENDERNESS, stable_step_off_bars};
 pub use keys::{Setting, reference};
-pub(crate) use layout::LAYOUT_SIDE;
-pub use margins::Riser;
-pub use materials::{
-    ActuatorPart, BarNumbers, MaterialSettings, PartMaterial, PartsSettings, SkeletonPart,
-    StockMaterial,
+pub use sections::{
+    ActuatorPart, AdamSettings, BarNumbers, BinarisationMethod, BinarisationSettings, ClockKind,
+    ControllerSettings, DesignSettings, GoalKind, GoalsSettings, GradientPrecision,
+    GradientSettings, GroundSettings, Integrator, ItemName, LatticeKind, LatticeSettings, Layout,
+    LossKind, LossSettings, MaterialSettings, MovedBody, ObjectiveSettings, PartMaterial,
+    PartsSettings, PhysicsSettings, ProfileKind, ProjectionSettings, RobustSettings, Scatter,
+    ScheduleSettings, SelectionKind, SelectionSettings, Senses, SkeletonPart, StartKind,
+    StartSettings, StockMaterial, TaskKind, TrussFile, UnstableStep, VoidEdges, VolumeSettings,
+    edges,
 };
-pub use optimisation::{
-    AdamSettings, GradientPrecision, GradientSettings, LossKind, LossSettings, ScheduleSettings,
-    SelectionKind, SelectionSettings,
-};
-pub(crate) use robot::MOST_SUBSTEPS;
-pub use robot::{
-    ClockKind, ControllerSettings, GoalKind, Integrator, LatticeKind, LatticeSettings,
-    PhysicsSettings, Senses, UnstableStep, VoidEdges,
-};
-
-pub(crate) use stable_step::stable_step_off_bars;
-pub use stable_step::{phase_limit, stable_step};
-pub use terrain::{GroundSettings, ProfileKind};
-pub use toml_file::TomlFile;
-pub use truss_file::TrussFile;
+pub(crate) use sections::{LAYOUT_SIDE, MOST_SUBSTEPS, places};
+pub(crate) use text::Given;
+pub use text::TomlFile;
 
 use crate::settings;
+pub use crate::settings::Named;
 
 settings! {
     /// A complete experiment. The default is the built-in scene `earth`.

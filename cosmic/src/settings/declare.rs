@@ -25,7 +25,7 @@
 /// scene, but a case has them as keys of the section and may have other values.
 ///
 /// If the value of a key can follow from the robot and its world, `auto` states the formula before `source`: `auto "20
-/// divided by the time scale"`. A file may then say `"auto"` instead of a number. `scene/follow.rs` has the formulas.
+/// divided by the time scale"`. A file may then say `"auto"` instead of a number. `scene/derived/follow.rs` has the formulas.
 ///
 /// If only some scenes read a key, a condition stands before `source`: `read "with the task reach" if |s: &Scene| ...`. A
 /// scene that sets the key but does not read it gets a warning.

@@ -11,7 +11,9 @@ use super::stiffness::Stiffness;
 use crate::geometry::Axes;
 use crate::in_dimension;
 use crate::lattice::{EdgeVector, Lattice};
-use crate::laws::bars::{BESIDE, Bar, BarForce, EdgeNumbers, MovingTension, Slopes, Tension, Tensions};
+use crate::laws::bars::{
+    BESIDE, Bar, BarForce, EdgeNumbers, MovingTension, Slopes, Tension, Tensions,
+};
 use crate::laws::law::{StepInput, step_inputs};
 use crate::settings::Settings;
 

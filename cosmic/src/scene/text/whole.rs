@@ -1,13 +1,13 @@
 //! The parts of reading a scene that need more than one key: the base and the version, missing keys, numbers that
 //! follow from others, and contradictions.
 
-use super::Scene;
-use super::base::{Base, FORMAT, TOP_KEYS, VERSION};
-use super::check::Conflict;
-use super::diagnostic::{Fault, suggest};
 use super::read::{KeyPlace, Reader, abridged};
 use super::toml_file::key_of_sweep;
 use crate::error::in_shell;
+use crate::scene::Scene;
+use crate::scene::base::{Base, FORMAT, TOP_KEYS, VERSION};
+use crate::scene::checks::Conflict;
+use crate::scene::diagnostic::{Fault, suggest};
 use crate::settings::{SettingValue, within};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};

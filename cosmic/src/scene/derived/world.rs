@@ -1,10 +1,10 @@
 //! Describes the robot and the world of a scene, each in one line.
 
-use super::keys::Setting;
-use super::{ActuatorPart, ProfileKind, Scene, SkeletonPart};
 use crate::geometry::{Dimension, Vector};
 use crate::lattice::Lattice;
 use crate::numbers::{rounded, shortened};
+use crate::scene::keys::Setting;
+use crate::scene::{ActuatorPart, ProfileKind, Scene, SkeletonPart};
 use crate::settings::Named;
 
 /// The keys of `[physics]` that [`Scene::world`] describes, and then those that are not of the world: the masses, which the
@@ -57,7 +57,7 @@ impl Scene {
     }
 
     /// The length and the height of the robot at rest, m.
-    pub(super) fn extent(&self) -> Vector<f64> {
+    pub(in crate::scene) fn extent(&self) -> Vector<f64> {
         let lattice = Lattice::new(&self.lattice, &self.physics);
         lattice.extent() * lattice.spacing
     }

@@ -1,6 +1,6 @@
 //! Finds settings of a scene that have no effect.
 
-use super::{Finding, LossKind, Scene, Setting, StartKind, TaskKind};
+use crate::scene::{Finding, LossKind, Scene, Setting, StartKind, TaskKind};
 
 impl Scene {
     /// The settings whose values differ from those of the scene's base.
@@ -23,7 +23,11 @@ impl Scene {
 
     /// Returns the condition under which scenes read the key at `path`, as a phrase, if this scene does not read it.
     /// `None` if this scene reads the key.
-    pub(super) fn when_read(&mut self, path: &str, scene: &Scene) -> Option<&'static str> {
+    pub(in crate::scene) fn when_read(
+        &mut self,
+        path: &str,
+        scene: &Scene,
+    ) -> Option<&'static str> {
         let (section, _) = path.split_once('.')?;
         let (when, is_read) = scene.section_is_read(section);
         if !is_read {
@@ -34,27 +38,27 @@ impl Scene {
     }
 
     /// True if the design is optimised: the start is not a layout.
-    pub(super) fn designs(&self) -> bool {
+    pub(in crate::scene) fn designs(&self) -> bool {
         self.start.kind != StartKind::Layout
     }
 
     /// True if the loss is that of the task, and not a loss that a program adds.
-    pub(super) fn has_task(&self) -> bool {
+    pub(in crate::scene) fn has_task(&self) -> bool {
         self.objective.own_loss.is_default()
     }
 
     /// True if the loss is the distance from a fixed goal.
-    pub(super) fn reaches(&self) -> bool {
+    pub(in crate::scene) fn reaches(&self) -> bool {
         self.has_task() && self.objective.task == TaskKind::Reach
     }
 
     /// True if the loss depends on more states than the last one.
-    pub(super) fn sees_several_states(&self) -> bool {
+    pub(in crate::scene) fn sees_several_states(&self) -> bool {
         self.loss.kind == LossKind::Mean
     }
 
     /// True if the lattice is generated from columns and rows.
-    pub(super) fn is_generated(&self) -> bool {
+    pub(in crate::scene) fn is_generated(&self) -> bool {
         !self.lattice.is_truss()
     }
 

@@ -1,6 +1,6 @@
 //! Settings of the optimisation: schedule, both optimisers, gradient, loss, and choice of the result.
 
-use super::Scene;
+use crate::scene::Scene;
 use autodiff_programs::Memory;
 
 use crate::settings;

@@ -1,8 +1,8 @@
 //! Settings that go beyond the paper, off in the paper's scenes: other tasks, robust designs, and given goals.
 
-use super::Scene;
 use super::item_name::ItemName;
 use crate::geometry::Dimension;
+use crate::scene::Scene;
 use crate::settings;
 use crate::settings::{DEVIATION, within};
 use serde::Serialize;

@@ -1,6 +1,6 @@
 //! Settings of the robot and its world: lattice, physics, controller.
 
-use super::Scene;
+use crate::scene::Scene;
 use std::sync::Arc;
 
 use super::item_name::ItemName;
@@ -226,7 +226,7 @@ impl From<&PhysicsSettings> for Ground {
 impl PhysicsSettings {
     /// The sections that belong to the physics but are written separately: the ground, and each chosen law that has
     /// settings. The section of a law has the name of the law.
-    pub(super) fn own_sections(&mut self) -> Vec<(&'static str, &mut dyn Settings)> {
+    pub(in crate::scene) fn own_sections(&mut self) -> Vec<(&'static str, &mut dyn Settings)> {
         let ground: (_, &mut dyn Settings) = ("ground", &mut self.ground);
         let contact = (self.contact.name(), self.contact.settings());
         let mut all: Vec<_> = [ground, contact]

@@ -1,6 +1,6 @@
 //! Settings of the design vectors: projections, start, requirements on layouts, volume bounds, binarisation.
 
-use super::Scene;
+use crate::scene::Scene;
 use crate::settings;
 use crate::settings::{ITERATIONS, SHARE, within};
 

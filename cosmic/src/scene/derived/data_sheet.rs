@@ -1,7 +1,7 @@
 //! What the parts of a scene can do by their data sheets.
 
-use super::{ActuatorPart, Scene, SkeletonPart};
 use crate::laws::Actuator;
+use crate::scene::{ActuatorPart, Scene, SkeletonPart};
 
 /// Length of a skeleton bar divided by its thickness from which it is sound, and from which it is doubtful. Euler's load and
 /// joints without friction are for slender bars; below 3, bars that meet at 45 degrees touch before their ends do.

@@ -1,10 +1,10 @@
 //! What the world of a scene asks of a robot: friction on a slope, steps of the ground, and a payload that its actuators
 //! can lift.
 
-use super::{PhysicsSettings, Scene};
 use crate::geometry::{Ground, Vector};
 use crate::lattice::Lattice;
 use crate::laws::Actuator;
+use crate::scene::{PhysicsSettings, Scene};
 
 /// A place where the terrain is steeper than 45 degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,11 +3,11 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::materials::{BarNumbers, MaterialSettings};
-use super::robot::PhysicsSettings;
 use super::stable_step::{stable_step, stable_step_off_bars};
 use crate::lattice::{Body, Lattice, Marker};
 use crate::laws::{Force, Pose, RestingBar, Stiffness};
+use crate::scene::sections::PhysicsSettings;
+use crate::scene::sections::{BarNumbers, MaterialSettings};
 
 /// The number of intervals into which the range of a share is divided: the share of the actuator material in a mixture,
 /// from 0 to 1.

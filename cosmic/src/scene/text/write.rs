@@ -1,7 +1,7 @@
 //! Writes a scene as complete TOML: one key per line, with its meaning and the allowed values above it.
 
-use super::Scene;
-use super::base::{FORMAT, VERSION};
+use crate::scene::Scene;
+use crate::scene::base::{FORMAT, VERSION};
 use crate::settings::{AUTO, Settings, Values};
 use serde::{Serialize, Serializer};
 

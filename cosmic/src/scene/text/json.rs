@@ -2,8 +2,8 @@
 
 use serde_json::Value;
 
-use super::Scene;
 use super::whole::are_missing;
+use crate::scene::Scene;
 use crate::settings::{Field, Limits, read_json};
 
 /// A value in JSON for a key of a scene.

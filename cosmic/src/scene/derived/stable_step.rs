@@ -11,7 +11,7 @@
 //! further pass evaluates these forces where the pass before has moved the nodes, which doubles the stiffness that they
 //! seem to have: the limit is `(dt omega)^2 + dt eta < 1`.
 
-use super::robot::{Integrator, PhysicsSettings};
+use crate::scene::sections::{Integrator, PhysicsSettings};
 
 /// The largest number of iterations for the limit of leapfrog. Far fewer are almost always enough.
 const ITERATIONS: usize = 20_000;

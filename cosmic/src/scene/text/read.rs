@@ -1,12 +1,12 @@
 //! Reads a scene from TOML. Its base supplies missing keys. Every value is checked, and every error has its place.
 
-use super::base::TOP_KEYS;
-use super::diagnostic::{Fault, SceneText, malformed, suggest};
-use super::keys::sections;
-use super::{Scene, TrussFile, check};
 use crate::error::{Error, Result};
 use crate::reading::{ESCAPE, names_sign, not_a_frame, typographic_minus, with_decimal_point};
 use crate::registry::Registry;
+use crate::scene::base::TOP_KEYS;
+use crate::scene::diagnostic::{Fault, SceneText, malformed, suggest};
+use crate::scene::keys::sections;
+use crate::scene::{Scene, TrussFile, checks};
 use crate::settings::{AUTO, Misfit, SettingValue, kind};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -81,14 +81,14 @@ impl Scene {
 }
 
 /// Makes a source from each `KEY=VALUE` of the option `--set`.
-pub(super) fn options(settings: &[impl AsRef<str>]) -> Vec<SceneText<'_>> {
+pub(in crate::scene) fn options(settings: &[impl AsRef<str>]) -> Vec<SceneText<'_>> {
     let settings = settings.iter();
     settings.map(|s| SceneText::option(s.as_ref())).collect()
 }
 
 /// The error for a setting whose value turned out to be wrong after the scene was read. The error points at the last
 /// place that sets `key`. `None` if no source sets it.
-pub(super) fn pointed(
+pub(in crate::scene) fn pointed(
     registry: &Registry,
     sources: &[SceneText],
     key: &str,
@@ -141,7 +141,11 @@ impl<'s, 't> Reader<'s, 't> {
     }
 
     /// Changes `scene` by the settings in `table`, a table in the text of `source`.
-    pub(super) fn changed(scene: Scene, source: &SceneText, table: &DeTable) -> Result<Scene> {
+    pub(in crate::scene) fn changed(
+        scene: Scene,
+        source: &SceneText,
+        table: &DeTable,
+    ) -> Result<Scene> {
         let mut reader = Reader::new(scene, true, std::slice::from_ref(source));
         reader.table(table);
         reader.resolved()
@@ -173,11 +177,11 @@ impl<'s, 't> Reader<'s, 't> {
     /// the scene, or the errors found.
     fn finished(mut self) -> Result<Scene> {
         if self.faults.is_empty() && !self.sources.is_empty() {
-            self.conflicts(check::size(&self.scene));
+            self.conflicts(checks::size(&self.scene));
         }
         if self.faults.is_empty() && !self.sources.is_empty() {
             self.follow();
-            self.conflicts(check::conflicts(&self.scene));
+            self.conflicts(checks::conflicts(&self.scene));
         }
         if self.faults.is_empty() {
             return Ok(self.scene);

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use super::Scene;
 use crate::lattice::Lattice;
+use crate::scene::Scene;
 use crate::settings;
 use crate::settings::{Filled, Limits, Named, SettingValue, above, within};
 use toml::Spanned;
@@ -261,7 +261,7 @@ impl PartsSettings {
     }
 
     /// The bore of the cylinders (m); `None` if actuators need no air.
-    pub(super) fn cylinder(&self) -> Option<f64> {
+    pub(in crate::scene) fn cylinder(&self) -> Option<f64> {
         let is_device = self.actuator == ActuatorPart::Device;
         self.bore.filter(|_| is_device)
     }

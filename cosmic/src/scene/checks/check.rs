@@ -2,15 +2,15 @@
 
 use std::collections::HashSet;
 
-use super::layout::LAYOUT_SIDE;
-use super::terrain::MOST_STEPS;
-use super::{
-    ActuatorPart, GoalKind, GroundSettings, LatticeKind, Layout, LossKind, Named, ProfileKind,
-    Scene, StartKind, TaskKind, VolumeSettings,
-};
 use crate::error::{Error, Result};
 use crate::geometry::Dimension;
 use crate::lattice::Lattice;
+use crate::scene::sections::LAYOUT_SIDE;
+use crate::scene::sections::MOST_STEPS;
+use crate::scene::{
+    ActuatorPart, GoalKind, GroundSettings, LatticeKind, Layout, LossKind, Named, ProfileKind,
+    Scene, StartKind, TaskKind, VolumeSettings,
+};
 
 impl Scene {
     /// Checks the values of all settings. A scene that was read from a file always passes. A scene whose fields were
@@ -40,19 +40,19 @@ impl Scene {
 }
 
 /// Two settings that contradict each other.
-pub(super) struct Conflict {
+pub(in crate::scene) struct Conflict {
     /// The keys of the two settings. The message points at the first one. If the entries of one setting contradict each
     /// other, both keys are the key of this setting.
-    pub(super) keys: [&'static str; 2],
+    pub(in crate::scene) keys: [&'static str; 2],
     /// The conflict in a sentence, with the values of the settings.
-    pub(super) says: String,
+    pub(in crate::scene) says: String,
 }
 
 /// The largest number of nodes of a generated lattice.
 const MOST_NODES: usize = 4096;
 
 /// Finds the lattice too large, if it is. The settings that follow from a lattice take too long for a larger one.
-pub(super) fn size(scene: &Scene) -> Option<Conflict> {
+pub(in crate::scene) fn size(scene: &Scene) -> Option<Conflict> {
     let (lattice, nodes) = (&scene.lattice, scene.lattice.nodes());
     (!lattice.is_truss() && nodes > MOST_NODES).then(|| Conflict {
         keys: ["lattice.depth", "lattice.columns"],
@@ -64,7 +64,7 @@ pub(super) fn size(scene: &Scene) -> Option<Conflict> {
 }
 
 /// Finds every conflict between the settings of a scene.
-pub(super) fn conflicts(scene: &Scene) -> Vec<Conflict> {
+pub(in crate::scene) fn conflicts(scene: &Scene) -> Vec<Conflict> {
     let mut found = Conflicts(size(scene).into_iter().collect());
     if !found.0.is_empty() {
         return found.0;

@@ -1,12 +1,12 @@
 //! A TOML file that is not a scene but contains settings of scenes in some of its tables: the file of a sweep.
 
-use super::Scene;
-use super::base::TOP_KEYS;
-use super::diagnostic::{Fault, SceneText, malformed, suggest};
-use super::keys::sections;
 use super::read::{Reader, parsed};
 use crate::error::{Error, Result};
 use crate::reading::in_words;
+use crate::scene::Scene;
+use crate::scene::base::TOP_KEYS;
+use crate::scene::diagnostic::{Fault, SceneText, malformed, suggest};
+use crate::scene::keys::sections;
 use serde::de::DeserializeOwned;
 use std::collections::BTreeMap;
 use std::ops::Range;

@@ -82,7 +82,7 @@ impl TrussFile {
     }
 
     /// True if the setting names a truss that was not read yet.
-    pub(super) fn is_to_be_read(&self) -> bool {
+    pub(in crate::scene) fn is_to_be_read(&self) -> bool {
         self.truss.is_none() && self.path != OFF
     }
 
@@ -91,7 +91,7 @@ impl TrussFile {
     ///
     /// # Errors
     /// The errors of [`Truss::read`].
-    pub(super) fn resolve(&mut self, folder: &Path) -> Result<()> {
+    pub(in crate::scene) fn resolve(&mut self, folder: &Path) -> Result<()> {
         if !self.is_to_be_read() {
             return Ok(());
         }

@@ -1,12 +1,12 @@
 //! Warnings about settings that can be simulated but are probably a mistake.
 
-use super::{
-    BarNumbers, DataSheet, Integrator, ProfileKind, SLENDERNESS, Scene, Setting, StartKind,
-};
 use crate::geometry::{Range, Vector};
 use crate::lattice::{Doubt, Lattice};
 use crate::laws::Stops;
 use crate::numbers::rounded;
+use crate::scene::{
+    BarNumbers, DataSheet, Integrator, ProfileKind, SLENDERNESS, Scene, Setting, StartKind,
+};
 use serde::Serialize;
 use std::collections::HashSet;
 use std::f64::consts::PI;

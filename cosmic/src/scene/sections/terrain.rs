@@ -1,6 +1,6 @@
 //! Settings of the ground: the height profile above the ground line.
 
-use super::Scene;
+use crate::scene::Scene;
 use toml::Spanned;
 use toml::de::DeValue;
 
@@ -75,7 +75,7 @@ fn has_profile(scene: &Scene, kinds: &[ProfileKind]) -> bool {
 const RAMPS: f64 = 60.0;
 
 /// The largest number of steps in a profile. Each step has two corners.
-pub(super) const MOST_STEPS: usize = MOST_POINTS / 2;
+pub(in crate::scene) const MOST_STEPS: usize = MOST_POINTS / 2;
 
 impl GroundSettings {
     /// The profile that the settings describe.

@@ -10,11 +10,13 @@
 //! `physics.substeps` takes care of them.
 
 use super::any_design::AnyDesign;
-use super::robot::MOST_SUBSTEPS;
-use super::{BarNumbers, GoalKind, GoalsSettings, PhysicsSettings, Scene, Setting, StartKind};
 use crate::geometry::{Dimension, Ground};
 use crate::lattice::Lattice;
 use crate::laws::{Actuator, Bumpers, Damper, ForceLaws, OnBars, Stops};
+use crate::scene::sections::MOST_SUBSTEPS;
+use crate::scene::{
+    BarNumbers, GoalKind, GoalsSettings, PhysicsSettings, Scene, Setting, StartKind,
+};
 use autodiff::Real;
 
 /// The largest share of the stable step that a mechanical step takes. The stable step is that of vibrations about the
@@ -314,7 +316,7 @@ impl Scene {
     }
 
     /// In a scene whose numbers follow, lets the numbers of the laws follow that are not among `before`.
-    pub(super) fn let_new_laws_follow(&mut self, before: &ForceLaws) {
+    pub(in crate::scene) fn let_new_laws_follow(&mut self, before: &ForceLaws) {
         if self.auto.is_empty() {
             return;
         }
