@@ -12,7 +12,8 @@
 //!   [`policy`] the controller. [`projection`] converts design vectors to materials and a body.
 //! - Its motion and score: [`laws`] has the forces and the contact laws. A [`World`](world::World) is built once from a
 //!   scene; its verb [`run`](world::World::run) lets [`Robot`](world::Robot)s walk over a [`Span`](world::Span) of steps.
-//!   [`objective`] computes losses from their trajectories. [`inputs`] has the numbers with respect to which losses are
+//!   [`walk`] reads the loads of bars and the energy of a robot from a walk, and finds the step in which a walk diverged.
+//!   [`objective`] computes losses from trajectories. [`inputs`] has the numbers with respect to which losses are
 //!   differentiated. [`case`] is one walk with all its numbers in a file.
 //! - [`judge`] says what a robot is worth: how far it walks, how surely, and in plain words whether it could be built.
 //!   [`search`] is the paper's algorithm 1. [`optimiser`] is the package `cosmic-optimiser`, which does not depend on robots.
@@ -21,7 +22,8 @@
 //!   and no threads, and also builds for `wasm32-unknown-unknown`.
 //!
 //! To read the source, begin with `world/robot.rs`, `world/span.rs` and `world/run.rs`: what walks, for how long, and the verb.
-//! Then `world/step.rs` and `world/mechanics.rs` are a step, `laws/bars/hooke.rs` is a law in a file, and `search/iterate.rs` is one
+//! Then `world/step.rs` and `world/mechanics.rs` are a step, `laws/bars/hooke.rs` is a law in a file,
+//! `scene/sections/robot.rs` declares the keys of a robot, `walk/loads.rs` reads a walk, and `search/iterate.rs` is one
 //! iteration of algorithm 1.
 //!
 //! The crate `cosmic-lab` has checks, sweeps and reports. The crate `cosmic-program` is the program.
@@ -43,6 +45,7 @@ pub mod design;
 pub mod projection;
 pub mod policy;
 pub mod world;
+pub mod walk;
 pub mod objective;
 pub mod inputs;
 pub mod case;

@@ -10,6 +10,7 @@ use crate::policy::frequency;
 use crate::scene::{
     ActuatorPart, GoalKind, MaterialSettings, Named, PartsSettings, Scene, SkeletonPart,
 };
+use crate::walk;
 use crate::world::Trajectory;
 
 /// The number of rows of a [`Drive`] in a period, without the last, which repeats the first.
@@ -117,7 +118,7 @@ pub fn drive(case: &Case, materials: &[Material]) -> Option<Drive> {
     case.scene.physics.dt = every;
     let (rows, body): (Vec<usize>, _) = ((0..=ROWS).collect(), case.body());
     let still = Trajectory::new(rows.clone(), vec![case.start.clone(); rows.len()]);
-    let moments = case.world().moments(&case.robot(), &still);
+    let moments = walk::moments(&case.world(), &case.robot(), &still);
     let (first, last) = (&moments[0].activation, &moments[ROWS].activation);
     let mut changes = first.iter().zip(last).map(|(a, b)| (a - b).abs());
     if changes.any(|change| change > ROUNDING) {

@@ -100,10 +100,12 @@ mod search {
     mod slopes;
 }
 mod small;
+mod walk {
+    mod loads;
+}
 mod world {
     mod draws;
     mod driven;
-    mod loads;
     mod run;
     mod stability {
         mod vibration;

@@ -6,6 +6,7 @@ use crate::work::{Stop, group_size};
 use autodiff::{Parameters, Real};
 use cosmic::error::Error;
 use cosmic::lattice::State;
+use cosmic::walk;
 use cosmic::world::{Robot, Span, Trajectory};
 use pyo3::prelude::*;
 use rayon::prelude::*;
@@ -175,7 +176,7 @@ impl<'a, R: Number> Asked<'a, R> {
             driven, physics, ..
         } = &self.kind.sizes.others;
         if driven.is_none() && physics.is_empty() {
-            let guarded = world.guarded(&again, &self.span);
+            let guarded = walk::guarded(world, &again, &self.span);
             return (guarded.divergence.as_ref()).map_or_else(not_again, Error::from);
         }
         let every = self.span.observing((0..=self.span.steps()).collect());

@@ -6,6 +6,7 @@ use cosmic::case::Case;
 use cosmic::design::{Design, Material};
 use cosmic::geometry::Vector;
 use cosmic::objective::Loss;
+use cosmic::walk::{self, Energy};
 use cosmic::world::{Span, Trajectory};
 use cosmic_lab::check::check_gradients_of;
 use cosmic_tests::{few_directions, numbers, references, robot, workspace};
@@ -76,7 +77,7 @@ fn efforts_are_those_of_the_states() {
         let [plain, seen] = [plain, metered].map(|span| world.run_one(&robot, &span));
         assert_eq!(plain.states, seen.states);
         assert!(plain.efforts.is_none());
-        let moments = world.moments(&robot, &plain);
+        let moments = walk::moments(&world, &robot, &plain);
         for (k, moment) in moments[..40].iter().enumerate() {
             let effort = seen.effort(k + 1);
             let pairs = effort.tension.iter().zip(&moment.tension);
@@ -214,9 +215,9 @@ fn powers_are_trapezoids_of_force_and_length() {
         let case = robot(settings);
         let (steps, world, layout) = (60, case.world(), layout(&case));
         let (robot, seen) = (case.robot(), metered(&case, steps));
-        let bars = world.loads(&layout, &robot, &Span::of_steps(steps));
-        let energy = world.energy_of(&layout, &bars, &robot.body, steps, 0.5);
-        let moments = world.moments(&robot, &seen);
+        let bars = walk::bar_loads(&world, &layout, &robot, &Span::of_steps(steps));
+        let energy = Energy::of(&world, &layout, &bars, &robot.body, steps, 0.5);
+        let moments = walk::moments(&world, &robot, &seen);
         let seconds = steps as f64 * case.scene.physics.dt;
         let (mut given, mut net) = (0.0, 0.0);
         for (edge, bar) in bars.iter().enumerate() {
@@ -266,7 +267,7 @@ fn powers_are_trapezoids_of_force_and_length() {
         assert!((energy.per_metre.unwrap() / per_metre - 1.0).abs() < 1e-15);
         let weight = energy.mass * case.scene.physics.gravity;
         assert!((energy.cost_of_transport.unwrap() * weight / per_metre - 1.0).abs() < 1e-14);
-        let still = world.energy_of(&layout, &bars, &robot.body, steps, 1e-3);
+        let still = Energy::of(&world, &layout, &bars, &robot.body, steps, 1e-3);
         assert_eq!((still.per_metre, still.cost_of_transport), (None, None));
     }
 }
@@ -283,9 +284,8 @@ fn works(integrator: &str, finer: usize) -> [[f64; 2]; 2] {
     let layout = layout(&case);
     case.design = Design::Layout(layout.clone());
     let (steps, seconds) = (case.scene.physics.steps, 0.18);
-    let loads = case
-        .world()
-        .loads(&layout, &case.robot(), &Span::of_steps(steps));
+    let span = Span::of_steps(steps);
+    let loads = walk::bar_loads(&case.world(), &layout, &case.robot(), &span);
     let budget = metered(&case, steps);
     let sum = |of: &dyn Fn(usize) -> f64| {
         let of_material = |material| {

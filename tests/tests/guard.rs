@@ -9,7 +9,8 @@ use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::policy::{Block, Controller, blocks_of};
 use cosmic::scene::{Integrator, Scene, UnstableStep, VoidEdges};
-use cosmic::world::{GuardedRollout, Robot, Span};
+use cosmic::walk::{self, GuardedRollout};
+use cosmic::world::{Robot, Span};
 use cosmic_tests::laws;
 use std::sync::Arc;
 
@@ -137,7 +138,7 @@ static WATCHED: [Watched; 17] = [
 
 fn guarded(case: &Case, span: &Span) -> GuardedRollout {
     let (world, robot) = (case.world(), case.robot());
-    let guarded = world.guarded(&robot, span);
+    let guarded = walk::guarded(&world, &robot, span);
     // A guarded rollout has the same states as a plain one, including NaNs.
     let plain = world.run_one(&robot, span);
     assert_eq!(format!("{:?}", guarded.trajectory), format!("{plain:?}"));
@@ -289,7 +290,7 @@ fn hold_together(
         for (k, (robot, seen)) in robots.iter().zip(&together).enumerate() {
             let alone = world.run_one(robot, &span);
             assert_eq!(format!("{seen:?}"), format!("{alone:?}"), "{k}");
-            let guarded = world.guarded(robot, &span);
+            let guarded = walk::guarded(&world, robot, &span);
             assert_eq!(guarded.divergence.is_some(), k == wrong, "{k}");
             let shows = watched && k == wrong;
             assert_eq!(seen.states[0].x[0].forward().is_nan(), shows, "{k}");

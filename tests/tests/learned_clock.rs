@@ -7,6 +7,7 @@ use cosmic::policy::{Controller, TEMPO, frequency};
 use cosmic::record::DesignFile;
 use cosmic::scene::{ClockKind, Scene};
 use cosmic::search::CoDesign;
+use cosmic::walk;
 use cosmic::world::Span;
 use std::path::Path;
 
@@ -126,7 +127,7 @@ fn a_learned_clock_is_a_clock_of_its_frequency() {
     let activations = |case: &Case| {
         let span = Span::from_start(vec![0, 100, 400]);
         let (world, robot) = (case.world(), case.robot());
-        let moments = world.moments(&robot, &world.run_one(&robot, &span));
+        let moments = walk::moments(&world, &robot, &world.run_one(&robot, &span));
         moments
             .into_iter()
             .flat_map(|moment| moment.activation)

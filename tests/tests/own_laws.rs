@@ -15,7 +15,7 @@ use cosmic::laws::{
 };
 use cosmic::scene::{Integrator, PhysicsSettings, Scene, stable_step};
 use cosmic::settings::within;
-use cosmic::world::IdleEnergy;
+use cosmic::walk::IdleEnergy;
 use cosmic::world::stability::Vibration;
 use cosmic_lab::check::check_gradients;
 use cosmic_tests::{Bare, farthest, few_directions, laws, relative_error, robot_of, states};

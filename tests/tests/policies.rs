@@ -10,6 +10,7 @@ use cosmic::lattice::State;
 use cosmic::laws::{Motion, Particle};
 use cosmic::objective::Displacement;
 use cosmic::policy::{Block, Network, Policy, PolicyStep, Sizes, observation};
+use cosmic::walk;
 use cosmic::world::{Span, Trajectory};
 use cosmic::{Fields, kernel};
 use cosmic_lab::check::{check_gradients_of, terms};
@@ -226,7 +227,7 @@ fn a_step_uses_the_observation() {
         let goal = dimension.vector(goal);
         let expected = network.activation(&seen, [goal.forward(), goal.sideways()]);
         let start = Trajectory::new(vec![0], vec![case.start.clone()]);
-        let moments = case.world().moments(&robot, &start);
+        let moments = walk::moments(&case.world(), &robot, &start);
         let found = &moments[0].activation;
         for (a, b) in found.iter().zip(&expected) {
             // The tolerance is for sums of some forty terms of order one.
@@ -262,7 +263,7 @@ fn a_policy_feels_its_bars() {
         }
         let (world, ground) = (case.world(), case.world().ground());
         let start = Trajectory::new(vec![0], vec![case.start.clone()]);
-        let moments = world.moments(&case.robot(), &start);
+        let moments = walk::moments(&world, &case.robot(), &start);
         let end = |node: usize| {
             let x = ground.vector_to_ground(case.start.x[node]).in_plane();
             let v = ground.vector_to_ground(case.start.v[node]).in_plane();

@@ -7,6 +7,7 @@ use cosmic::lattice::Body;
 use cosmic::laws::{ContactLaw, Damper};
 use cosmic::scene::{AnyDesign, Integrator, Scene, UnstableStep, stable_step};
 use cosmic::search::CoDesign;
+use cosmic::walk;
 use cosmic::world::stability::Vibration;
 use cosmic::world::{Grade, Span, StepCheck};
 use cosmic_tests::laws;
@@ -253,7 +254,7 @@ fn bending_limits_an_implicit_step() {
         let safe = case.step_check().grade() == Grade::Safe;
         assert_eq!(safe, share < 1.0);
         let span = Span::from_start((0..=400).collect());
-        let run = case.world().guarded(&case.robot(), &span);
+        let run = walk::guarded(&case.world(), &case.robot(), &span);
         let speeds = run.trajectory.states.iter().flat_map(|state| &state.v);
         speeds.map(|v| v.norm()).fold(0.0, f64::max)
     };

@@ -10,6 +10,7 @@ use cosmic::lattice::State;
 use cosmic::laws::ContactLaw;
 use cosmic::objective::{Displacement, loss_of};
 use cosmic::scene::{PhysicsSettings, Scene, VoidEdges};
+use cosmic::walk;
 use cosmic::world::stability::Vibration;
 use cosmic::world::{Span, Variation, World};
 use cosmic_tests::{laws, states};
@@ -99,7 +100,7 @@ fn dropped_edges_are_edges_without_stiffness_to_the_bit() {
         // A guarded rollout and rollouts in a batch have the same bits.
         let (world, robot) = (dropped.world(), dropped.robot());
         let span = Span::of_steps(STEPS);
-        let guarded = world.guarded(&robot, &span);
+        let guarded = walk::guarded(&world, &robot, &span);
         assert_eq!(guarded.divergence, None);
         let together = world.run(&vec![robot; 9], &span);
         for seen in [guarded.trajectory].iter().chain(&together) {

@@ -10,6 +10,7 @@ use cosmic::lattice::State;
 use cosmic::policy::{Controller, Goals};
 use cosmic::scene::{ControllerSettings, GoalKind, PhysicsSettings, Scene, SelectionSettings};
 use cosmic::search::{CoDesign, Progress};
+use cosmic::walk;
 use cosmic::world::{Span, Trajectory, World};
 use serde_json::{Value, json};
 
@@ -363,7 +364,7 @@ fn rollout(
         let surroundings = walker.surroundings.with_goals(&Goals::at(goal));
         walker = walker.in_surroundings(surroundings);
     }
-    let guarded = world.guarded(&walker, span);
+    let guarded = walk::guarded(world, &walker, span);
     match &guarded.divergence {
         None => Ok(guarded.trajectory),
         Some(divergence) => Err(Error::from(divergence).to_string()),

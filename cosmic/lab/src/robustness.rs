@@ -17,7 +17,8 @@ use cosmic::record::summary::result_of;
 use cosmic::record::{DesignFile, run};
 use cosmic::scene::{Scatter, Scene};
 use cosmic::search::CoDesign;
-use cosmic::world::{Divergence, Variation, draw};
+use cosmic::walk::Divergence;
+use cosmic::world::{Variation, draw};
 
 /// The results of several designs under random changes of the robots and their surroundings.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -7,7 +7,8 @@ use cosmic::geometry::{Dimension, Ground, Vector};
 use cosmic::policy::Goals;
 use cosmic::record::TrajectoryFile;
 use cosmic::scene::GoalKind;
-use cosmic::world::{GuardedRollout, Robot, Span, Trajectory, World};
+use cosmic::walk::{self, GuardedRollout};
+use cosmic::world::{Robot, Span, Trajectory, World};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -115,7 +116,7 @@ fn trajectory(world: &World, robot: &Robot<f64>, goals: &Goals) -> Result<Trajec
     let GuardedRollout {
         trajectory,
         divergence,
-    } = world.guarded(robot, &span);
+    } = walk::guarded(world, robot, &span);
     divergence.map_or(Ok(trajectory), |divergence| Err((&divergence).into()))
 }
 

@@ -7,7 +7,7 @@ use cosmic::Registry;
 use cosmic::error::{Error, Result};
 use cosmic::parallel::pool;
 use cosmic::scene::{RobustSettings, Scatter};
-use cosmic::world::Divergence;
+use cosmic::walk::Divergence;
 use cosmic_lab::robustness::{DrawnDomains, measure};
 use std::path::PathBuf;
 

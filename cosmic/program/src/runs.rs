@@ -16,7 +16,7 @@ use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::summary::SUMMARY;
 use cosmic::record::{DIVERGED, Observer, Summary};
 use cosmic::scene::{Scene, SkeletonPart};
-use cosmic::world::Energy;
+use cosmic::walk::Energy;
 use cosmic_lab::report::verdict_of;
 use std::fs;
 use std::io::ErrorKind;

@@ -10,10 +10,8 @@ use crate::lattice::Body;
 use crate::objective::{Displacement, loss_of, measures};
 use crate::policy::Weights;
 use crate::projection::{Projection, Projector};
-use crate::world::{
-    Divergence, GuardedRollout, KEEP_EVERY, LoadsAndEnergy, Robot, Span, StepCheck, Trajectory,
-    World, kept_steps,
-};
+use crate::walk::{self, Divergence, GuardedRollout, LoadsAndEnergy};
+use crate::world::{KEEP_EVERY, Robot, Span, StepCheck, Trajectory, World, kept_steps};
 
 impl Case {
     /// The world of this case: it has the lattice and the settings of the case.
@@ -69,7 +67,7 @@ impl Case {
         let steps = self.scene.physics.steps;
         let world = self.world();
         let robot = self.robot_in(&world, &self.own_design());
-        world.divergence(&robot, &Span::of_steps(steps))
+        walk::divergence(&world, &robot, &Span::of_steps(steps))
     }
 
     /// Checks whether the time step is short enough for the vibrations of the robot at rest in its initial positions.
@@ -109,7 +107,7 @@ impl Case {
         let GuardedRollout {
             trajectory,
             divergence,
-        } = world.guarded(&robot, &span);
+        } = walk::guarded(&world, &robot, &span);
         let ground = world.ground();
         let along = |place| ground.along(self.frame.written(place));
         let l_disp = -along(trajectory.position(steps));
@@ -169,7 +167,7 @@ impl Case {
         let states = kept.iter().map(|n| seen.at(*n).clone()).collect();
         let kept = Trajectory::new(kept, states);
         let span = Span::of_steps(self.scene.physics.steps);
-        world.loads_and_energy(design, robot, &span, &kept, displacement)
+        LoadsAndEnergy::of(world, design, robot, &span, &kept, displacement)
     }
 
     /// The activation of each edge in the first step.

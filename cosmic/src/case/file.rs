@@ -15,7 +15,7 @@ use crate::lattice::Truss;
 use crate::policy::Weights;
 use crate::projection::Projection;
 use crate::scene::{Given, Scene, TrussFile};
-use crate::world::Divergence;
+use crate::walk::Divergence;
 
 /// The key `format` of the cases that the program writes.
 pub(super) const FORMAT: &str = "cosmic-case";

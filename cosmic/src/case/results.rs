@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::geometry::Row;
 use crate::lattice::State;
 use crate::policy::Weights;
-use crate::world::{Divergence, Energy, Loads};
+use crate::walk::{Divergence, Energy, Loads};
 
 /// The results of a case. Gradients are present only if they were requested. The two entries whose names end in
 /// `_performance_constraints` are present only if the case has the stability projection.

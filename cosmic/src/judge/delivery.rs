@@ -19,7 +19,8 @@ use crate::geometry::{Dimension, Vector};
 use crate::policy::Controller;
 use crate::random::Purpose;
 use crate::scene::{GoalKind, GradientPrecision, SelectionKind};
-use crate::world::{Energy, LoadsAndEnergy, Variation, together};
+use crate::walk::{Energy, LoadsAndEnergy};
+use crate::world::{Variation, together};
 
 /// The result of an optimisation: a robot and its measured displacement.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,10 +7,8 @@ use super::standstill::Standstill;
 use crate::design::{Design, Mixture, Structure, volumes};
 use crate::geometry::Vector;
 use crate::policy::{Controller, frequency};
-use crate::world::{
-    BarLoad, Divergence, Energy, GuardedRollout, KEEP_EVERY, Loads, LoadsAndEnergy, Trajectory,
-    Variation, kept_steps,
-};
+use crate::walk::{self, BarLoad, Divergence, Energy, GuardedRollout, Loads, LoadsAndEnergy};
+use crate::world::{KEEP_EVERY, Trajectory, Variation, kept_steps};
 
 /// A robot in one rollout from the unperturbed start.
 #[derive(Clone, Debug, PartialEq)]
@@ -94,7 +92,7 @@ impl Evaluator {
         let world = &self.world;
         let span = (self.rollouts).observing(kept_steps(world.physics.steps, every));
         let robot = world.robot(world.body(design), controller.clone(), &self.start);
-        let seen = world.guarded(&robot, &span);
+        let seen = walk::guarded(world, &robot, &span);
         if seen.divergence.is_some() {
             return Walk {
                 seen,
@@ -104,7 +102,7 @@ impl Evaluator {
         }
         let kept = &seen.trajectory;
         let moved = self.between(&self.start, kept);
-        let measured = world.loads_and_energy(design, &robot, &span, kept, moved.forward());
+        let measured = LoadsAndEnergy::of(world, design, &robot, &span, kept, moved.forward());
         Walk {
             seen,
             moved,
@@ -137,8 +135,15 @@ impl Evaluator {
         let (layout, world) = (design.layout()?, &self.world);
         let steps = world.physics.steps;
         let robot = world.robots(&[(design, variation)], controller).remove(0);
-        let bars = world.loads(layout, &robot, &self.rollouts.observing(vec![steps]));
-        Some(world.energy_of(layout, &bars, &robot.body, steps, displacement))
+        let bars = walk::bar_loads(world, layout, &robot, &self.rollouts.observing(vec![steps]));
+        Some(Energy::of(
+            world,
+            layout,
+            &bars,
+            &robot.body,
+            steps,
+            displacement,
+        ))
     }
 
     /// Where and since when the robot of a full rollout stands still.

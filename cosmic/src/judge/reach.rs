@@ -12,6 +12,7 @@ use crate::lattice::State;
 use crate::objective::LossOf;
 use crate::policy::Controller;
 use crate::scene::{GoalKind, GradientPrecision, SelectionKind};
+use crate::walk;
 use crate::world::{Span, Trajectory, Variation, together};
 
 /// The result of a full rollout. All its numbers are NaN if the rollout diverged.
@@ -201,7 +202,7 @@ impl Evaluator {
             // The cheap check during the rollout failed. It is stricter than the guard, so the guard decides in a second
             // rollout.
             let robot = world.robots(&[*robot], controller).remove(0);
-            let guarded = world.guarded(&robot, &span);
+            let guarded = walk::guarded(world, &robot, &span);
             guarded.divergence.is_none().then_some(guarded.trajectory)
         };
         all.into_iter().zip(robots).map(seen).collect()

@@ -12,7 +12,7 @@ use crate::lattice::Lattice;
 use crate::numbers::finite;
 use crate::scene::Scene;
 use crate::search::Progress;
-use crate::world::{Energy, Loads};
+use crate::walk::{Energy, Loads};
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};

@@ -2,7 +2,7 @@
 
 use super::format::Format;
 use crate::lattice::State;
-use crate::world::BarLoad;
+use crate::walk::BarLoad;
 use serde::{Deserialize, Serialize};
 
 /// The format of a trajectory file.

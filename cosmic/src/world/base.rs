@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use autodiff::{Parameters, Real};
-use serde::{Deserialize, Serialize};
 
+use super::mechanics::Mechanics;
 use super::robot::{Robot, Variation};
 use super::stability::Vibration;
 use super::step::{Drive, RobotStep};
+use super::step_check::StepCheck;
 use super::surroundings::Surroundings;
-use super::{BarLoad, Energy, Loads, Span, StepCheck, Trajectory};
 use crate::design::{Design, Material, Mixture};
 use crate::geometry::{Ground, Vector};
 use crate::lattice::{Body, Lattice, State};
@@ -27,17 +27,6 @@ pub(crate) const KEEP_EVERY: usize = 16;
 /// the last one.
 pub(crate) fn kept_steps(steps: usize, every: usize) -> Vec<usize> {
     (0..steps).step_by(every).chain([steps]).collect()
-}
-
-/// The loads of a layout and the energy that it needs in one walk.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LoadsAndEnergy {
-    /// The loads of each edge; `None` for a void edge.
-    pub bars: Vec<Option<BarLoad>>,
-    /// The loads of the robot.
-    pub loads: Loads,
-    /// The energy that it needs.
-    pub energy: Energy,
 }
 
 /// How many of `walks` walks with one controller a thread runs together. It is 8, one per SIMD lane, or fewer if
@@ -248,6 +237,11 @@ impl World {
         robots
     }
 
+    /// The forces, the contact law and the integrator of a step.
+    pub(crate) fn mechanics(&self) -> &Mechanics {
+        &self.step.mechanics
+    }
+
     /// The ground line of the physics.
     pub fn ground(&self) -> Ground {
         self.ground
@@ -272,26 +266,6 @@ impl World {
         let body = self.body(design);
         let vibration = Vibration::new(&self.lattice, &body, &self.physics, positions);
         StepCheck::new(&vibration, any_design, faster, &self.physics)
-    }
-
-    /// The loads and the energy of a layout over all steps of a span, in a walk that does not diverge and moves the robot by
-    /// `displacement` along the ground (m). Bars that pass through each other are counted in the states `seen` of this
-    /// walk. `None` for an undecided design.
-    pub fn loads_and_energy(
-        &self,
-        design: &Design<Mixture<f64>>,
-        robot: &Robot<f64>,
-        span: &Span,
-        seen: &Trajectory<f64>,
-        displacement: f64,
-    ) -> Option<LoadsAndEnergy> {
-        let (layout, steps) = (design.layout()?, span.steps());
-        let bars = self.loads(layout, robot, span);
-        Some(LoadsAndEnergy {
-            loads: self.loads_of(layout, &bars, seen),
-            energy: self.energy_of(layout, &bars, &robot.body, steps, displacement),
-            bars,
-        })
     }
 
     /// Panics unless robots fit this lattice. Without this check, arrays for a larger lattice would be misread silently.

@@ -23,7 +23,7 @@ pub struct Effort<R> {
     pub tension: Vec<R>,
     /// The energy that the bar has given to its ends since the start of the rollout, J. While it takes energy from them, it
     /// counts as 0. The energies of all forces of a step add up to the change of the kinetic energy. They approach the work
-    /// of the bar with the first order of the time step; that of [`BarLoad`](super::BarLoad) has the second order.
+    /// of the bar with the first order of the time step; that of [`BarLoad`](crate::walk::BarLoad) has the second order.
     pub work: Vec<R>,
     /// The energy that the bar has given to its ends since the start of the rollout less the energy that it has taken from
     /// them, J.

@@ -24,20 +24,20 @@ use crate::scene::{Integrator, PhysicsSettings};
 /// drifts. With leapfrog, half of the damping comes before the push and half after it, so the step is symmetric in time
 /// and of second order.
 #[derive(Clone, Debug)]
-pub(super) struct Mechanics {
+pub(crate) struct Mechanics {
     substeps: usize,
     /// The number of passes of an implicit step; `None` for an explicit integrator.
     passes: Option<usize>,
     /// The drift before the push; `None` for an integrator without one.
     first: Option<Drift>,
     /// The time for which the forces push in a substep, s.
-    pub(super) push: f64,
+    pub(crate) push: f64,
     /// The drift after the push.
     drift: Drift,
     /// The length of a substep, s.
     h: f64,
     /// The gravity of the scene, m/s^2.
-    pub(super) gravity: f64,
+    pub(crate) gravity: f64,
     /// The damping of the scene, 1/s.
     damping: f64,
     /// The softening of lengths, m^2.
@@ -45,7 +45,7 @@ pub(super) struct Mechanics {
     contact: Arc<dyn AnyContact>,
     /// The profile of the ground above the ground line; `None` if the ground is a straight line.
     terrain: Option<Terrain>,
-    pub(super) forces: Vec<Arc<dyn Force>>,
+    pub(crate) forces: Vec<Arc<dyn Force>>,
     ground: Ground,
     pub(super) dimension: Dimension,
 }
@@ -94,18 +94,18 @@ impl Mechanics {
     }
 
     /// The factor by which damping multiplies a velocity in a substep.
-    pub(super) fn decay(&self) -> f64 {
+    pub(crate) fn decay(&self) -> f64 {
         decay(self.damping, self.h)
     }
 
     /// The velocity that gravity adds to a node in a push, m/s. `gravity` is the acceleration (m/s^2).
-    pub(super) fn fallen<R: Real>(&self, gravity: R) -> Vector<R> {
+    pub(crate) fn fallen<R: Real>(&self, gravity: R) -> Vector<R> {
         let pushed = Vector::upright(R::zero(), -gravity * R::lit(self.push));
         self.ground.vector_to_ground(pushed)
     }
 
     /// True if bars pull with the forces that they have at the end of a step.
-    pub(super) fn is_implicit(&self) -> bool {
+    pub(crate) fn is_implicit(&self) -> bool {
         self.passes.is_some()
     }
 

@@ -1,5 +1,7 @@
 //! The verb of a [`World`]: it lets robots walk.
 
+use std::ops::ControlFlow;
+
 use autodiff::Real;
 use autodiff_programs::Rollout;
 
@@ -9,8 +11,11 @@ use super::plan::{run_together, slices};
 use super::robot::Robot;
 use super::span::Span;
 use super::step::Activations;
-use super::trajectory::{AbsentNodes, Trajectory};
+use super::trajectory::{AbsentNodes, Trajectory, WATCHED};
 use crate::lattice::State;
+
+/// The number of states that a walk which shows every state keeps in memory at a time.
+const BLOCK: usize = 64;
 
 impl World {
     /// Simulates robots and returns the observed states of each. States are in the world's frame. A trajectory can be
@@ -44,6 +49,44 @@ impl World {
     /// Like [`run`](Self::run).
     pub fn run_one<R: Real>(&self, robot: &Robot<R>, span: &Span) -> Trajectory<R> {
         self.run(std::slice::from_ref(robot), span).remove(0)
+    }
+
+    /// Simulates all steps of a span. After each step, calls `show` with the number of steps so far and the new state; if the
+    /// span is metered, also with the efforts of the bars in the step. Ends early if `show` returns `Break`. Keeps only a
+    /// block of states in memory at a time.
+    pub(crate) fn each_state(
+        &self,
+        robot: &Robot<f64>,
+        span: &Span,
+        mut show: impl FnMut(usize, State<f64>, Option<Effort<f64>>) -> ControlFlow<()>,
+    ) {
+        let of_nodes = self.step.numbers_of_nodes();
+        // Every node of every state is needed, and nothing is watched.
+        let part = |first: usize, observed: Vec<usize>| Span {
+            first,
+            nodes: usize::MAX,
+            watched: false,
+            ..span.observing(observed)
+        };
+        let planned = self.planned(std::slice::from_ref(robot), &part(0, vec![BLOCK]));
+        let size = of_nodes + planned.model.meters();
+        let still = AbsentNodes::of(&robot.body, &robot.start);
+        // States are kept as flat arrays in the ground's frame, so that the next block continues from identical bits.
+        let mut flat = self.flatten(&robot.start);
+        let steps = span.first..span.first + span.steps();
+        for first in steps.clone().step_by(BLOCK) {
+            let block = part(first, (1..=BLOCK.min(steps.end - first)).collect());
+            let seen = planned.run(vec![flat], self, &block).remove(0);
+            for (k, raw) in seen.chunks_exact(size).enumerate() {
+                let (of_nodes, efforts) = raw.split_at(of_nodes);
+                let state = still.held(self.unflatten(of_nodes));
+                let effort = span.metered.then(|| self.effort(efforts));
+                if show(first + k + 1, state, effort).is_break() {
+                    return;
+                }
+            }
+            flat = seen[seen.len() - size..].to_vec();
+        }
     }
 
     /// Computes the activation of every edge in several states. `moments` has each state with its time (s). The robot's start
@@ -105,5 +148,22 @@ impl World {
     /// The efforts of all edges, from their numbers in a flat state.
     pub(super) fn effort<R: Real>(&self, of_slots: &[R]) -> Effort<R> {
         Effort::of_slots(of_slots, self.step.graph.slot_of_edge())
+    }
+
+    /// A limit for the cheap watch of a rollout. If the absolute value of a number of some state exceeds it, every state
+    /// is checked exactly. Positions (m) and velocities (m/s) share the limit. With a bound on speeds, a valid position
+    /// may exceed it; the exact check then finds no error.
+    pub(super) fn watched(&self) -> f64 {
+        // If both components of a velocity are below this number, the speed is below the bound.
+        let component = |bound: f64| bound / 2f64.sqrt();
+        self.physics
+            .speed_bound
+            .map_or(WATCHED, |bound| component(bound).min(WATCHED))
+    }
+
+    /// Decides by the last state of a watched rollout whether all of its states are fine. Returns false if a state may
+    /// have been absurd or too fast; [`guarded`](crate::walk::guarded) then checks every state.
+    pub fn is_cleared(&self, last: &State<f64>) -> bool {
+        !last.is_absurd()
     }
 }

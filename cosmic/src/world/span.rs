@@ -17,7 +17,7 @@ pub struct Span {
     /// The number of nodes in an observed state, at least one: it contains only the first `nodes` nodes.
     pub nodes: usize,
     /// If true, every state after the start is checked in a cheap way for absurd positions and too fast nodes. If a
-    /// state fails this check, all observations become NaN. [`World::guarded`](super::World::guarded) relies on this.
+    /// state fails this check, all observations become NaN. [`guarded`](crate::walk::guarded) relies on this.
     pub watched: bool,
     /// A bound on the cotangent in the reverse sweep; without a bound (`None`), the gradient is exact (D11). Its norm counts
     /// cotangents of velocities in units of the [time scale](crate::lattice::Lattice::time_scale).

@@ -196,7 +196,7 @@ impl State<f64> {
     }
 
     /// The first node whose speed is above `bound` (m/s), with its speed (m/s).
-    pub(super) fn too_fast(&self, bound: f64) -> Option<(usize, f64)> {
+    pub(crate) fn too_fast(&self, bound: f64) -> Option<(usize, f64)> {
         let mut speeds = self.speeds().enumerate();
         speeds.find(|(_, speed)| *speed > bound)
     }

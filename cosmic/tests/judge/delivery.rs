@@ -7,7 +7,8 @@ use cosmic::objective::{Loss, of_scene};
 use cosmic::random::{Purpose, stream};
 use cosmic::scene::{Integrator, LossKind, PhysicsSettings, Scene, SelectionSettings, TaskKind};
 use cosmic::search::{CoDesign, Progress, Schedule, settle};
-use cosmic::world::{BarLoad, EdgeMoments, Span, Trajectory, Variation, draw};
+use cosmic::walk::{self, BarLoad, EdgeMoments};
+use cosmic::world::{Span, Trajectory, Variation, draw};
 use std::cell::Cell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -125,7 +126,11 @@ fn delivered_loads_cover_every_step() {
     let robot = world.robot(world.body(&design), delivery.controller.clone(), start);
     let moments = |every: usize| {
         let observed = (0..=scene.physics.steps).step_by(every).collect();
-        world.moments(&robot, &world.run_one(&robot, &Span::from_start(observed)))
+        walk::moments(
+            world,
+            &robot,
+            &world.run_one(&robot, &Span::from_start(observed)),
+        )
     };
     let [all, some] = [1, 16].map(moments);
     // The largest change of the length between two moments, divided by the time between them.

@@ -7,7 +7,8 @@ use cosmic::lattice::{Body, Lattice};
 use cosmic::laws::Stops;
 use cosmic::scene::{BarNumbers, MaterialSettings, Scene};
 use cosmic::search::CoDesign;
-use cosmic::world::{BarLoad, Loads, Span, Trajectory, World};
+use cosmic::walk::{self, BarLoad, Loads};
+use cosmic::world::{Span, Trajectory, World};
 use std::f64::consts::PI;
 use std::fs;
 use std::path::Path;
@@ -140,7 +141,7 @@ fn the_euler_safety_is_that_of_the_bar_nearest_to_buckling() {
     let still = Trajectory::new(vec![0], vec![lattice.state_at_rest()]);
     let safety = |scene: &Scene| {
         let world = World::new(lattice.clone(), scene);
-        world.loads_of(&layout, &bars, &still).euler_safety
+        Loads::of(&world, &layout, &bars, &still).euler_safety
     };
     assert_eq!(safety(&scene), None);
     let second = load * (length(0) / length(1)).powi(2) / 0.5;
@@ -157,10 +158,10 @@ fn loads_of_a_second(mut scene: Scene) -> Loads {
     let layout: Vec<Material> = kinds.into_iter().cycle().take(edges).collect();
     case.design = Design::Layout(layout.clone());
     let (world, robot, steps) = (case.world(), case.robot(), case.scene.physics.steps);
-    let seen = world.guarded(&robot, &Span::of_steps(steps));
+    let seen = walk::guarded(&world, &robot, &Span::of_steps(steps));
     assert!(seen.divergence.is_none(), "{:?}", seen.divergence);
-    let bars = world.loads(&layout, &robot, &Span::of_steps(steps));
-    world.loads_of(&layout, &bars, &seen.trajectory)
+    let bars = walk::bar_loads(&world, &layout, &robot, &Span::of_steps(steps));
+    Loads::of(&world, &layout, &bars, &seen.trajectory)
 }
 
 /// The scenes with real actuators are read without a warning, have a stable step for every design, and their robots move.

@@ -3,6 +3,7 @@ use cosmic::case::Case;
 use cosmic::lattice::State;
 use cosmic::policy::{Controller, Goals};
 use cosmic::scene::Scene;
+use cosmic::walk;
 use cosmic::world::{Robot, Span, Trajectory, World};
 
 /// A world whose robots get their goals, and a robot there.
@@ -119,7 +120,7 @@ fn a_divergence_in_open_loop_is_found_in_open_loop() {
     });
     let speeds = open.states.iter().flat_map(|state| state.speeds());
     world.physics.speed_bound = Some(0.9 * speeds.fold(0.0, f64::max));
-    let guarded = world.guarded(&robot, &span);
+    let guarded = walk::guarded(&world, &robot, &span);
     let last = guarded
         .divergence
         .expect("a node is faster than the bound")

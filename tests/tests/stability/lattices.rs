@@ -6,8 +6,9 @@ use cosmic::geometry::{Ground, Vector};
 use cosmic::lattice::{Body, Lattice, State};
 use cosmic::laws::ContactLaw;
 use cosmic::scene::{MaterialSettings, PhysicsSettings, edges, stable_step};
+use cosmic::walk::IdleEnergy;
+use cosmic::world::Trajectory;
 use cosmic::world::stability::Vibration;
-use cosmic::world::{IdleEnergy, Trajectory};
 use cosmic_tests::{Bare, assert_near, number};
 
 pub(super) fn has_stable_steps(case: &StabilityCase) {

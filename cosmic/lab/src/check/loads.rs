@@ -14,7 +14,8 @@ use cosmic::judge::Quantiles;
 use cosmic::judge::verdict::{Item, Level};
 use cosmic::lattice::State;
 use cosmic::numbers::{brief, short};
-use cosmic::world::{BarLoad, Span};
+use cosmic::walk::{self, BarLoad};
+use cosmic::world::Span;
 
 /// The number of perturbed starts. Peaks of single walks differ; their median differs less.
 const STARTS: usize = 4;
@@ -77,7 +78,12 @@ fn loads(case: &Case, fraction: f64, start: &State<f64>) -> [f64; 3] {
     let all = || vec![Material::Actuator; case.lattice.edges.len()];
     let layout = case.design.layout().map_or_else(all, <[_]>::to_vec);
     let robot = here.robot().from(start);
-    let bars = (here.world()).loads(&layout, &robot, &Span::of_steps(here.scene.physics.steps));
+    let bars = walk::bar_loads(
+        &here.world(),
+        &layout,
+        &robot,
+        &Span::of_steps(here.scene.physics.steps),
+    );
     let largest = |of: fn(&BarLoad) -> f64| most(bars.iter().flatten().map(of));
     let actuators = bars
         .iter()

@@ -9,7 +9,7 @@ use cosmic::design::Material;
 use cosmic::geometry::{Segment, Vector};
 use cosmic::scene::{PartsSettings, SkeletonPart};
 use cosmic::shop::{made_of, mass, part};
-use cosmic::world::BarLoad;
+use cosmic::walk::BarLoad;
 use std::collections::BTreeSet;
 
 /// The number of decimals in CSV: lengths are exact to a nanometre, masses to a microgram, forces to a nanonewton.

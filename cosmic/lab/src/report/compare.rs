@@ -15,7 +15,7 @@ use cosmic::record::Summary;
 use cosmic::record::run::{DESIGN, SCENE, read_scene, read_summary};
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::trajectory_file::TRAJECTORY;
-use cosmic::world::{Energy, Loads};
+use cosmic::walk::{Energy, Loads};
 use serde::Serialize;
 use serde_json::Value;
 use std::path::{Path, PathBuf};

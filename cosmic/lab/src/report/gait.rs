@@ -16,7 +16,8 @@ use cosmic::geometry::Range;
 use cosmic::lattice::State;
 use cosmic::numbers::{fixed, rounded};
 use cosmic::record::run::DESIGN;
-use cosmic::world::{BarLoad, EdgeMoments, Trajectory};
+use cosmic::walk::{self, BarLoad, EdgeMoments};
+use cosmic::world::Trajectory;
 
 /// How many periods of the clock a page shows: the last ones of the rollout.
 const PERIODS: f64 = 3.0;
@@ -44,7 +45,7 @@ impl<'r> Gait<'r> {
         let case = run.robot.case(&path)?;
         let kept = &run.trajectory;
         let trajectory = Trajectory::new(kept.steps.clone(), kept.states.clone());
-        let moments = case.world().moments(&case.robot(), &trajectory);
+        let moments = walk::moments(&case.world(), &case.robot(), &trajectory);
         let kept = &run.trajectory.bars;
         let load = |edge: usize| match kept.get(edge) {
             Some(bar) => bar.unwrap_or_default(),

@@ -8,7 +8,7 @@ use cosmic::keys::Keyed;
 use cosmic::numbers::{brief, fixed, mass};
 use cosmic::record::Summary;
 use cosmic::scene::Named;
-use cosmic::world::Energy;
+use cosmic::walk::Energy;
 
 /// The text for a number that an undecided design does not have.
 const NOT_KNOWN: &str = "not known";

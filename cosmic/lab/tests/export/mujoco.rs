@@ -6,6 +6,7 @@ use cosmic::geometry::{Ground, Vector};
 use cosmic::lattice::State;
 use cosmic::policy::{Goals, Layer, Network};
 use cosmic::scene::Scene;
+use cosmic::walk;
 use cosmic::world::Span;
 use cosmic_lab::export::mujoco::{self, MujocoSettings};
 use serde::Deserialize;
@@ -132,7 +133,7 @@ fn the_exported_controller_has_the_library_s_controls() {
         }
         let span = Span::from_start(vec![0, 10, 24, 30, 40, 64]);
         let seen = world.run_one(&robot, &span);
-        let moments = world.moments(&robot, &seen);
+        let moments = walk::moments(&world, &robot, &seen);
         let exported = Exported::of(&case);
         assert_eq!(exported.goal.is_some(), is_given, "{name}");
         let ground = Ground::from(&case.scene.physics);

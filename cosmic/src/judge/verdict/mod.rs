@@ -19,7 +19,7 @@ use crate::geometry::Dimension;
 use crate::lattice::Lattice;
 use crate::numbers::{brief, finite, fixed, mass, percent};
 use crate::scene::{DataSheet, Riser, Scene, VolumeSettings};
-use crate::world::{Energy, Loads};
+use crate::walk::{Energy, Loads};
 
 /// Distances of a walk in lengths of the robot, from which it is sound, and from which it is doubtful. Below the second one,
 /// it [stays in place](Lattice::least_walk).

@@ -3,7 +3,7 @@
 use super::{Item, Level, MUSCLE_POWERS, Measured};
 use crate::numbers::brief;
 use crate::scene::{DataSheet, SLENDERNESS};
-use crate::world::Magnitude;
+use crate::walk::Magnitude;
 
 /// The factor by which a number may exceed that of a data sheet, whose numbers are rounded.
 const ROUNDED: f64 = 1.01;

@@ -3,7 +3,7 @@
 use super::{Item, Level, Measured};
 use crate::judge::STEADY;
 use crate::numbers::{brief, percent};
-use crate::world::{Energy, Loads};
+use crate::walk::{Energy, Loads};
 
 /// The loads and the energy of the unperturbed walk at half the time step, to compare with those at the scene's time step.
 #[derive(Clone, Copy, Debug)]

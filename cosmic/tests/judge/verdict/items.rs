@@ -10,7 +10,7 @@ use cosmic::lattice::Lattice;
 use cosmic::policy::Controller;
 use cosmic::scene::Scene;
 use cosmic::search::CoDesign;
-use cosmic::world::{Energy, Loads, Magnitude};
+use cosmic::walk::{Energy, Loads, Magnitude};
 use std::path::Path;
 
 /// A number just below and just above a threshold.

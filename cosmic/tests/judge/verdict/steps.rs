@@ -3,7 +3,7 @@
 use super::items::{level, robot, sound, walking};
 use cosmic::judge::verdict::{HalfStep, Level, Measured, Verdict};
 use cosmic::scene::Scene;
-use cosmic::world::{Energy, Loads, Magnitude};
+use cosmic::walk::{Energy, Loads, Magnitude};
 
 /// A robot whose loads at half the time step are `half`, and whose power there is `power`, W.
 fn halved(own: &Loads, half: &Loads, power: f64) -> Verdict {

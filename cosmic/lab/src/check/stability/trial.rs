@@ -8,7 +8,8 @@ use cosmic::lattice::{EdgeVector, State};
 use cosmic::laws::ContactLaw;
 use cosmic::random::{Purpose, stream, symmetric};
 use cosmic::scene::Integrator;
-use cosmic::world::{Divergence, Grade, IdleEnergy, Span};
+use cosmic::walk::{self, Divergence, IdleEnergy};
+use cosmic::world::{Grade, Span};
 
 /// At the start, the nodes of a free robot are moved by this fraction of its shortest edge. The move is so small that
 /// springs respond linearly, but large compared with rounding errors and with the softening of lengths (D4).
@@ -125,7 +126,7 @@ impl Trial {
         let any_design = world.stable_step_of_any_design(1.0);
         let check = world.step_check(&design, &case.lattice.positions, 1.0, any_design);
         let span = Span::from_start((0..=case.scene.physics.steps).collect());
-        let guarded = world.guarded(&case.robot(), &span);
+        let guarded = walk::guarded(&world, &case.robot(), &span);
         let states = &guarded.trajectory.states;
         // Rounding strains the bars of an implicit step with a very long time step, so their energy has no meaning.
         let has_energy = self.world == Setting::Free && !self.is_implicit();

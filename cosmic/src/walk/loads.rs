@@ -5,16 +5,13 @@ use std::ops::ControlFlow;
 
 use serde::{Deserialize, Serialize};
 
-use super::base::World;
 use super::magnitude::{Largest, Magnitude};
-use super::robot::Robot;
-use super::span::Span;
-use super::{Effort, Trajectory};
 use crate::design::Material;
 use crate::geometry::{Range, crossings};
 use crate::lattice::{Body, EdgeVector, State};
 use crate::laws::Pose;
 use crate::scene::MaterialSettings;
+use crate::world::{Effort, Robot, Span, Trajectory, World};
 
 /// The number of states whose activations are computed together.
 const BLOCK: usize = 64;
@@ -88,6 +85,42 @@ crate::keys! {
 }
 
 impl Loads {
+    /// Combines the loads of a robot's bars to the loads of the robot, and counts the bars that cross in the states of
+    /// `trajectory`.
+    pub fn of(
+        world: &World,
+        layout: &[Material],
+        bars: &[Option<BarLoad>],
+        trajectory: &Trajectory<f64>,
+    ) -> Self {
+        let mut loads = Self::default();
+        for (edge, (bar, &material)) in bars.iter().zip(layout).enumerate() {
+            let Some(bar) = bar else { continue };
+            loads.compression = loads.compression.max(bar.compression);
+            let safety =
+                bar.euler_safety(&world.materials, material, world.lattice.rest_length[edge]);
+            let both = loads.euler_safety.into_iter().chain(safety);
+            loads.euler_safety = both.reduce(f64::min);
+            if material == Material::Skeleton {
+                let strain = bar.strain.peak.max(loads.skeleton_strain.unwrap_or(0.0));
+                loads.skeleton_strain = Some(strain);
+            }
+            if material == Material::Actuator {
+                loads.strains = loads.strains.with(bar.strains.low).with(bar.strains.high);
+                loads.strain = loads.strain.max(bar.strain);
+                loads.force = loads.force.max(bar.force);
+                loads.speed = loads.speed.max(bar.speed);
+                loads.power = loads.power.max(bar.power);
+            }
+        }
+        let tangles = tangles(world, layout, trajectory);
+        let states = tangles.len().max(1) as f64;
+        loads.tangled = tangles.iter().filter(|pairs| **pairs > 0).count() as f64 / states;
+        loads.tangles = tangles.iter().sum::<usize>() as f64 / states;
+        loads.most_tangles = tangles.into_iter().max().unwrap_or(0);
+        loads
+    }
+
     /// The worse of the loads of two rollouts, each number on its own.
     pub fn worse(&self, other: &Self) -> Self {
         let both = |a: Option<f64>, b: Option<f64>, worse: fn(f64, f64) -> f64| {
@@ -125,207 +158,175 @@ pub struct EdgeMoments {
     pub elastic: f64,
 }
 
-impl World {
-    /// The loads and the motion of the edges in each state of a trajectory.
-    pub fn moments(&self, robot: &Robot<f64>, trajectory: &Trajectory<f64>) -> Vec<EdgeMoments> {
-        let states = trajectory.steps.iter().zip(&trajectory.states);
-        let states: Vec<_> = states.map(|(&step, state)| (step, state)).collect();
-        let blocks = states.chunks(BLOCK);
-        blocks
-            .flat_map(|block| self.moments_of(robot, block))
-            .collect()
-    }
-
-    /// The loads and the motion of the edges in several states. Each state is given with the number of steps before it.
-    fn moments_of(&self, robot: &Robot<f64>, states: &[(usize, &State<f64>)]) -> Vec<EdgeMoments> {
-        let time = |step: usize| step as f64 * self.physics.dt;
-        let moments: Vec<_> = states.iter().map(|&(step, s)| (s, time(step))).collect();
-        let activations = self.activations(robot, &moments);
-        let both = states.iter().zip(activations);
-        both.map(|(&(step, state), activation)| {
-            self.moment(&robot.body, state, time(step), activation)
-        })
+/// The loads and the motion of the edges in each state of a trajectory.
+pub fn moments(
+    world: &World,
+    robot: &Robot<f64>,
+    trajectory: &Trajectory<f64>,
+) -> Vec<EdgeMoments> {
+    let states = trajectory.steps.iter().zip(&trajectory.states);
+    let states: Vec<_> = states.map(|(&step, state)| (step, state)).collect();
+    let blocks = states.chunks(BLOCK);
+    blocks
+        .flat_map(|block| moments_of(world, robot, block))
         .collect()
-    }
+}
 
-    /// The loads and the motion of the edges in a state. `time` is the time of the state (s).
-    fn moment(
-        &self,
-        body: &Body<f64>,
-        state: &State<f64>,
-        time: f64,
-        activation: Vec<f64>,
-    ) -> EdgeMoments {
-        let edges = 0..self.lattice.edges.len();
-        let forces = &self.step.mechanics.forces;
-        let pose = self.pose(body, state, time, &activation);
-        let motion = edges.clone().map(|edge| self.motion(state, edge));
-        let (strain, rate) = motion.map(|[strain, rate]| (strain, rate)).unzip();
-        EdgeMoments {
-            strain,
-            tension: edges.map(|edge| self.pull(&pose, edge)).collect(),
-            rate,
-            elastic: forces.iter().filter_map(|force| force.energy(&pose)).sum(),
-            activation,
-        }
-    }
+/// The loads and the motion of the edges in several states. Each state is given with the number of steps before it.
+fn moments_of(
+    world: &World,
+    robot: &Robot<f64>,
+    states: &[(usize, &State<f64>)],
+) -> Vec<EdgeMoments> {
+    let time = |step: usize| step as f64 * world.physics.dt;
+    let moments: Vec<_> = states.iter().map(|&(step, s)| (s, time(step))).collect();
+    let activations = world.activations(robot, &moments);
+    let both = states.iter().zip(activations);
+    both.map(|(&(step, state), activation)| {
+        moment(world, &robot.body, state, time(step), activation)
+    })
+    .collect()
+}
 
-    /// The pose of a robot in a state. `time` is the time of the state (s).
-    fn pose<'a>(
-        &'a self,
-        body: &'a Body<f64>,
-        state: &State<f64>,
-        time: f64,
-        activation: &'a [f64],
-    ) -> Pose<'a> {
-        Pose {
-            activation,
-            time,
-            ..Pose::idle(&self.lattice, body, state, &self.ground)
-        }
-    }
-
-    /// The force with which the bar of an edge pulls its ends together, N.
-    fn pull(&self, pose: &Pose, edge: usize) -> f64 {
-        let forces = self.step.mechanics.forces.iter();
-        forces.map(|force| force.tension(pose, edge)).sum()
-    }
-
-    /// Simulates the steps of a span that begins at time 0 and returns the loads of the bars. Strains are those of all states; forces are those of the
-    /// [steps](Effort). The speed is the mean over a step, because a node that hits the ground changes its velocity at once:
-    /// for less than a step, the rate of a bar may then be a multiple of it. The work of a step is that of the mean of the forces at its start and at its end.
-    /// There is an entry for each edge of the layout, which is `None` for a void edge. Only about 1 % of the
-    /// values are kept in memory.
-    pub fn loads(
-        &self,
-        layout: &[Material],
-        robot: &Robot<f64>,
-        span: &Span,
-    ) -> Vec<Option<BarLoad>> {
-        let (body, start, steps) = (&robot.body, &robot.start, span.steps());
-        let gathered = |m: &Material| m.is_solid().then(|| Gathered::over(steps + 1, steps));
-        let mut bars: Vec<Option<Gathered>> = layout.iter().map(gathered).collect();
-        let of_all = |bars: &mut [Option<Gathered>], see: &dyn Fn(&mut Gathered, usize)| {
-            for (edge, bar) in bars.iter_mut().enumerate() {
-                if let Some(bar) = bar {
-                    see(bar, edge);
-                }
-            }
-        };
-        of_all(&mut bars, &|bar, edge| {
-            bar.see_state(self.strain(start, edge));
-        });
-        let is_implicit = self.step.mechanics.is_implicit();
-        let see_end = |bars: &mut [Option<Gathered>], step: usize, state: &State<f64>| {
-            let ends = self.moments_of(robot, &[(step, state)]).remove(0).tension;
-            of_all(bars, &|bar, edge| bar.see_end(ends[edge]));
-        };
-        if is_implicit {
-            see_end(&mut bars, 0, start);
-        }
-        let mut before = start.clone();
-        let show = |step: usize, state: State<f64>, effort: Option<Effort<f64>>| {
-            let effort = effort.expect("the steps are metered");
-            if !is_implicit {
-                let time = (step - 1) as f64 * self.physics.dt;
-                let pose = self.pose(body, &before, time, &effort.activation);
-                of_all(&mut bars, &|bar, edge| bar.see_end(self.pull(&pose, edge)));
-            }
-            of_all(&mut bars, &|bar, edge| {
-                if let Some(change) = bar.see_state(self.strain(&state, edge)) {
-                    bar.see_speed(change);
-                }
-                bar.see_force(effort.tension[edge]);
-                if is_implicit {
-                    bar.see_end(effort.tension[edge]);
-                }
-            });
-            before = state;
-            ControlFlow::Continue(())
-        };
-        let metered = Span {
-            metered: true,
-            ..span.clone()
-        };
-        self.each_state(robot, &metered, show);
-        if !is_implicit {
-            see_end(&mut bars, steps, &before);
-        }
-        let seconds = steps as f64 * self.physics.dt;
-        let bars = bars.into_iter().zip(&self.lattice.rest_length);
-        bars.map(|(bar, length)| {
-            bar.map(|bar| bar.load([length / seconds, length / self.physics.dt]))
-        })
-        .collect()
-    }
-
-    /// The strain of an edge in a state.
-    fn strain(&self, state: &State<f64>, edge: usize) -> f64 {
-        let [strain, _] = self.motion(state, edge);
-        strain
-    }
-
-    /// The strain of an edge in a state, and the rate of its length (m/s).
-    fn motion(&self, state: &State<f64>, edge: usize) -> [f64; 2] {
-        let vector = EdgeVector::of(state, self.lattice.edges[edge]);
-        let length = vector.length(self.lattice.softening());
-        let strain = length / self.lattice.rest_length[edge] - 1.0;
-        [strain, vector.rate(length)]
-    }
-
-    /// Combines the loads of a robot's bars to the loads of the robot, and counts the bars that cross in the states of
-    /// `trajectory`.
-    pub fn loads_of(
-        &self,
-        layout: &[Material],
-        bars: &[Option<BarLoad>],
-        trajectory: &Trajectory<f64>,
-    ) -> Loads {
-        let mut loads = Loads::default();
-        for (edge, (bar, &material)) in bars.iter().zip(layout).enumerate() {
-            let Some(bar) = bar else { continue };
-            loads.compression = loads.compression.max(bar.compression);
-            let safety =
-                bar.euler_safety(&self.materials, material, self.lattice.rest_length[edge]);
-            let both = loads.euler_safety.into_iter().chain(safety);
-            loads.euler_safety = both.reduce(f64::min);
-            if material == Material::Skeleton {
-                let strain = bar.strain.peak.max(loads.skeleton_strain.unwrap_or(0.0));
-                loads.skeleton_strain = Some(strain);
-            }
-            if material == Material::Actuator {
-                loads.strains = loads.strains.with(bar.strains.low).with(bar.strains.high);
-                loads.strain = loads.strain.max(bar.strain);
-                loads.force = loads.force.max(bar.force);
-                loads.speed = loads.speed.max(bar.speed);
-                loads.power = loads.power.max(bar.power);
-            }
-        }
-        let tangles = self.tangles(layout, trajectory);
-        let states = tangles.len().max(1) as f64;
-        loads.tangled = tangles.iter().filter(|pairs| **pairs > 0).count() as f64 / states;
-        loads.tangles = tangles.iter().sum::<usize>() as f64 / states;
-        loads.most_tangles = tangles.into_iter().max().unwrap_or(0);
-        loads
+/// The loads and the motion of the edges in a state. `time` is the time of the state (s).
+fn moment(
+    world: &World,
+    body: &Body<f64>,
+    state: &State<f64>,
+    time: f64,
+    activation: Vec<f64>,
+) -> EdgeMoments {
+    let edges = 0..world.lattice.edges.len();
+    let forces = &world.mechanics().forces;
+    let pose = pose(world, body, state, time, &activation);
+    let motion = edges.clone().map(|edge| motion(world, state, edge));
+    let (strain, rate) = motion.map(|[strain, rate]| (strain, rate)).unzip();
+    EdgeMoments {
+        strain,
+        tension: edges.map(|edge| pull(world, &pose, edge)).collect(),
+        rate,
+        elastic: forces.iter().filter_map(|force| force.energy(&pose)).sum(),
+        activation,
     }
 }
 
-impl World {
-    /// For each state, the number of pairs of bars that cross but do not cross at rest.
-    fn tangles(&self, layout: &[Material], trajectory: &Trajectory<f64>) -> Vec<usize> {
-        let bars = (self.lattice.edges.iter().zip(layout)).filter(|(_, m)| m.is_solid());
-        let bars: Vec<[usize; 2]> = bars.map(|(ends, _)| *ends).collect();
-        let at_rest = crossings(self.lattice.dimension, &self.lattice.places, &bars);
-        let at_rest: HashSet<[usize; 2]> = at_rest.into_iter().collect();
-        let count = |state: &State<f64>| {
-            let crossed = crossings(state.dimension, &state.x, &bars);
-            crossed
-                .iter()
-                .filter(|pair| !at_rest.contains(*pair))
-                .count()
-        };
-        trajectory.states.iter().map(count).collect()
+/// The pose of a robot in a state. `time` is the time of the state (s).
+fn pose<'a>(
+    world: &'a World,
+    body: &'a Body<f64>,
+    state: &State<f64>,
+    time: f64,
+    activation: &'a [f64],
+) -> Pose<'a> {
+    Pose {
+        activation,
+        time,
+        ..Pose::idle(&world.lattice, body, state, &world.ground())
     }
+}
+
+/// The force with which the bar of an edge pulls its ends together, N.
+fn pull(world: &World, pose: &Pose, edge: usize) -> f64 {
+    let forces = world.mechanics().forces.iter();
+    forces.map(|force| force.tension(pose, edge)).sum()
+}
+
+/// Simulates the steps of a span that begins at time 0 and returns the loads of the bars. Strains are those of all states;
+/// forces are those of the [steps](Effort). The speed is the mean over a step, because a node that hits the ground changes
+/// its velocity at once: for less than a step, the rate of a bar may then be a multiple of it. The work of a step is that of
+/// the mean of the forces at its start and at its end. There is an entry for each edge of the layout, which is `None` for a
+/// void edge. Only about 1 % of the values are kept in memory.
+pub fn bar_loads(
+    world: &World,
+    layout: &[Material],
+    robot: &Robot<f64>,
+    span: &Span,
+) -> Vec<Option<BarLoad>> {
+    let (body, start, steps) = (&robot.body, &robot.start, span.steps());
+    let gathered = |m: &Material| m.is_solid().then(|| Gathered::over(steps + 1, steps));
+    let mut bars: Vec<Option<Gathered>> = layout.iter().map(gathered).collect();
+    let of_all = |bars: &mut [Option<Gathered>], see: &dyn Fn(&mut Gathered, usize)| {
+        for (edge, bar) in bars.iter_mut().enumerate() {
+            if let Some(bar) = bar {
+                see(bar, edge);
+            }
+        }
+    };
+    of_all(&mut bars, &|bar, edge| {
+        bar.see_state(strain(world, start, edge));
+    });
+    let is_implicit = world.mechanics().is_implicit();
+    let see_end = |bars: &mut [Option<Gathered>], step: usize, state: &State<f64>| {
+        let ends = moments_of(world, robot, &[(step, state)]).remove(0).tension;
+        of_all(bars, &|bar, edge| bar.see_end(ends[edge]));
+    };
+    if is_implicit {
+        see_end(&mut bars, 0, start);
+    }
+    let mut before = start.clone();
+    let show = |step: usize, state: State<f64>, effort: Option<Effort<f64>>| {
+        let effort = effort.expect("the steps are metered");
+        if !is_implicit {
+            let time = (step - 1) as f64 * world.physics.dt;
+            let pose = pose(world, body, &before, time, &effort.activation);
+            of_all(&mut bars, &|bar, edge| {
+                bar.see_end(pull(world, &pose, edge))
+            });
+        }
+        of_all(&mut bars, &|bar, edge| {
+            if let Some(change) = bar.see_state(strain(world, &state, edge)) {
+                bar.see_speed(change);
+            }
+            bar.see_force(effort.tension[edge]);
+            if is_implicit {
+                bar.see_end(effort.tension[edge]);
+            }
+        });
+        before = state;
+        ControlFlow::Continue(())
+    };
+    let metered = Span {
+        metered: true,
+        ..span.clone()
+    };
+    world.each_state(robot, &metered, show);
+    if !is_implicit {
+        see_end(&mut bars, steps, &before);
+    }
+    let seconds = steps as f64 * world.physics.dt;
+    let bars = bars.into_iter().zip(&world.lattice.rest_length);
+    bars.map(|(bar, length)| bar.map(|bar| bar.load([length / seconds, length / world.physics.dt])))
+        .collect()
+}
+
+/// The strain of an edge in a state.
+fn strain(world: &World, state: &State<f64>, edge: usize) -> f64 {
+    let [strain, _] = motion(world, state, edge);
+    strain
+}
+
+/// The strain of an edge in a state, and the rate of its length (m/s).
+fn motion(world: &World, state: &State<f64>, edge: usize) -> [f64; 2] {
+    let vector = EdgeVector::of(state, world.lattice.edges[edge]);
+    let length = vector.length(world.lattice.softening());
+    let strain = length / world.lattice.rest_length[edge] - 1.0;
+    [strain, vector.rate(length)]
+}
+
+/// For each state, the number of pairs of bars that cross but do not cross at rest.
+fn tangles(world: &World, layout: &[Material], trajectory: &Trajectory<f64>) -> Vec<usize> {
+    let bars = (world.lattice.edges.iter().zip(layout)).filter(|(_, m)| m.is_solid());
+    let bars: Vec<[usize; 2]> = bars.map(|(ends, _)| *ends).collect();
+    let at_rest = crossings(world.lattice.dimension, &world.lattice.places, &bars);
+    let at_rest: HashSet<[usize; 2]> = at_rest.into_iter().collect();
+    let count = |state: &State<f64>| {
+        let crossed = crossings(state.dimension, &state.x, &bars);
+        crossed
+            .iter()
+            .filter(|pair| !at_rest.contains(*pair))
+            .count()
+    };
+    trajectory.states.iter().map(count).collect()
 }
 
 impl BarLoad {

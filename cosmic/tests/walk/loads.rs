@@ -3,7 +3,8 @@ use cosmic::geometry::{Range, Vector};
 use cosmic::lattice::{Lattice, State};
 use cosmic::policy::Controller;
 use cosmic::scene::Scene;
-use cosmic::world::{BarLoad, Largest, Magnitude, Trajectory, World};
+use cosmic::walk::{self, BarLoad, Largest, Loads, Magnitude};
+use cosmic::world::{Trajectory, World};
 
 #[test]
 fn a_magnitude_has_the_peak_and_the_99_percent_quantile() {
@@ -53,7 +54,7 @@ fn loads_are_those_of_hooke_s_bars() {
         rest.x.iter().map(|x| x.along() * 1.1),
     );
     let trajectory = Trajectory::new(vec![0, 16], vec![rest, stretched]);
-    let moments = world.moments(&robot, &trajectory);
+    let moments = walk::moments(&world, &robot, &trajectory);
     let edges = 0..lattice.edges.len();
     let loads: Vec<BarLoad> = edges.map(|edge| BarLoad::of(edge, &moments)).collect();
     for (load, &[i, j]) in loads.iter().zip(&lattice.edges) {
@@ -70,7 +71,7 @@ fn loads_are_those_of_hooke_s_bars() {
         }
     }
     let bars: Vec<_> = loads.into_iter().map(Some).collect();
-    let all = world.loads_of(&layout, &bars, &trajectory);
+    let all = Loads::of(&world, &layout, &bars, &trajectory);
     assert_eq!(all.strains, Range::default());
     assert_eq!((all.tangled, all.tangles), (0.0, 0.0));
     // In one of two states, half of the robot is folded over the other half.
@@ -85,6 +86,6 @@ fn loads_are_those_of_hooke_s_bars() {
         .iter_mut()
         .enumerate()
         .for_each(|(k, x)| *x += Vector::upright(0.0, 1e-3 * k as f64));
-    let all = world.loads_of(&layout, &bars, &folded);
+    let all = Loads::of(&world, &layout, &bars, &folded);
     assert!(all.tangled == 0.5 && all.tangles > 1.0, "{all:?}");
 }
