@@ -1,5 +1,5 @@
-//! Checks of the architecture of the crates. A module imports only modules that are above it in `lib.rs`. Files of a
-//! folder do not import one another in a circle. No derivative is written by hand.
+//! Checks of the architecture of the crates. A module imports only modules that are above it in `lib.rs`. Files and
+//! folders that are side by side do not import one another in a circle. No derivative is written by hand.
 //!
 //! The checks read paths as they are written; they do not follow re-exports.
 
@@ -63,7 +63,9 @@ fn floors(source: &str) -> Vec<String> {
 /// The names that follow `root`, such as `crate::`, in the paths of a text: `crate::{a, b::{c, d}}` gives `a` and `b`.
 fn names_after(root: &str, code: &str) -> BTreeSet<String> {
     let mut names = BTreeSet::new();
-    for (at, _) in code.match_indices(root) {
+    // `super::super::` is another place than `super::`.
+    let is_whole = |(at, _): &(usize, &str)| !code[..*at].ends_with("super::");
+    for (at, _) in code.match_indices(root).filter(is_whole) {
         let rest = &code[at + root.len()..];
         let Some(group) = rest.strip_prefix('{') else {
             names.extend(first_word(rest));
@@ -112,18 +114,33 @@ fn upward(source: &str, floors: &[String]) -> Vec<String> {
     wrong
 }
 
-/// For each file of a folder, the files beside it that it imports.
-fn imports(folder: &[PathBuf]) -> BTreeMap<String, BTreeSet<String>> {
-    let name = |path: &PathBuf| path.file_stem().unwrap().to_string_lossy().into_owned();
-    let all: BTreeSet<_> = folder.iter().map(name).collect();
-    let of = |path: &PathBuf| {
-        let used = names_after("super::", &code(path));
-        (name(path), used.intersection(&all).cloned().collect())
-    };
-    folder.iter().map(of).collect()
+/// For each file and folder in `folder`, which is inside the folder `source` of a crate, the files and folders beside it that
+/// it imports.
+fn imports(source: &Path, folder: &Path) -> BTreeMap<String, BTreeSet<String>> {
+    let module = folder.strip_prefix(source).unwrap();
+    let module = module.iter().map(|part| part.to_string_lossy() + "::");
+    let here = format!("crate::{}", module.collect::<String>());
+    let mut all = BTreeMap::<_, BTreeSet<String>>::new();
+    for path in files_below(folder, &["rs"]) {
+        let inside: Vec<_> = path.strip_prefix(folder).unwrap().iter().collect();
+        let name = Path::new(inside[0]).file_stem().unwrap().to_string_lossy();
+        if inside.len() == 1 && ["mod", "lib", "main"].contains(&&*name) {
+            continue;
+        }
+        let above = "super::".repeat(inside.len() - usize::from(path.ends_with("mod.rs")));
+        let code = code(&path);
+        let used = [&above, &here].map(|root| names_after(root, &code));
+        let of_name = all.entry(name.into_owned()).or_default();
+        of_name.extend(used.into_iter().flatten());
+    }
+    let names: BTreeSet<String> = all.keys().cloned().collect();
+    for (name, used) in &mut all {
+        used.retain(|other| other != name && names.contains(other));
+    }
+    all
 }
 
-/// The files that are part of a circle of imports, or of a chain from one circle to another.
+/// The files and folders that are part of a circle of imports, or of a chain from one circle to another.
 fn circles(mut imports: BTreeMap<String, BTreeSet<String>>) -> Vec<String> {
     // A file that imports no file, or that no file imports, is not in a circle. Remove such files until none is left.
     loop {
@@ -164,19 +181,29 @@ fn every_module_imports_only_modules_above_it() {
 }
 
 #[test]
-fn no_files_of_a_folder_import_one_another_in_a_circle() {
-    for source in SOURCES {
-        let mut folders: BTreeMap<_, Vec<PathBuf>> = BTreeMap::new();
-        let is_file = |path: &PathBuf| !path.ends_with("mod.rs") && !path.ends_with("lib.rs");
-        for path in sources(source).into_iter().filter(is_file) {
-            let folder = path.parent().unwrap().to_owned();
-            folders.entry(folder).or_default().push(path);
-        }
-        for (folder, files) in folders {
-            let circles = circles(imports(&files));
-            assert_eq!(circles, Vec::<String>::new(), "{}", folder.display());
+fn nothing_in_a_folder_imports_one_another_in_a_circle() {
+    let mut links = 0;
+    for source in SOURCES.map(|source| workspace().join(source)) {
+        let files = files_below(&source, &["rs"]);
+        let folders = files.iter().flat_map(|file| file.ancestors().skip(1));
+        let folders: BTreeSet<_> = folders.filter(|at| at.starts_with(&source)).collect();
+        for folder in folders {
+            let imports = imports(&source, folder);
+            links += imports.values().map(BTreeSet::len).sum::<usize>();
+            assert_eq!(
+                circles(imports),
+                Vec::<String>::new(),
+                "{}",
+                folder.display()
+            );
         }
     }
+    assert!(links > 100, "{links} imports");
+    // The check itself: a folder and a file that import each other.
+    let of = |used: &str| BTreeSet::from([used.to_owned()]);
+    let both = [("bars", "force"), ("force", "bars"), ("node", "force")];
+    let both = both.map(|(name, used)| (name.to_owned(), of(used)));
+    assert_eq!(circles(BTreeMap::from(both)), ["bars", "force"]);
 }
 
 /// Only the world runs recorded steps of robots: everything else calls its verb.
