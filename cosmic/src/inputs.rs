@@ -25,7 +25,7 @@ pub struct Inputs<R> {
 
 /// One of the groups (blocks) into which the numbers of [`Inputs`] are divided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Block {
+pub enum InputBlock {
     /// Design vectors.
     Z,
     /// All numbers of the controller.
@@ -37,35 +37,40 @@ pub enum Block {
 }
 
 /// A list of blocks that has only the design vectors.
-pub const DESIGN: &[Block] = &[Block::Z];
+pub const DESIGN: &[InputBlock] = &[InputBlock::Z];
 /// A list of blocks that has only the numbers of the controller.
-pub const CONTROLLER: &[Block] = &[Block::Controller];
+pub const CONTROLLER: &[InputBlock] = &[InputBlock::Controller];
 /// The empty list of blocks, for functions that differentiate nothing.
-pub const NOTHING: &[Block] = &[];
+pub const NOTHING: &[InputBlock] = &[];
 /// All blocks, in the order in which files and tables list them.
-pub const ALL: &[Block] = &[Block::Z, Block::Controller, Block::X0, Block::V0];
+pub const ALL: &[InputBlock] = &[
+    InputBlock::Z,
+    InputBlock::Controller,
+    InputBlock::X0,
+    InputBlock::V0,
+];
 
-/// The numbers that files store under one key. They are a whole [`Block`], or one named block of the controller's
+/// The numbers that files store under one key. They are a whole [`InputBlock`], or one named block of the controller's
 /// parameters.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {
     /// The key under which files store the numbers.
     pub name: String,
     /// The block that contains the part.
-    pub block: Block,
+    pub block: InputBlock,
     /// The range of the part within the block.
     pub range: Range<usize>,
 }
 
 impl<R: Real> Inputs<R> {
     /// The numbers of a block.
-    pub fn block(&self, block: Block) -> Cow<'_, [R]> {
+    pub fn block(&self, block: InputBlock) -> Cow<'_, [R]> {
         let dimension = self.start.dimension;
         Cow::Borrowed(match block {
-            Block::Z => self.z.as_flattened(),
-            Block::Controller => self.controller.numbers(),
-            Block::X0 => return Cow::Owned(dimension.flat(&self.start.x)),
-            Block::V0 => return Cow::Owned(dimension.flat(&self.start.v)),
+            InputBlock::Z => self.z.as_flattened(),
+            InputBlock::Controller => self.controller.numbers(),
+            InputBlock::X0 => return Cow::Owned(dimension.flat(&self.start.x)),
+            InputBlock::V0 => return Cow::Owned(dimension.flat(&self.start.v)),
         })
     }
 
@@ -73,15 +78,15 @@ impl<R: Real> Inputs<R> {
     ///
     /// # Panics
     /// If `numbers` does not have exactly as many entries as the blocks.
-    pub fn set(&mut self, blocks: &[Block], mut numbers: &[R]) {
+    pub fn set(&mut self, blocks: &[InputBlock], mut numbers: &[R]) {
         let dimension = self.start.dimension;
         for &block in blocks {
             let (part, rest) = numbers.split_at(self.block(block).len());
             match block {
-                Block::Z => self.z.as_flattened_mut().copy_from_slice(part),
-                Block::Controller => self.controller.numbers_mut().copy_from_slice(part),
-                Block::X0 => dimension.fill(&mut self.start.x, part),
-                Block::V0 => dimension.fill(&mut self.start.v, part),
+                InputBlock::Z => self.z.as_flattened_mut().copy_from_slice(part),
+                InputBlock::Controller => self.controller.numbers_mut().copy_from_slice(part),
+                InputBlock::X0 => dimension.fill(&mut self.start.x, part),
+                InputBlock::V0 => dimension.fill(&mut self.start.v, part),
             }
             numbers = rest;
         }
@@ -94,17 +99,17 @@ impl<R: Real> Inputs<R> {
 
     /// Lists the parts of these inputs, in the order of [`ALL`]. Every number belongs to exactly one part.
     pub fn parts(&self) -> Vec<Part> {
-        let part = |name: &str, block: Block, range: Range<usize>| Part {
+        let part = |name: &str, block: InputBlock, range: Range<usize>| Part {
             name: name.to_owned(),
             block,
             range,
         };
-        let whole = |name: &str, block: Block| part(name, block, 0..self.block(block).len());
+        let whole = |name: &str, block: InputBlock| part(name, block, 0..self.block(block).len());
         let own = self.controller.blocks();
-        [whole("z", Block::Z)]
+        [whole("z", InputBlock::Z)]
             .into_iter()
-            .chain(own.map(|(name, _, range)| part(name, Block::Controller, range)))
-            .chain([whole("x0", Block::X0), whole("v0", Block::V0)])
+            .chain(own.map(|(name, _, range)| part(name, InputBlock::Controller, range)))
+            .chain([whole("x0", InputBlock::X0), whole("v0", InputBlock::V0)])
             .collect()
     }
 
@@ -130,7 +135,7 @@ impl<R: Real> Inputs<R> {
     }
 
     /// The numbers of `blocks`, one block after the other.
-    pub fn get(&self, blocks: &[Block]) -> Vec<R> {
+    pub fn get(&self, blocks: &[InputBlock]) -> Vec<R> {
         let mut numbers = Vec::new();
         for &block in blocks {
             numbers.extend_from_slice(&self.block(block));
@@ -142,7 +147,7 @@ impl<R: Real> Inputs<R> {
     /// [`get`](Self::get).
     pub fn differentiate(
         &self,
-        blocks: &[Block],
+        blocks: &[InputBlock],
         function: impl FnOnce(&Inputs<Var<R>>) -> Var<R>,
     ) -> (R, Vec<R>) {
         let [result] = self.differentiate_each(blocks, |inputs| [function(inputs)]);
@@ -154,7 +159,7 @@ impl<R: Real> Inputs<R> {
     /// sweep.
     pub(crate) fn differentiate_copies<const N: usize>(
         &self,
-        blocks: &[Block],
+        blocks: &[InputBlock],
         functions: impl FnOnce(&[Inputs<Var<R>>; N]) -> [Var<R>; N],
     ) -> [(R, Vec<R>); N] {
         let numbers = self.get(blocks);
@@ -173,7 +178,7 @@ impl<R: Real> Inputs<R> {
     }
 
     /// A copy of the inputs in which `variables` are the numbers of `blocks`. All other numbers are constants.
-    fn with_variables(&self, blocks: &[Block], variables: &[Var<R>]) -> Inputs<Var<R>> {
+    fn with_variables(&self, blocks: &[InputBlock], variables: &[Var<R>]) -> Inputs<Var<R>> {
         let mut inputs = self.map(Var::constant);
         inputs.set(blocks, variables);
         inputs
@@ -186,7 +191,7 @@ impl<R: Real> Inputs<R> {
     /// If the number of cotangents is not the number of results.
     pub fn vjp(
         &self,
-        blocks: &[Block],
+        blocks: &[InputBlock],
         function: impl FnOnce(&Inputs<Var<R>>) -> Vec<Var<R>>,
         cotangents: &[R],
     ) -> (Vec<R>, Vec<R>) {
@@ -213,7 +218,7 @@ impl<R: Real> Inputs<R> {
     /// share one recording. Each function has its own reverse sweep.
     pub(crate) fn differentiate_each<const N: usize>(
         &self,
-        blocks: &[Block],
+        blocks: &[InputBlock],
         functions: impl FnOnce(&Inputs<Var<R>>) -> [Var<R>; N],
     ) -> [(R, Vec<R>); N] {
         let numbers = self.get(blocks);

@@ -103,24 +103,24 @@ fn placed(keys: &[Key], name: &str) -> (usize, KeyColumn) {
 }
 
 /// The value of a key that is a column.
-pub trait Number {
+pub trait ColumnValue {
     /// The number in the column; `None` for a missing value.
     fn number(self) -> Option<f64>;
 }
 
-impl Number for f64 {
+impl ColumnValue for f64 {
     fn number(self) -> Option<f64> {
         Some(self)
     }
 }
 
-impl Number for usize {
+impl ColumnValue for usize {
     fn number(self) -> Option<f64> {
         Some(self as f64)
     }
 }
 
-impl<T: Number> Number for Option<T> {
+impl<T: ColumnValue> ColumnValue for Option<T> {
     fn number(self) -> Option<f64> {
         self.and_then(T::number)
     }
@@ -195,18 +195,18 @@ macro_rules! keys {
         }
     };
     (@numbers $self:ident, $field:ident, [$column:literal]) => {
-        vec![$crate::keys::Number::number($self.$field)]
+        vec![$crate::keys::ColumnValue::number($self.$field)]
     };
     (@numbers $self:ident, $field:ident, [$column:literal] of $of:expr) => {{
         let of: fn(&Self) -> _ = $of;
-        vec![$crate::keys::Number::number(of($self))]
+        vec![$crate::keys::ColumnValue::number(of($self))]
     }};
     (@numbers $self:ident, $field:ident, $columns:tt) => {
-        $self.$field.into_iter().map($crate::keys::Number::number).collect()
+        $self.$field.into_iter().map($crate::keys::ColumnValue::number).collect()
     };
     (@numbers $self:ident, $field:ident, $columns:tt of $of:expr) => {{
         let of: fn(&Self) -> _ = $of;
-        of($self).into_iter().map($crate::keys::Number::number).collect()
+        of($self).into_iter().map($crate::keys::ColumnValue::number).collect()
     }};
     (@parts $self:ident, $field:ident, $Part:ty, $flat:ident) => {
         match &$self.$field {

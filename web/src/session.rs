@@ -2,7 +2,7 @@
 
 use crate::evolve::Evolution;
 use crate::gains;
-use crate::work::{MEASURED, Robot, Whole, Work, clearance, nothing, solid_nodes};
+use crate::work::{MEASURED, PageRobot, Whole, Work, clearance, nothing, solid_nodes};
 use cosmic::case::Case;
 use cosmic::design::{Design, Material};
 use cosmic::error::Error;
@@ -78,13 +78,13 @@ impl Session {
         let work = self.work()?;
         let delivery = work.deliver(&work.progress);
         let measured = work.measured(&delivery);
-        let is_chosen = |(robot, _): &(Robot, Whole)| robot.controller == delivery.controller;
+        let is_chosen = |(robot, _): &(PageRobot, Whole)| robot.controller == delivery.controller;
         let robot = match entrants.into_iter().find(is_chosen) {
             Some((robot, whole)) => {
                 work.whole = Some(whole);
                 robot
             }
-            None => Robot {
+            None => PageRobot {
                 design: delivery.design,
                 projected: work.codesign.evaluator().design(&work.progress),
                 controller: delivery.controller,
@@ -113,7 +113,7 @@ impl Session {
         }
         let robot = match (&work.whole, &delivered.bytes) {
             (Some(whole), Some(_)) => work.unpack(work.pack(whole, &materials)?)?,
-            _ => Robot {
+            _ => PageRobot {
                 design: Design::Layout(materials.clone()),
                 projected: Design::Layout(materials),
                 ..delivered

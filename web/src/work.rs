@@ -19,12 +19,12 @@ pub(crate) struct Work {
     pub(crate) codesign: CoDesign,
     pub(crate) progress: Progress,
     /// The robot that the optimisation has delivered; `None` before its end.
-    pub(crate) delivered: Option<Robot>,
+    pub(crate) delivered: Option<PageRobot>,
     /// The controller of the delivered robot before it was packed. It also has weights for void edges, which become
     /// solid if the user edits them.
     pub(crate) whole: Option<Whole>,
     /// The delivered robot with the materials that the user has edited, if any.
-    pub(crate) edited: Option<Robot>,
+    pub(crate) edited: Option<PageRobot>,
     /// The world in which the user lets the finished robot walk on; `None` in the world of the scene.
     pub(crate) elsewhere: Option<World>,
     /// The walk that was shown last; `None` if it diverged.
@@ -33,7 +33,7 @@ pub(crate) struct Work {
 
 /// A walk that can go on from any of its frames.
 pub(crate) struct Walk {
-    pub(crate) robot: Robot,
+    pub(crate) robot: PageRobot,
     /// The number of steps on the clock at the start of the walk.
     pub(crate) first: usize,
     /// The states in the frames.
@@ -41,7 +41,7 @@ pub(crate) struct Walk {
 }
 
 #[derive(Clone)]
-pub(crate) struct Robot {
+pub(crate) struct PageRobot {
     pub(crate) design: Design<[f64; 3]>,
     /// The design after the projection. It contains the mixtures that are simulated.
     pub(crate) projected: Design<Mixture<f64>>,
@@ -61,7 +61,7 @@ pub(crate) struct Whole {
 pub(crate) struct Packed {
     pub(crate) work: Work,
     /// The controllers among which the delivery chooses: packed in a robot, and whole.
-    pub(crate) entrants: Vec<(Robot, Whole)>,
+    pub(crate) entrants: Vec<(PageRobot, Whole)>,
 }
 
 /// The seed of the starts from which a finished robot is measured. It does not depend on the seed of the design, so
@@ -114,7 +114,7 @@ impl Work {
         };
         let mut work = Self::open_loop(self.codesign.scene(), &bytes[0])?;
         let robots = bytes.into_iter().map(|bytes| work.unpack(bytes));
-        let robots = robots.collect::<cosmic::Result<Vec<Robot>>>()?;
+        let robots = robots.collect::<cosmic::Result<Vec<PageRobot>>>()?;
         let progress = &mut work.progress;
         progress.design = robots[0].design.clone();
         // The controller of the last iteration is the first entrant, and must be the last one here.
@@ -140,11 +140,11 @@ impl Work {
     }
 
     /// The robot of a link to the scene of this work.
-    pub(crate) fn unpack(&self, bytes: Vec<u8>) -> cosmic::Result<Robot> {
+    pub(crate) fn unpack(&self, bytes: Vec<u8>) -> cosmic::Result<PageRobot> {
         let settings = &self.codesign.scene().controller;
         let (materials, controller) =
             packed::unpack(settings, &self.codesign.world().lattice, &bytes)?;
-        Ok(Robot {
+        Ok(PageRobot {
             design: Design::Layout(materials.clone()),
             projected: Design::Layout(materials),
             controller,
@@ -184,7 +184,7 @@ impl Work {
     }
 
     /// The finished robot with its edits.
-    pub(crate) fn finished(&self) -> cosmic::Result<&Robot> {
+    pub(crate) fn finished(&self) -> cosmic::Result<&PageRobot> {
         let robot = self.edited.as_ref().or(self.delivered.as_ref());
         robot.ok_or_else(nothing)
     }
@@ -201,7 +201,7 @@ impl Work {
     }
 
     /// Returns the robot that was shown last, the steps on its clock in a frame of its walk, and its state there.
-    pub(crate) fn moment(&self, frame: usize) -> cosmic::Result<(Robot, usize, State<f64>)> {
+    pub(crate) fn moment(&self, frame: usize) -> cosmic::Result<(PageRobot, usize, State<f64>)> {
         let refused = |says: String| Err(Error::Usage(says));
         let Some(walk) = &self.walk else {
             return refused("the walk of the robot diverges, so it cannot go on".to_owned());
@@ -219,7 +219,7 @@ impl Work {
     /// end, unless the robot diverges.
     pub(crate) fn walk_on(
         &mut self,
-        robot: Robot,
+        robot: PageRobot,
         first: usize,
         start: &State<f64>,
         goal: Option<Vector<f64>>,
@@ -240,7 +240,7 @@ impl Work {
     /// Returns the robot after the last iteration and its rollout, in the precision in which gradients are computed.
     pub(crate) fn present(&mut self) -> Value {
         self.elsewhere = None;
-        let robot = Robot {
+        let robot = PageRobot {
             design: self.progress.design.clone(),
             projected: self.codesign.evaluator().design(&self.progress),
             controller: self.progress.controller.clone(),
@@ -254,7 +254,7 @@ impl Work {
     }
 
     /// Returns a robot and its rollout in double precision, in the world of the scene.
-    pub(crate) fn show(&mut self, robot: &Robot) -> Value {
+    pub(crate) fn show(&mut self, robot: &PageRobot) -> Value {
         self.elsewhere = None;
         let world = self.codesign.world();
         let (start, span) = (
@@ -269,7 +269,7 @@ impl Work {
     /// start of the first walk; a planar robot ignores `across`. The clock has done `first` steps in the state `start`.
     pub(crate) fn go_on(
         &mut self,
-        robot: Robot,
+        robot: PageRobot,
         first: usize,
         start: &State<f64>,
         [along, across]: [f64; 2],
@@ -298,7 +298,7 @@ impl Work {
     /// rollout, so that the robot can walk on. It began after `first` steps of the clock.
     pub(crate) fn answer(
         &mut self,
-        robot: &Robot,
+        robot: &PageRobot,
         first: usize,
         seen: Result<Trajectory<f64>, String>,
     ) -> Value {
@@ -328,7 +328,7 @@ pub(crate) fn along(seen: &Trajectory<f64>, ground: &Ground) -> f64 {
 }
 
 /// Returns the nodes that have a solid bar; all nodes if there is no solid bar.
-pub(crate) fn solid_nodes(robot: &Robot, world: &World) -> Vec<usize> {
+pub(crate) fn solid_nodes(robot: &PageRobot, world: &World) -> Vec<usize> {
     let materials = robot.projected.materials();
     let bars = world.lattice.edges.iter().zip(&materials);
     let solid = bars.filter(|(_, material)| material.is_solid());
@@ -350,7 +350,7 @@ pub(crate) fn clearance(state: &State<f64>, nodes: &[usize], world: &World) -> f
 /// Simulates a robot and checks every state. Returns its states, or the reason why it diverged.
 fn rollout(
     world: &World,
-    robot: &Robot,
+    robot: &PageRobot,
     start: &State<f64>,
     goal: Option<Vector<f64>>,
     span: &Span,

@@ -71,7 +71,7 @@ pub mod kernels {
 /// Operations on arrays that your crate adds to steps.
 pub mod operations {
     #[doc(inline)]
-    pub use crate::arrays::{ArrayOperation, Forward, InputBars, Inputs, Reverse, each};
+    pub use crate::arrays::{ArrayOperation, Forward, InputBars, InputValues, Reverse, each};
 }
 
 /// What `cosmic-gpu` reads of a program to print it, and `cosmic` exports. It may change in any version.

@@ -4,7 +4,7 @@ use autodiff::{Real, Var};
 use autodiff_programs::{Model, Program, Rollout};
 use cosmic::case::Case;
 use cosmic::design::{Design, Mixture};
-use cosmic::inputs::{Block, Inputs};
+use cosmic::inputs::{InputBlock, Inputs};
 use cosmic::objective::{Displacement, loss_of};
 use cosmic::scene::LossSettings;
 use cosmic::world::{Span, World};
@@ -49,7 +49,7 @@ impl<'a> Subject<'a> {
     /// Computes the loss and its gradient with respect to some blocks of the inputs, such as
     /// [`DESIGN`](cosmic::inputs::DESIGN) or [`CONTROLLER`](cosmic::inputs::CONTROLLER). A layout has no design vectors;
     /// instead, the gradient is with respect to its mixtures.
-    pub(crate) fn gradient<R: Real>(&self, blocks: &[Block]) -> (R, Vec<R>) {
+    pub(crate) fn gradient<R: Real>(&self, blocks: &[InputBlock]) -> (R, Vec<R>) {
         let inputs = self.inputs.lift::<R>();
         inputs.differentiate(blocks, |inputs| {
             let design = self.design(blocks, inputs);
@@ -62,11 +62,11 @@ impl<'a> Subject<'a> {
     /// vectors, so its mixtures are used instead.
     fn design<R: Real>(
         &self,
-        blocks: &[Block],
+        blocks: &[InputBlock],
         inputs: &Inputs<Var<R>>,
     ) -> Design<Mixture<Var<R>>> {
         match self.case.design {
-            Design::Layout(_) if blocks.contains(&Block::Z) => Design::of_shares(&inputs.z),
+            Design::Layout(_) if blocks.contains(&InputBlock::Z) => Design::of_shares(&inputs.z),
             _ => self.case.projected(self.case.projection, &inputs.z),
         }
     }

@@ -4,12 +4,12 @@ use std::fmt::Debug;
 
 use autodiff_programs::Compiled;
 
-use crate::settings::{Inputs, Settings};
+use crate::settings::{Settings, StepInputs};
 
 /// A contact law or a force law, with a name and settings. The settings are the fields of the type, as declared by
 /// [`settings!`](crate::settings!). In a scene they are in a section with the name of the law.
 pub trait Law:
-    Settings + Inputs<Of<f64> = Self> + Clone + Default + Debug + Send + Sync + 'static
+    Settings + StepInputs<Of<f64> = Self> + Clone + Default + Debug + Send + Sync + 'static
 {
     /// The name by which a scene chooses the law: lower case letters, digits and underscores.
     const NAME: &'static str;

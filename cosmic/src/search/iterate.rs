@@ -3,7 +3,7 @@
 use super::begin::CoDesign;
 use super::polish::polish;
 use super::progress::{Progress, Record};
-use super::schedule::{Pass, Phase, Schedule};
+use super::schedule::{PassKind, Phase, Schedule};
 use crate::design::{Design, alternatives, attract, flips, snap};
 use crate::error::Result;
 use crate::judge::Delivery;
@@ -42,8 +42,8 @@ impl CoDesign {
         let mut record = self.blank_record(progress, &now);
         match now.phase() {
             Phase::CoDesign | Phase::Attraction => match now.pass() {
-                Pass::Design => self.design_pass(progress, &now, &mut record),
-                Pass::Controller => self.controller_pass(progress, &now, None, &mut record),
+                PassKind::Design => self.design_pass(progress, &now, &mut record),
+                PassKind::Controller => self.controller_pass(progress, &now, None, &mut record),
             },
             Phase::Snap => self.snap(progress, &now),
             Phase::FineTuning => {
@@ -98,7 +98,7 @@ impl CoDesign {
         let pass = match now.phase() {
             Phase::CoDesign | Phase::Attraction => Some(now.pass()),
             Phase::Snap => None,
-            Phase::FineTuning => Some(Pass::Controller),
+            Phase::FineTuning => Some(PassKind::Controller),
         };
         Record {
             iteration: now.iteration,

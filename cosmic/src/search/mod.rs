@@ -50,7 +50,7 @@ mod iterate;
 pub use begin::CoDesign;
 pub use progress::{Progress, Record, Settled};
 pub use review::Review;
-pub use schedule::{Pass, Phase, Schedule};
+pub use schedule::{PassKind, Phase, Schedule};
 pub use settle::settle;
 pub use slope::{GradientPoint, Slope};
 pub use slopes::Variables;

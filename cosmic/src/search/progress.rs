@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::schedule::{Pass, Phase};
+use super::schedule::{PassKind, Phase};
 use super::slope::Slope;
 use crate::design::Design;
 use crate::error::{Error, Result, fits};
@@ -192,7 +192,7 @@ crate::keys! {
         /// `co_design`, `attraction`, `snap` or `fine_tuning`.
         phase: Phase, "text";
         /// What was updated, `design` or `controller`; `null` for the snap.
-        pass: Option<Pass>, "text or `null`";
+        pass: Option<PassKind>, "text or `null`";
         /// Displacement along the ground of a full rollout, in every tenth iteration of the co-design and every
         /// iteration of the fine-tuning; `null` in other iterations, and if the rollout diverged.
         displacement: Option<f64>, "number or `null`", unit "m";

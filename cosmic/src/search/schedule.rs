@@ -38,10 +38,10 @@ impl Phase {
     }
 }
 
-/// What one iteration of the co-design updates.
+/// The kind of a pass: what one iteration of the co-design updates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Pass {
+pub enum PassKind {
     /// The design vectors. MMA updates them.
     Design,
     /// The controller's weights. Adam updates them.
@@ -49,8 +49,8 @@ pub enum Pass {
 }
 
 /// Sequence of passes, which repeats (paper: three to two).
-const CYCLE: [Pass; 10] = {
-    let [d, c] = [Pass::Design, Pass::Controller];
+const CYCLE: [PassKind; 10] = {
+    let [d, c] = [PassKind::Design, PassKind::Controller];
     [d, c, d, c, d, d, c, d, c, d]
 };
 
@@ -111,8 +111,8 @@ impl<'a> Schedule<'a> {
         }
     }
 
-    /// What the iteration updates: the design or the controller.
-    pub fn pass(&self) -> Pass {
+    /// The kind of pass: whether the iteration updates the design or the controller.
+    pub fn pass(&self) -> PassKind {
         CYCLE[(self.iteration - 1) % CYCLE.len()]
     }
 

@@ -9,7 +9,7 @@ use super::progress::Progress;
 use super::schedule::Schedule;
 use super::slope::{GradientPoint, Slope};
 use crate::design::{Design, Mixture};
-use crate::inputs::{Block, CONTROLLER, DESIGN, Inputs, NOTHING};
+use crate::inputs::{CONTROLLER, DESIGN, InputBlock, Inputs, NOTHING};
 use crate::judge::Evaluator;
 use crate::objective::{AnyLoss, LossOf, walks};
 use crate::projection::Projection;
@@ -30,7 +30,7 @@ pub enum Variables<'a> {
 }
 
 impl Variables<'_> {
-    pub(super) fn blocks(&self) -> &'static [Block] {
+    pub(super) fn blocks(&self) -> &'static [InputBlock] {
         match self {
             Self::Design(_) | Self::Shares => DESIGN,
             Self::Controller(_) => CONTROLLER,

@@ -15,9 +15,9 @@
 ///
 /// `struct Mud<R> {` declares the settings of a law. Its numbers have the type `R` instead of `f64`: the generic
 /// methods of the law receive them in their own number type, so that a rollout can be differentiated with respect to
-/// them. See [`Inputs`].
+/// them. See [`StepInputs`].
 ///
-/// [`Inputs`]: crate::settings::Inputs
+/// [`StepInputs`]: crate::settings::StepInputs
 ///
 /// `struct PhysicsSettings with ground: GroundSettings {` has one more field, whose settings are a separate section.
 ///
@@ -223,7 +223,7 @@ macro_rules! settings {
     };
     // For settings without inputs.
     (@inputs $Settings:ident [] $fields:tt) => {
-        impl $crate::settings::Inputs for $Settings {
+        impl $crate::settings::StepInputs for $Settings {
             type Of<R: $crate::settings::Real> = Self;
             const COUNT: usize = 0;
 
@@ -238,7 +238,7 @@ macro_rules! settings {
     };
     // For settings that are generic over their numbers. The macro receives the type and the key of each field.
     (@inputs $Settings:ident [$R:ident] [$($field:ident: $type:ty, $key:expr;)*]) => {
-        impl $crate::settings::Inputs for $Settings {
+        impl $crate::settings::StepInputs for $Settings {
             type Of<$R: $crate::settings::Real> = $Settings<$R>;
             const COUNT: usize = {
                 type $R = f64;

@@ -7,7 +7,7 @@ use super::value::Named;
 /// Settings whose numbers are inputs of a step. A rollout can be differentiated with respect to these numbers, and
 /// robots that are simulated together may have different numbers. [`settings!`](crate::settings!) implements this
 /// trait: the numbers of `struct Mud<R>` are its fields of type `R`.
-pub trait Inputs: Sized {
+pub trait StepInputs: Sized {
     /// The type of the settings if their numbers have the type `R`.
     type Of<R: Real>;
     /// The number of inputs that the settings have.
@@ -17,7 +17,7 @@ pub trait Inputs: Sized {
     /// section: `physics.friction`.
     fn inputs(&self) -> Vec<(String, f64)>;
 
-    /// A copy of the settings whose inputs are `numbers`, in the order of [`inputs`](Inputs::inputs).
+    /// A copy of the settings whose inputs are `numbers`, in the order of [`inputs`](StepInputs::inputs).
     fn of<R: Real>(&self, numbers: &[R]) -> Self::Of<R>;
 
     /// A copy of the settings whose inputs are constants of the number type `R`.

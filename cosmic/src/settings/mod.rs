@@ -13,7 +13,7 @@ pub use autodiff::Real;
 pub use expression::Expression;
 pub(crate) use field::{AUTO, read_json};
 pub use field::{Field, Settings, Values, holds};
-pub use inputs::{InputField, Inputs};
+pub use inputs::{InputField, StepInputs};
 pub(crate) use limits::{DEVIATION, ITERATIONS, POSITIVE, SHARE, STEPS};
 pub use limits::{Limits, above, within};
 #[doc(hidden)]

@@ -8,7 +8,7 @@ use cosmic::laws::{
     Actuator, Bar, BarForce, Bump, Bumpers, Damper, Hooke, MovingTension, Rope, Stops, Tension,
 };
 
-use cosmic::settings::Inputs;
+use cosmic::settings::StepInputs;
 
 use super::kernels::{DT, is_right, values};
 

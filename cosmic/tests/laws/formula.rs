@@ -65,7 +65,7 @@ fn kinks_have_the_derivatives_of_the_library() {
     ] {
         let length = Dual::<f64, 1>::variable(2.0, 0);
         let law = law(text);
-        let of = cosmic::settings::Inputs::constant::<Dual<f64, 1>>(&law);
+        let of = cosmic::settings::StepInputs::constant::<Dual<f64, 1>>(&law);
         assert_eq!(
             BarFormula::tension(&of, bar(length)).tangent,
             [slope],

@@ -1,5 +1,5 @@
 use cosmic::scene::Scene;
-use cosmic::search::{Pass, Phase, Schedule};
+use cosmic::search::{PassKind, Phase, Schedule};
 
 #[test]
 fn the_paper_s_phases_and_ramps() {
@@ -45,7 +45,7 @@ fn the_paper_s_phases_and_ramps() {
     let settles = [285, 286, 300].map(|i| at(i).settles());
     assert_eq!(settles, [false, true, true]);
     // Three of every five passes update the design.
-    let designs = (1..=240).filter(|i| at(*i).pass() == Pass::Design);
+    let designs = (1..=240).filter(|i| at(*i).pass() == PassKind::Design);
     assert_eq!(designs.count(), 144);
 }
 

@@ -83,7 +83,7 @@ pub trait ArrayOperation: Send + 'static {
 /// What the forward sweep of an [`ArrayOperation`] reads and writes.
 pub struct Forward<'a, R> {
     /// The inputs.
-    pub x: Inputs<'a, R>,
+    pub x: InputValues<'a, R>,
     /// The numbers of all outputs, one output after the other. They must all be written.
     pub y: &'a mut [R],
     /// A buffer that the operation may resize. Its content is not defined at the beginning of a sweep.
@@ -93,7 +93,7 @@ pub struct Forward<'a, R> {
 /// What the reverse sweep of an [`ArrayOperation`] reads and writes.
 pub struct Reverse<'a, R> {
     /// The inputs.
-    pub x: Inputs<'a, R>,
+    pub x: InputValues<'a, R>,
     /// The numbers of all outputs, one output after the other.
     pub y: &'a [R],
     /// The cotangents of the outputs.
@@ -106,13 +106,13 @@ pub struct Reverse<'a, R> {
 
 /// The inputs of an [`ArrayOperation`].
 #[derive(Clone, Copy)]
-pub struct Inputs<'a, R> {
+pub struct InputValues<'a, R> {
     arrays: &'a [Array],
     values: StepValues<'a, R>,
     starts: usize,
 }
 
-impl<'a, R: Real> Inputs<'a, R> {
+impl<'a, R: Real> InputValues<'a, R> {
     /// The numbers of input `k`, in the order in which the operation was recorded.
     #[inline(always)]
     pub fn get(self, k: usize) -> &'a [R] {
@@ -193,7 +193,7 @@ impl<R: Real, T: ArrayOperation> LaneOperation<R> for Added<T, R> {
         let begin = outputs[0].start;
         let (row, after) = row.split_at_mut(begin);
         self.operation.forward::<R, L>(Forward {
-            x: Inputs {
+            x: InputValues {
                 arrays: inputs,
                 values: StepValues { parameters, row },
                 starts: outputs[0].starts,
@@ -211,7 +211,7 @@ impl<R: Real, T: ArrayOperation> LaneOperation<R> for Added<T, R> {
         let places = outputs[0].start..outputs[outputs.len() - 1].range().end;
         let (row, after) = bars.row.split_at_mut(places.start);
         self.operation.reverse::<R, L>(Reverse {
-            x: Inputs {
+            x: InputValues {
                 arrays: inputs,
                 values,
                 starts: outputs[0].starts,

@@ -22,7 +22,7 @@ mod solve;
 mod added;
 
 pub(crate) use added::{Added, AddedArrays};
-pub use added::{ArrayOperation, Forward, InputBars, Inputs, Reverse};
+pub use added::{ArrayOperation, Forward, InputBars, InputValues, Reverse};
 pub use array::{Array, Matrix, Parameter};
 pub(crate) use array::{TOO_LONG, checked_sum, repeated};
 pub use dense::Layer;

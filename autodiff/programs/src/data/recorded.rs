@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use autodiff::{Function, Fused, Real};
 
-use crate::record::replay::{Inputs, Plan, Points, Replayed, Wanted};
+use crate::record::replay::{Plan, PointInputs, Points, Replayed, Wanted};
 
 /// A function that is recorded once, without values. The recording is then replayed at any number of points, forward
 /// for the values and backward for the gradients, several points at a time in SIMD lanes.
@@ -142,7 +142,7 @@ fn replayed<R: Real>(plan: &Plan, columns: &[&[R]], wanted: Wanted<R>) -> Replay
         plan,
         shared: &[],
         count: columns.first().map_or(0, |column| column.len()),
-        inputs: Inputs::Numbers(columns),
+        inputs: PointInputs::Numbers(columns),
         wanted,
     };
     points.replay()

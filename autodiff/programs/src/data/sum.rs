@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use autodiff::internal::SumByParts;
 use autodiff::{Fused, Real, Var, value_and_gradient};
 
-use crate::record::replay::{Inputs, Plan, Points, Wanted};
+use crate::record::replay::{Plan, PointInputs, Points, Wanted};
 
 /// The function that a [`Sum`] adds up. It takes the parameters that all data share, and one datum.
 pub trait Summand: Send + Sync + 'static {
@@ -147,7 +147,7 @@ impl<S: Summand> Sum<S> {
             plan: &plan,
             shared,
             count: *count,
-            inputs: Inputs::Data(columns),
+            inputs: PointInputs::Data(columns),
             wanted,
         };
         let replayed = points.replay();

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use autodiff::{Dual, Real};
 
-use super::replay::{Inputs, Plan, Points, Replayed, Wanted};
+use super::replay::{Plan, PointInputs, Points, Replayed, Wanted};
 use super::symbol::Symbol;
 use crate::arrays::{Array, Bars, Graph, Kernel, Operation, SlotEdge, StepValues, checked};
 
@@ -157,7 +157,7 @@ impl ReplayedKernel {
             plan: &self.kernel,
             shared: &self.shared(values, start),
             count: self.places.count(),
-            inputs: Inputs::Numbers(&columns),
+            inputs: PointInputs::Numbers(&columns),
             wanted,
         };
         points.replay()

@@ -11,7 +11,7 @@ use autodiff::{Real, Tape, Var, gradient};
 
 use super::instance::Instance;
 use crate::arrays::{Bars, StepValues};
-use crate::record::replay::{Inputs, Plan, Points, Wanted};
+use crate::record::replay::{Plan, PointInputs, Points, Wanted};
 use crate::{Compiled, Graph, Kernel, Model, Program, Rollout, kernel};
 
 /// More nodes than two of the widest registers have lanes, and not a multiple of any number of lanes.
@@ -358,7 +358,7 @@ fn kept_buffers_share_a_bound() {
                 plan: &Plan::record([1, n], |x, y| vec![x[0] * y[0]]).expect("no branches"),
                 shared: &vec![1.0; n],
                 count: 2,
-                inputs: Inputs::Data(&[vec![1.0, 2.0]]),
+                inputs: PointInputs::Data(&[vec![1.0, 2.0]]),
                 wanted: Wanted::ByShared,
             };
             assert_eq!(points.replay().by_shared[0], 3.0);

@@ -90,7 +90,7 @@ impl Default for MujocoSettings {
 /// [`Error::Usage`] if the scene has something that the model cannot express; [`Error::Write`].
 pub fn write(case: &Case, settings: &MujocoSettings, folder: &Path) -> Result<Vec<PathBuf>> {
     check(case, settings)?;
-    let robot = Robot::new(case, settings);
+    let robot = MujocoRobot::new(case, settings);
     let paths = [MODEL, "controller.json", PLAYER].map(|name| folder.join(name));
     make_folder(folder)?;
     write_text(&paths[0], &robot.model())?;
@@ -141,7 +141,7 @@ fn check(case: &Case, settings: &MujocoSettings) -> Result<()> {
 }
 
 /// The robot of a case, reduced to the nodes and edges that the MuJoCo model contains.
-struct Robot<'c> {
+struct MujocoRobot<'c> {
     case: &'c Case,
     settings: &'c MujocoSettings,
     ground: Ground,
@@ -158,7 +158,7 @@ struct Robot<'c> {
     actuators: Vec<usize>,
 }
 
-impl<'c> Robot<'c> {
+impl<'c> MujocoRobot<'c> {
     fn new(case: &'c Case, settings: &'c MujocoSettings) -> Self {
         let ground = Ground::from(&case.scene.physics);
         let body = case.body();

@@ -10,7 +10,7 @@ use tiny_skia::{Pixmap, PremultipliedColorU8};
 
 use super::eye::Eye;
 use super::files::RobotFiles;
-use super::motion::{BEYOND, Motion, PAYLOAD, SKELETON, strained, strained_skeleton};
+use super::motion::{BEYOND, DrawnMotion, PAYLOAD, SKELETON, strained, strained_skeleton};
 use super::picture::{Colour, PAPER, Picture};
 use super::view::{EARTH, GOAL, MARK, SHADOW, View};
 
@@ -40,7 +40,7 @@ const MOST: f64 = 250.0;
 const STAYS: f64 = 1.0;
 
 /// Draws the state `index` of a motion as pixels. Returns `None` if memory is short.
-fn draw(motion: &Motion, index: usize, size: [u16; 2]) -> Option<Pixmap> {
+fn draw(motion: &DrawnMotion, index: usize, size: [u16; 2]) -> Option<Pixmap> {
     let state = &motion.states()[index];
     let scale = f64::from(size[1]) / ROWS;
     let width = f64::from(size[0]) / scale;
@@ -78,7 +78,7 @@ fn draw(motion: &Motion, index: usize, size: [u16; 2]) -> Option<Pixmap> {
 ///
 /// # Errors
 /// Errors of writing to `file`.
-pub(super) fn write_gif(motion: &Motion, file: &mut dyn Write) -> io::Result<()> {
+pub(super) fn write_gif(motion: &DrawnMotion, file: &mut dyn Write) -> io::Result<()> {
     let palette = Palette::new();
     let [width, height] = GIF_SIZE;
     let mut encoder = Encoder::new(file, width, height, palette.shades.as_flattened())
@@ -109,7 +109,7 @@ pub(super) fn write_gif(motion: &Motion, file: &mut dyn Write) -> io::Result<()>
 /// # Panics
 /// If the trajectory has no state `index`.
 pub fn frame(robot: &RobotFiles, trajectory: &TrajectoryFile, index: usize) -> Option<Vec<u8>> {
-    let drawn = draw(&Motion::new(robot, trajectory), index, FRAME_SIZE)?;
+    let drawn = draw(&DrawnMotion::new(robot, trajectory), index, FRAME_SIZE)?;
     Some(drawn.pixels().iter().flat_map(rgb).collect())
 }
 

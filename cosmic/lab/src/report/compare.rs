@@ -1,7 +1,7 @@
 //! Compares several runs side by side: their numbers, and their robots in motion.
 
 use super::files::{RobotFiles, read_trajectory};
-use super::motion::Motion;
+use super::motion::DrawnMotion;
 use super::verdict::line;
 use super::{data, page};
 use crate::table::{Cell, Column, Table, TableOf, escape};
@@ -51,7 +51,7 @@ impl ComparedRun {
             Reliability::Reliable => self.name.clone(),
             doubtful => format!("{} ({})", self.name, doubtful.word()),
         };
-        Ok(data::of_lane(&name, &Motion::new(&robot, &trajectory)))
+        Ok(data::of_lane(&name, &DrawnMotion::new(&robot, &trajectory)))
     }
 }
 

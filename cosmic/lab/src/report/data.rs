@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use super::convergence::charts;
 use super::files::{RobotFiles, RunFiles};
 use super::gait::{Gait, four_digits};
-use super::motion::{Flag, Motion};
+use super::motion::{DrawnMotion, Flag};
 use cosmic::design::Design;
 use cosmic::geometry::{Range, Vector};
 use cosmic::judge::verdict::SKELETON_STRAINS;
@@ -22,12 +22,12 @@ const PARTS: f64 = 1000.0;
 const LANE_PARTS: f64 = 200.0;
 
 /// Returns the data of a page that shows only a robot in motion.
-pub(super) fn of_motion(motion: &Motion) -> Value {
+pub(super) fn of_motion(motion: &DrawnMotion) -> Value {
     of_walks(motion, motion.robot, &[walk(motion)])
 }
 
 /// Returns the data of a run's page.
-pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: &Gait) -> Value {
+pub(super) fn of_run(run: &RunFiles, motion: &DrawnMotion, gait: &Gait) -> Value {
     let mut walks = vec![walk(motion)];
     walks.extend(run.designs.iter().map(|row| row.walk.clone()));
     let design = |row: &DesignRow| {
@@ -47,7 +47,7 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: &Gait) -> Value {
 
 /// Returns the data of a robot and its world. The first of `walks` (recorded motions) is the motion of the run's final
 /// robot. The data contain the part of the ground that the walks reach.
-fn of_walks(motion: &Motion, robot: &RobotFiles, walks: &[Option<Frames>]) -> Value {
+fn of_walks(motion: &DrawnMotion, robot: &RobotFiles, walks: &[Option<Frames>]) -> Value {
     json!({
         "robot": of_robot(robot, &motion.states()[0].x),
         "world": world(motion, walks),
@@ -65,7 +65,7 @@ fn goal(flag: &Flag) -> [f64; 6] {
 
 /// Returns the data of one run, for a page on which several runs share one ground. Distances are measured along the
 /// ground from the payload's start, and heights from the ground's line.
-pub(super) fn of_lane(name: &str, motion: &Motion) -> Value {
+pub(super) fn of_lane(name: &str, motion: &DrawnMotion) -> Value {
     let (robot, ground) = (motion.robot, motion.ground());
     // The payload's start is the origin only along the ground. Heights stay relative to the ground's line.
     let origin = ground
@@ -126,7 +126,7 @@ fn pairs(points: &[Vector<f64>]) -> Vec<[f64; 2]> {
 }
 
 /// Returns the data of the world: the part of the ground that the motions `walks` reach.
-fn world(motion: &Motion, walks: &[Option<Frames>]) -> Value {
+fn world(motion: &DrawnMotion, walks: &[Option<Frames>]) -> Value {
     // A robot in space is seen from its narrow corner.
     let sides = if motion.in_space() { 3.0 } else { 4.0 };
     let width = sides * motion.robot.lattice.side();
@@ -147,7 +147,7 @@ fn world(motion: &Motion, walks: &[Option<Frames>]) -> Value {
 }
 
 /// Returns the motion of the run's final robot, with 25 frames per second, or fewer if the rollout is long.
-fn walk(motion: &Motion) -> Option<Frames> {
+fn walk(motion: &DrawnMotion) -> Option<Frames> {
     let (seconds, indices) = motion.every(FRAME);
     let states = indices.into_iter().map(|k| &motion.states()[k]);
     Frames::of(states, seconds, motion.robot.lattice.spacing / PARTS)

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use serde_json::{Value, json};
 
 use super::files::RunFiles;
-use super::motion::{Motion, TOUCHES};
+use super::motion::{DrawnMotion, TOUCHES};
 use crate::table::Table;
 use cosmic::Result;
 use cosmic::case::Case;
@@ -110,7 +110,7 @@ impl<'r> Gait<'r> {
 
     /// Returns the data of the last periods of the clock: which nodes are on the ground, and the target strains and
     /// strains of actuators. Also returns the largest strains and forces of all bars over the whole rollout.
-    pub fn last_periods(&self, motion: &Motion) -> Value {
+    pub fn last_periods(&self, motion: &DrawnMotion) -> Value {
         let period = (TAU / motion.robot.omega).min(motion.duration());
         let last = motion.states().len() - 1;
         let from = motion.index_at(motion.duration() - (PERIODS * period).min(motion.duration()));
@@ -145,7 +145,7 @@ impl<'r> Gait<'r> {
 
     /// Returns the nodes that touch the ground in at least one of `states`. Each node has a text with one character per
     /// state: `1` if the node is on the ground in that state, otherwise `0`.
-    fn feet(&self, motion: &Motion, states: &[State<f64>]) -> Vec<(usize, String)> {
+    fn feet(&self, motion: &DrawnMotion, states: &[State<f64>]) -> Vec<(usize, String)> {
         let ground = motion.ground();
         let heights: Vec<Vec<f64>> = states
             .iter()
@@ -186,7 +186,7 @@ impl<'r> Gait<'r> {
 
     /// Returns three energies over time, in joules: the kinetic energy, the energy of springs and stops, and the
     /// potential energy relative to the start.
-    pub fn energies(&self, motion: &Motion) -> Value {
+    pub fn energies(&self, motion: &DrawnMotion) -> Value {
         let (states, mass) = (motion.states(), &self.case.body().mass);
         let every = states.len().div_ceil(MOST_STATES);
         let shown: Vec<usize> = (0..states.len()).step_by(every).collect();

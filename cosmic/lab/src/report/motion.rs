@@ -33,7 +33,7 @@ const MOST_FRAMES: usize = 2000;
 /// Contact puts nodes exactly onto the ground, except for rounding.
 pub(super) const TOUCHES: f64 = 1e-6;
 
-/// [`Motion::floor`] divides the width of the lattice into this many intervals and averages the heights at their ends.
+/// [`DrawnMotion::floor`] divides the width of the lattice into this many intervals and averages the heights at their ends.
 const FLOORS: u32 = 16;
 
 /// An edge of the robot in one state, ready to be drawn.
@@ -70,7 +70,7 @@ pub struct Footfall {
 }
 
 /// A robot's rollout, prepared for drawing.
-pub struct Motion<'r> {
+pub struct DrawnMotion<'r> {
     pub(super) robot: &'r RobotFiles,
     trajectory: &'r TrajectoryFile,
     /// The nodes that a chain of solid edges connects to the payload.
@@ -87,7 +87,7 @@ pub struct Motion<'r> {
     goals: Option<Goals>,
 }
 
-impl<'r> Motion<'r> {
+impl<'r> DrawnMotion<'r> {
     /// Prepares the rollout of a robot. If the robot takes goals, its goal is the one of the scene.
     pub fn new(robot: &'r RobotFiles, trajectory: &'r TrajectoryFile) -> Self {
         let largest = Material::Actuator.of(&robot.scene.materials.max_strain);
@@ -225,7 +225,7 @@ impl<'r> Motion<'r> {
             .collect()
     }
 
-    /// Returns the middle of [`Motion::bounds`].
+    /// Returns the middle of [`DrawnMotion::bounds`].
     pub(super) fn centre(&self, state: &State<f64>) -> Vector<f64> {
         self.bounds(state).centre()
     }

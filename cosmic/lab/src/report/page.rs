@@ -4,7 +4,7 @@ use serde_json::Value;
 
 use super::files::{RobotFiles, RunFiles};
 use super::gait::Gait;
-use super::motion::Motion;
+use super::motion::DrawnMotion;
 use super::{data, robot, tiles, verdict};
 use crate::table::{Table, escape};
 use crate::walk::{self, Walk};
@@ -36,7 +36,7 @@ pub(super) fn html(title: &str, body: &str) -> String {
 
 /// Returns the page of a run: the verdict, the robot in motion and in several poses, its design, gait and energies.
 /// Folded at the end are the parts for authors: the convergence if the run has a history, all numbers, and the scene.
-pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: &Gait) -> String {
+pub(super) fn of_run(run: &RunFiles, motion: &DrawnMotion, gait: &Gait) -> String {
     let summary = &run.summary;
     let about = format!(
         "; {} iterations in {:.1} s; controller of iteration {}",
@@ -84,7 +84,7 @@ pub(super) fn of_run(run: &RunFiles, motion: &Motion, gait: &Gait) -> String {
 }
 
 /// Returns the page of a robot's walk to goals. `motion` is the motion of the walk.
-pub(super) fn of_walk(walk: &Walk, motion: &Motion, title: &str) -> String {
+pub(super) fn of_walk(walk: &Walk, motion: &DrawnMotion, title: &str) -> String {
     let table = walk::table(&walk.legs).to_html();
     let body = [
         &head(motion.robot, title, ""),
@@ -98,7 +98,7 @@ pub(super) fn of_walk(walk: &Walk, motion: &Motion, title: &str) -> String {
 
 /// Returns the page that a notebook shows: the verdict, the most important numbers of a run and the robot in motion.
 pub fn player_page(run: &RunFiles) -> String {
-    let motion = Motion::new(&run.robot, &run.trajectory);
+    let motion = DrawnMotion::new(&run.robot, &run.trajectory);
     let body = [
         &verdict::to_html(&run.verdict()),
         &tiles::of_run(run, &motion),
@@ -118,7 +118,7 @@ pub(super) fn of_design(robot: &RobotFiles, title: &str) -> String {
         states: vec![robot.lattice.state_at_rest()],
         bars: Vec::new(),
     };
-    let motion = Motion::new(robot, &at_rest);
+    let motion = DrawnMotion::new(robot, &at_rest);
     let body = [
         &head(robot, title, ""),
         include_str!("page/design.html"),

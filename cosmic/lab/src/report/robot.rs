@@ -5,7 +5,7 @@ use std::iter::once;
 use std::ops::RangeInclusive;
 
 use super::eye::Eye;
-use super::motion::{BEYOND, Motion, SKELETON};
+use super::motion::{BEYOND, DrawnMotion, SKELETON};
 use super::picture::{Font, Pen, Picture};
 use super::space;
 use super::view::{MARGIN, MARGIN_OF_GROUND, View, WIDTH, draw_payload};
@@ -16,7 +16,7 @@ const PANEL: f64 = (WIDTH - 2.0 * MARGIN) / 6.0;
 
 /// Draws the journey at the top and one period of the gait below it. Of a robot in space, draws it also from three sides, and
 /// the map of its footfalls.
-pub(super) fn draw(motion: &Motion) -> String {
+pub(super) fn draw(motion: &DrawnMotion) -> String {
     let mut picture = Picture::default();
     let title = format!("{:.1} s of walking", motion.duration());
     picture.text([MARGIN, 26.0], title, Font::Bold);
@@ -33,7 +33,7 @@ pub(super) fn draw(motion: &Motion) -> String {
 }
 
 /// Draws the journey: the whole rollout in one view of the world. Returns the position of the view's lower edge.
-fn draw_journey(picture: &mut Picture, motion: &Motion) -> f64 {
+fn draw_journey(picture: &mut Picture, motion: &DrawnMotion) -> f64 {
     let moments = moments(motion);
     let states = moments.iter().map(|&i| &motion.states()[i]);
     let shown = states.flat_map(|state| motion.places(state));
@@ -71,7 +71,7 @@ fn draw_journey(picture: &mut Picture, motion: &Motion) -> f64 {
 }
 
 /// Returns the indices of the states to draw: the first, the last, and as many in between as fit side by side.
-fn moments(motion: &Motion) -> Vec<usize> {
+fn moments(motion: &DrawnMotion) -> Vec<usize> {
     let reached = |index: usize| motion.centre(&motion.states()[index]).forward();
     let last = motion.states().len() - 1;
     let [start, end] = [0, last].map(reached);
@@ -94,14 +94,14 @@ fn moments(motion: &Motion) -> Vec<usize> {
 }
 
 /// Returns the index of the state at which the last whole period of the clock begins, and the duration of the period, s.
-fn period(motion: &Motion) -> (usize, f64) {
+fn period(motion: &DrawnMotion) -> (usize, f64) {
     let period = (TAU / motion.robot.omega).min(motion.duration());
     (motion.index_at(motion.duration() - period), period)
 }
 
 /// Draws six moments of the gait, each in its own panel. They divide the last whole period of the clock. Returns the
 /// position of the panels' lower edge.
-fn draw_gait(picture: &mut Picture, motion: &Motion, top: f64) -> f64 {
+fn draw_gait(picture: &mut Picture, motion: &DrawnMotion, top: f64) -> f64 {
     let (_, period) = period(motion);
     let start = motion.duration() - period;
     let moments = [0, 1, 2, 3, 4, 5].map(|k| motion.index_at(start + period * f64::from(k) / 6.0));
@@ -157,7 +157,7 @@ fn draw_gait(picture: &mut Picture, motion: &Motion, top: f64) -> f64 {
 
 /// Returns how far the ground rises above or falls below its mean height, in metres: the largest distance, within
 /// `half` metres of each of the `middles`.
-fn most_rise(motion: &Motion, middles: &[f64], half: f64) -> f64 {
+fn most_rise(motion: &DrawnMotion, middles: &[f64], half: f64) -> f64 {
     let rises = middles.iter().flat_map(|&middle| {
         let line = motion.ground_line(Range::new(middle, middle).widened(half));
         let floor = motion.floor(middle);
@@ -188,7 +188,7 @@ fn draw_panel(picture: &mut Picture, view: &View, states: RangeInclusive<usize>)
 }
 
 /// Draws the legend of the colours, right-aligned on the first line.
-fn draw_legend(picture: &mut Picture, motion: &Motion) {
+fn draw_legend(picture: &mut Picture, motion: &DrawnMotion) {
     let (left, y) = (WIDTH - 532.0, 22.0);
     let mut key = |x: f64, colour, name: &str| {
         picture.line([[left + x, y], [left + x + 18.0, y]], Pen::new(colour, 4.0));

@@ -2,7 +2,7 @@
 //! footfalls.
 
 use super::eye::Eye;
-use super::motion::{CONTRACTED, EXTENDED, Footfall, Motion, SKELETON};
+use super::motion::{CONTRACTED, DrawnMotion, EXTENDED, Footfall, SKELETON};
 use super::picture::{Colour, Font, PAPER, Pen, Picture};
 use super::view::{MARGIN, MARGIN_OF_GROUND, MARK, View, WIDTH, round_step};
 use cosmic::geometry::{Bounds, Range, Vector};
@@ -16,7 +16,12 @@ const TALLEST: f64 = 240.0;
 
 /// Draws the robot at one moment from the front, from the side and from above, to one scale. Returns the position of the
 /// lower edge.
-pub(super) fn draw_views(picture: &mut Picture, motion: &Motion, index: usize, top: f64) -> f64 {
+pub(super) fn draw_views(
+    picture: &mut Picture,
+    motion: &DrawnMotion,
+    index: usize,
+    top: f64,
+) -> f64 {
     let state = &motion.states()[index];
     let title = format!("At {:.2} s, to one scale", motion.time(index));
     picture.text([MARGIN, top], title, Font::Bold);
@@ -79,7 +84,7 @@ fn draw_scale(picture: &mut Picture, [x, y]: [f64; 2], scale: f64, most: f64) {
 
 /// Draws where the feet of the robot touch the ground, from above, and the path of its payload. Returns the position of the
 /// lower edge.
-pub(super) fn draw_footfalls(picture: &mut Picture, motion: &Motion, top: f64) -> f64 {
+pub(super) fn draw_footfalls(picture: &mut Picture, motion: &DrawnMotion, top: f64) -> f64 {
     let title = "Footfalls from above: a disc where a node lands, a line where it slides";
     picture.text([MARGIN, top], title, Font::Bold);
     let falls = motion.footfalls();
@@ -121,7 +126,7 @@ pub(super) fn draw_footfalls(picture: &mut Picture, motion: &Motion, top: f64) -
 }
 
 /// The colour of a foot: by its side of the lattice at rest.
-fn side_of(motion: &Motion, node: usize) -> Colour {
+fn side_of(motion: &DrawnMotion, node: usize) -> Colour {
     let places = &motion.robot.lattice.positions;
     let across = Range::of(places.iter().map(|place| place.sideways()));
     let off = places[node].sideways() - 0.5 * (across.low + across.high);

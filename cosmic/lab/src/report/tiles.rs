@@ -1,7 +1,7 @@
 //! The tiles at the top of a run's page: its most important numbers.
 
 use super::files::RunFiles;
-use super::motion::Motion;
+use super::motion::DrawnMotion;
 use crate::table::escape;
 use cosmic::design::Material;
 use cosmic::keys::Keyed;
@@ -27,7 +27,7 @@ fn draw(tiles: &[[String; 2]]) -> String {
 }
 
 /// Returns the tiles of a run: world, size, mass, speed, objective, energy, and the bars that pass through each other.
-pub(super) fn of_run(run: &RunFiles, motion: &Motion) -> String {
+pub(super) fn of_run(run: &RunFiles, motion: &DrawnMotion) -> String {
     let world = escape(&run.robot.scene.world());
     let tiles = [
         speed(run),
@@ -86,7 +86,7 @@ fn objective(run: &RunFiles) -> [String; 2] {
 }
 
 /// The size of the robot at the start, and its bars.
-fn size(run: &RunFiles, motion: &Motion) -> [String; 2] {
+fn size(run: &RunFiles, motion: &DrawnMotion) -> [String; 2] {
     let size = motion.bounds(&motion.states()[0]).size();
     let count = |material| {
         let materials = run.robot.design.materials.iter();

@@ -1,7 +1,7 @@
 //! Draws a robot on its ground, for still pictures and animations.
 
 use super::eye::Eye;
-use super::motion::{DrawnEdge, Motion, PAYLOAD, SKELETON};
+use super::motion::{DrawnEdge, DrawnMotion, PAYLOAD, SKELETON};
 use super::picture::{Colour, Font, PAPER, Pen, Picture, Place};
 use cosmic::geometry::{Bounds, Range, Vector};
 use cosmic::numbers::fixed;
@@ -33,7 +33,7 @@ const MOST_MARKS: f64 = 100.0;
 
 /// A view of the world in which a robot moves. It maps points of the world to places in a picture.
 pub(super) struct View<'m> {
-    pub(super) motion: &'m Motion<'m>,
+    pub(super) motion: &'m DrawnMotion<'m>,
     /// The direction in which the world is seen.
     pub(super) eye: Eye,
     /// A point of the world, in metres. It is drawn at the place `origin` of the picture.
@@ -47,7 +47,7 @@ impl<'m> View<'m> {
     /// Returns the view in which the box `seen`, of points as the eye [sees](Eye::see) them, stands with the middle of its
     /// lower edge at a place of the picture.
     pub(super) fn standing(
-        motion: &'m Motion<'m>,
+        motion: &'m DrawnMotion<'m>,
         (eye, seen): (Eye, Bounds),
         place: [f64; 2],
         scale: f64,
@@ -65,7 +65,7 @@ impl<'m> View<'m> {
     /// Returns such a view below the height `top` of the picture, as wide as the page unless it would then be higher than
     /// `tallest` pixels, and the position of its lower edge.
     pub(super) fn below(
-        motion: &'m Motion<'m>,
+        motion: &'m DrawnMotion<'m>,
         (eye, seen): (Eye, Bounds),
         top: f64,
         tallest: f64,

@@ -2,7 +2,7 @@
 
 use super::files::{RobotFiles, RunFiles};
 use super::gait::Gait;
-use super::motion::Motion;
+use super::motion::DrawnMotion;
 use super::{animation, page, robot};
 use crate::files::write_texts;
 use crate::walk::Walk;
@@ -48,7 +48,7 @@ pub fn write(path: &Path, registry: &Registry) -> Result<Vec<PathBuf>> {
 
 fn of_run(run: &RunFiles) -> Result<Vec<PathBuf>> {
     let robot = run.robot.drawn();
-    let motion = Motion::new(&robot, &run.trajectory);
+    let motion = DrawnMotion::new(&robot, &run.trajectory);
     let page = page::of_run(run, &motion, &Gait::new(run)?);
     let texts = [("report.html", page), ("robot.svg", robot::draw(&motion))];
     let mut written = write_texts(&run.folder, texts)?;
@@ -68,14 +68,14 @@ pub fn write_walk(
 ) -> Result<Vec<PathBuf>> {
     make_folder(folder)?;
     let robot = robot.drawn();
-    let motion = Motion::new(&robot, &walk.trajectory).with_goals(&walk.goals);
+    let motion = DrawnMotion::new(&robot, &walk.trajectory).with_goals(&walk.goals);
     let page = page::of_walk(walk, &motion, title);
     let mut written = write_texts(folder, [("walk.html", page)])?;
     written.push(animate(&folder.join("walk.gif"), &motion)?);
     Ok(written)
 }
 
-fn animate(path: &Path, motion: &Motion) -> Result<PathBuf> {
+fn animate(path: &Path, motion: &DrawnMotion) -> Result<PathBuf> {
     write_atomic(path, |file| animation::write_gif(motion, file))?;
     Ok(path.to_owned())
 }

@@ -1,13 +1,13 @@
 use crate::small::short_run;
 use cosmic::design::Material;
 use cosmic_lab::report::gait::Gait;
-use cosmic_lab::report::motion::Motion;
+use cosmic_lab::report::motion::DrawnMotion;
 
 /// Tests the short three-legged robot of the paper's scene after one iteration. Its rollout lasts 0.3 s.
 #[test]
 fn a_gait_agrees_with_the_trajectory() {
     let mut run = short_run(|scene| (scene.physics.steps, scene.physics.gravity) = (160, 9.81));
-    let motion = Motion::new(&run.robot, &run.trajectory);
+    let motion = DrawnMotion::new(&run.robot, &run.trajectory);
     let gait = Gait::new(&run).unwrap();
     let shown = gait.last_periods(&motion);
 

@@ -3,7 +3,7 @@ use cosmic::design::Material;
 use cosmic::geometry::{Profile, Range, Vector};
 use cosmic::policy::Goals;
 use cosmic_lab::report::RunFiles;
-use cosmic_lab::report::motion::{AT_REST, BEYOND, CONTRACTED, EXTENDED, Motion, SKELETON};
+use cosmic_lab::report::motion::{AT_REST, BEYOND, CONTRACTED, DrawnMotion, EXTENDED, SKELETON};
 
 fn results() -> RunFiles {
     short_run(|scene| scene.physics.steps = 64)
@@ -12,7 +12,7 @@ fn results() -> RunFiles {
 #[test]
 fn bars_are_the_solid_edges_coloured_by_strain() {
     let results = results();
-    let motion = Motion::new(&results.robot, &results.trajectory);
+    let motion = DrawnMotion::new(&results.robot, &results.trajectory);
     let rest = &motion.states()[0];
     let materials = &results.robot.design.materials;
     let count = |m| materials.iter().filter(|e| **e == m).count();
@@ -49,7 +49,7 @@ fn the_ground_has_its_ridges() {
     let results = short_run(|scene| {
         (scene.physics.steps, scene.physics.ground) = (64, profile.into());
     });
-    let motion = Motion::new(&results.robot, &results.trajectory);
+    let motion = DrawnMotion::new(&results.robot, &results.trajectory);
     let floor = |x: f64| motion.ground_height(x);
     // The tolerance allows the rounding errors of sums of numbers below 1.
     let near = |a: f64, b: f64| (a - b).abs() < 1e-15;
@@ -66,7 +66,7 @@ fn flags_are_where_and_when_their_goals_are() {
     let results = short_run(|scene| {
         (scene.physics.steps, scene.physics.incline_deg) = (64, 20.0);
     });
-    let motion = Motion::new(&results.robot, &results.trajectory);
+    let motion = DrawnMotion::new(&results.robot, &results.trajectory);
     assert_eq!(motion.flags(), []);
     let start = motion.states()[0].x[0];
     let tangent = Vector::from([20_f64.to_radians().cos(), 20_f64.to_radians().sin()]);

@@ -3,7 +3,7 @@ use cosmic::geometry::Vector;
 use cosmic::policy::Goals;
 use cosmic::scene::{LatticeKind, StartKind};
 use cosmic_lab::report::eye::Eye;
-use cosmic_lab::report::motion::Motion;
+use cosmic_lab::report::motion::DrawnMotion;
 use cosmic_lab::report::{RunFiles, player_page};
 use serde_json::Value;
 
@@ -48,7 +48,7 @@ fn last_frame(walk: &Value) -> Vec<f64> {
 #[test]
 fn flags_are_beside_a_robot_in_space() {
     let run = in_space();
-    let motion = Motion::new(&run.robot, &run.trajectory);
+    let motion = DrawnMotion::new(&run.robot, &run.trajectory);
     let start = motion.states()[0].x[0];
     let goals = Goals::at(start + Vector::new([0.4, -0.7, 0.3]));
     let [flag] = motion.with_goals(&goals).flags()[..] else {
@@ -65,7 +65,7 @@ fn flags_are_beside_a_robot_in_space() {
 fn pages_have_all_three_components_of_a_robot_in_space() {
     let run = in_space();
     let data = data(&player_page(&run));
-    let motion = Motion::new(&run.robot, &run.trajectory);
+    let motion = DrawnMotion::new(&run.robot, &run.trajectory);
     assert_eq!(
         (&data["robot"]["axes"], &data["walk"]["axes"]),
         (&3.into(), &3.into())
@@ -114,7 +114,7 @@ fn pages_have_two_components_of_the_walk_of_a_planar_robot() {
 #[test]
 fn footfalls_are_the_places_where_nodes_touch_the_ground() {
     let run = in_space();
-    let motion = Motion::new(&run.robot, &run.trajectory);
+    let motion = DrawnMotion::new(&run.robot, &run.trajectory);
     let falls = motion.footfalls();
     let near = |x: &Vector<f64>| x.up() - motion.ground_height(x.forward()) < 1e-6;
     assert!(falls.iter().flat_map(|fall| &fall.places).all(near));

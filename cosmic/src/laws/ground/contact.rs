@@ -10,7 +10,7 @@ use super::terrain::{IMPACTS, NONE, RemainingDrift, Route, Terrain};
 use crate::geometry::{Plane, Rotation, Vector, explicit_in};
 use crate::laws::law::Law;
 use crate::laws::motion::{Drift, Particle, Push};
-use crate::settings::Inputs;
+use crate::settings::StepInputs;
 use crate::{Fields, kernel};
 
 /// A node at the moment when it meets the ground.
@@ -219,13 +219,13 @@ pub trait OverGround<const D: usize> {
         &self,
         node: Self::Node<R>,
         given: &[R],
-    ) -> (<Self::Law as Inputs>::Of<R>, Particle<R, D>, R);
+    ) -> (<Self::Law as StepInputs>::Of<R>, Particle<R, D>, R);
 
     /// The results of the kernel. `axes` are those of the segment that the node does not meet, and `end` is the node at the
     /// end of the drift.
     fn after<R: Real>(
         &self,
-        law: &<Self::Law as Inputs>::Of<R>,
+        law: &<Self::Law as StepInputs>::Of<R>,
         node: Self::Node<R>,
         axes: Rotation<R>,
         end: Particle<R, D>,

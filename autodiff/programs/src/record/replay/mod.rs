@@ -15,4 +15,4 @@ mod evaluate;
 
 pub(crate) use evaluate::computed;
 pub(crate) use plan::Plan;
-pub(crate) use points::{Inputs, Points, Replayed, Wanted};
+pub(crate) use points::{PointInputs, Points, Replayed, Wanted};

@@ -14,13 +14,13 @@ pub(crate) struct Points<'a, R> {
     /// The arguments that all points share.
     pub(crate) shared: &'a [R],
     pub(crate) count: usize,
-    pub(crate) inputs: Inputs<'a, R>,
+    pub(crate) inputs: PointInputs<'a, R>,
     pub(crate) wanted: Wanted<'a, R>,
 }
 
 /// The values of the inputs: for each input, a list of its values at all points.
 #[derive(Clone, Copy)]
-pub(crate) enum Inputs<'a, R> {
+pub(crate) enum PointInputs<'a, R> {
     Data(&'a [Vec<f64>]),
     Numbers(&'a [&'a [R]]),
 }
@@ -61,8 +61,8 @@ impl<'a, R: Real> Points<'a, R> {
 
     fn width(&self) -> usize {
         match self.inputs {
-            Inputs::Data(columns) => columns.len(),
-            Inputs::Numbers(columns) => columns.len(),
+            PointInputs::Data(columns) => columns.len(),
+            PointInputs::Numbers(columns) => columns.len(),
         }
     }
 }
@@ -146,8 +146,8 @@ impl<R: Real> Points<'_, R> {
     fn input<L: Lane<R>>(&self, input: usize, first: usize) -> L {
         let (last, is_whole) = (self.count - 1, first + L::N <= self.count);
         match self.inputs {
-            Inputs::Data(columns) if L::N == 1 => L::lit(columns[input][first]),
-            Inputs::Data(columns) => {
+            PointInputs::Data(columns) if L::N == 1 => L::lit(columns[input][first]),
+            PointInputs::Data(columns) => {
                 let (column, mut lanes) = (&columns[input], [R::zero(); WIDEST]);
                 if is_whole {
                     for (lane, &number) in lanes.iter_mut().zip(&column[first..first + L::N]) {
@@ -160,8 +160,8 @@ impl<R: Real> Points<'_, R> {
                 }
                 L::load(&lanes)
             }
-            Inputs::Numbers(columns) if is_whole => L::load(&columns[input][first..]),
-            Inputs::Numbers(columns) => {
+            PointInputs::Numbers(columns) if is_whole => L::load(&columns[input][first..]),
+            PointInputs::Numbers(columns) => {
                 let mut lanes = [R::zero(); WIDEST];
                 for lane in 0..L::N {
                     lanes[lane] = columns[input][(first + lane).min(last)];

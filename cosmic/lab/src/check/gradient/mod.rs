@@ -14,7 +14,7 @@ use crate::report::sheet::Section;
 use cosmic::case::Case;
 use cosmic::design::{Design, Mixture};
 use cosmic::geometry::Ground;
-use cosmic::inputs::{ALL, Block, Inputs, Part};
+use cosmic::inputs::{ALL, InputBlock, Inputs, Part};
 use cosmic::objective::{AnyLoss, Displacement, LossOf, loss_of, of_scene};
 use cosmic::projection::Projection;
 use cosmic::scene::{Integrator, Scene};
@@ -247,12 +247,12 @@ fn checked_at(
     let leaps = case.scene.physics.integrator == Integrator::Leapfrog;
     let floats = case.scene.physics.gravity == 0.0;
     let is_kink = |part: &Part| match part.block {
-        Block::X0 => stands,
-        Block::V0 => leaps || floats,
+        InputBlock::X0 => stands,
+        InputBlock::V0 => leaps || floats,
         _ => false,
     };
     let group = |part: &Part| {
-        let moving = moving.as_ref().filter(|_| part.block == Block::V0);
+        let moving = moving.as_ref().filter(|_| part.block == InputBlock::V0);
         let above = above.as_ref().filter(|_| moving.is_none() && is_kink(part));
         let elsewhere = moving.or(above);
         let mut group = elsewhere.unwrap_or(&here).group(part, options, rounding);
@@ -328,7 +328,7 @@ impl<'a> CaseLoss<'a> {
     fn parts(&self) -> Vec<Part> {
         let is_layout = self.probe.case.design.layout().is_some();
         let mut parts = self.probe.inputs.parts();
-        parts.retain(|part| part.block != Block::Z || !is_layout);
+        parts.retain(|part| part.block != InputBlock::Z || !is_layout);
         parts
     }
 
@@ -345,8 +345,8 @@ impl<'a> CaseLoss<'a> {
     fn rounding(&self) -> f64 {
         let largest = |x: &[f64]| x.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         let steps = self.probe.case.scene.physics.steps as f64;
-        let start = largest(&self.probe.inputs.block(Block::X0));
-        f64::EPSILON * steps * f64::norm(&self.gradient.block(Block::X0)) * start
+        let start = largest(&self.probe.inputs.block(InputBlock::X0));
+        f64::EPSILON * steps * f64::norm(&self.gradient.block(InputBlock::X0)) * start
     }
 
     /// Checks the gradient with respect to one block of the inputs.
