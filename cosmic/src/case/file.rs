@@ -14,7 +14,7 @@ use crate::geometry::Row;
 use crate::lattice::Truss;
 use crate::policy::Weights;
 use crate::projection::Projection;
-use crate::scene::{Given, Scene, TrussFile};
+use crate::scene::{JsonSetting, Scene, TrussFile};
 use crate::walk::Divergence;
 
 /// The key `format` of the cases that the program writes.
@@ -147,7 +147,7 @@ impl CaseFile {
     ///
     /// # Errors
     /// A sentence about a value of the wrong form; in version 1 also about an unknown or missing key.
-    pub(super) fn settings(&self) -> Result<(Vec<Given>, Frame), String> {
+    pub(super) fn settings(&self) -> Result<(Vec<JsonSetting>, Frame), String> {
         if self.version() == 1 {
             return version_1::converted(&self.scene);
         }
@@ -158,7 +158,7 @@ impl CaseFile {
                     "`scene.{section}`: expected a section of the scene, found {keys}"
                 ));
             };
-            given.extend(keys.iter().map(|(key, value)| Given {
+            given.extend(keys.iter().map(|(key, value)| JsonSetting {
                 key: format!("{section}.{key}"),
                 place: format!("scene.{section}.{key}"),
                 value: value.clone(),

@@ -14,7 +14,7 @@ use crate::objective::AugmentedLagrangian;
 use crate::policy::blocks_of;
 use crate::reading::{from_json, placed, read_whole, text_of};
 use crate::registry::{OFF, Registry};
-use crate::scene::{Given, GoalKind, Scene, TrussFile, places};
+use crate::scene::{GoalKind, JsonSetting, Scene, TrussFile, places};
 
 /// The longest rollout of a case, in substeps. The clock is stored for every step, so without a limit a typing error
 /// could exhaust the memory or run for ever.
@@ -53,7 +53,7 @@ impl Case {
 /// Checks that the lists of a case file have the right lengths, and that its numbers are possible.
 struct Shapes<'a> {
     file: &'a str,
-    settings: Vec<Given>,
+    settings: Vec<JsonSetting>,
     frame: Frame,
 }
 

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value};
 
 use super::Frame;
-use crate::scene::Given;
+use crate::scene::JsonSetting;
 
 /// The keys that no file may lack, each with the key of a scene that it stands for. `library.k` is the key `k` of the object
 /// `library`. [`Converted::add`] says what those without a key of a scene stand for.
@@ -73,7 +73,7 @@ const OTHER: [(&str, &str, &str); 3] = [
 ///
 /// # Errors
 /// A sentence about an unknown or missing key, or about a value of the wrong form.
-pub(super) fn converted(scene: &Map<String, Value>) -> Result<(Vec<Given>, Frame), String> {
+pub(super) fn converted(scene: &Map<String, Value>) -> Result<(Vec<JsonSetting>, Frame), String> {
     let (mut converted, mut keys) = (Converted::default(), Vec::new());
     for (key, value) in scene {
         keys.push(key.clone());
@@ -100,14 +100,14 @@ pub(super) fn converted(scene: &Map<String, Value>) -> Result<(Vec<Given>, Frame
 /// What was converted so far.
 #[derive(Default)]
 struct Converted {
-    given: Vec<Given>,
+    given: Vec<JsonSetting>,
     frame: Frame,
 }
 
 impl Converted {
     fn give(&mut self, place: &str, key: &str, value: Value) {
         let (key, place) = (key.to_owned(), place.to_owned());
-        self.given.push(Given { key, place, value });
+        self.given.push(JsonSetting { key, place, value });
     }
 
     /// Converts the value of a key of `scene`. `parts.outer` is the key `outer` of the object `parts`.

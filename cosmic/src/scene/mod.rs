@@ -40,7 +40,7 @@ pub use sections::{
     edges,
 };
 pub(crate) use sections::{LAYOUT_SIDE, MOST_SUBSTEPS, places};
-pub(crate) use text::Given;
+pub(crate) use text::JsonSetting;
 pub use text::TomlFile;
 
 use crate::settings;

@@ -6,8 +6,8 @@ use super::whole::are_missing;
 use crate::scene::Scene;
 use crate::settings::{Field, Limits, read_json};
 
-/// A value in JSON for a key of a scene.
-pub(crate) struct Given {
+/// A setting of a scene with its value in JSON.
+pub(crate) struct JsonSetting {
     /// The key, such as `physics.dt`.
     pub(crate) key: String,
     /// The place of the value in its file, such as `scene.physics.dt`.
@@ -29,11 +29,11 @@ impl Scene {
     ///
     /// # Errors
     /// A sentence about an unknown key or about a value that its key does not allow. It begins with the place of the value.
-    pub(crate) fn give(&mut self, given: &[Given]) -> Result<(), String> {
+    pub(crate) fn give(&mut self, given: &[JsonSetting]) -> Result<(), String> {
         // The section `physics` is read first, because the laws that it names decide which other sections exist.
-        let is_physics = |given: &&Given| given.key.starts_with("physics.");
+        let is_physics = |given: &&JsonSetting| given.key.starts_with("physics.");
         let (physics, others): (Vec<_>, Vec<_>) = given.iter().partition(is_physics);
-        for Given { key, place, value } in physics.into_iter().chain(others) {
+        for JsonSetting { key, place, value } in physics.into_iter().chain(others) {
             let is_free = OF_ROBOT.iter().any(|own| match own.strip_suffix('.') {
                 Some(_) => key.starts_with(own),
                 None => key == own,
@@ -57,7 +57,7 @@ impl Scene {
     ///
     /// # Errors
     /// A sentence that names the first missing keys.
-    pub(crate) fn complete(&mut self, given: &[Given]) -> Result<(), String> {
+    pub(crate) fn complete(&mut self, given: &[JsonSetting]) -> Result<(), String> {
         let mut missing = Vec::new();
         self.of_sections(|section, settings| {
             let paths = settings.fields_of_cases().into_iter();

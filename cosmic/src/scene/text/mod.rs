@@ -6,6 +6,6 @@ mod whole;
 mod json;
 mod write;
 
-pub(crate) use json::Given;
+pub(crate) use json::JsonSetting;
 pub(super) use read::{options, pointed};
 pub use toml_file::TomlFile;
