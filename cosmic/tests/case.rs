@@ -303,7 +303,7 @@ fn wrong_scenes_of_cases_are_refused() {
         3.into(),
         "version 3, not \"cosmic-case\" version 1 or 2",
     );
-    of_scene("/version", 1.into(), "`scene.adam`: unknown field `adam`");
+    of_scene("/version", 1.into(), "`scene.actuator`: unknown field `actuator`");
     refused(
         &truss,
         "/truss",
