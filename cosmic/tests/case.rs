@@ -303,7 +303,11 @@ fn wrong_scenes_of_cases_are_refused() {
         3.into(),
         "version 3, not \"cosmic-case\" version 1 or 2",
     );
-    of_scene("/version", 1.into(), "`scene.actuator`: unknown field `actuator`");
+    of_scene(
+        "/version",
+        1.into(),
+        "`scene.actuator`: unknown field `actuator`",
+    );
     refused(
         &truss,
         "/truss",
