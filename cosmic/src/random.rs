@@ -32,6 +32,8 @@ pub enum Purpose {
     Goals = 11,
     /// Sequences of goals by which robots are ranked, chosen and judged.
     Errands = 12,
+    /// Random variations of the robots with which a controller learns in windows.
+    Windows = 13,
     /// Bootstrap resampling, to estimate the uncertainty of statistics.
     Bootstrap = 16,
     /// Changes of robots in an evolution.

@@ -98,6 +98,7 @@ mod search {
     mod settle;
     mod slope;
     mod slopes;
+    mod windows;
 }
 mod small;
 mod walk {

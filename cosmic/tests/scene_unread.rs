@@ -51,7 +51,7 @@ const SMALL: [&str; 19] = [
 ];
 
 /// Other scenes, each as changes of the settings in [`SMALL`].
-const OTHERS: [&[&str]; 24] = [
+const OTHERS: [&[&str]; 25] = [
     &[
         "lattice.columns=6",
         "lattice.rows=6",
@@ -86,6 +86,7 @@ const OTHERS: [&[&str]; 24] = [
     &["start.kind=uniform"],
     &["physics.integrator=implicit"],
     &["loss.kind=final"],
+    &["schedule.window=0.05"],
     &["objective.task=reach"],
     &["objective.task=economy"],
     &["objective.own_loss=height"],

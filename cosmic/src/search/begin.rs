@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use super::progress::Progress;
 use super::schedule::Schedule;
+use super::windows::{Walkers, Window};
 use crate::design::{Design, LayoutRules, Material, Mixture, start};
 use crate::error::{Error, Result};
 use crate::judge::{Evaluator, Measurements};
@@ -38,6 +39,8 @@ pub struct CoDesign {
     /// The optimiser of the design. [`Progress::mma`] holds its state, one for each projection.
     pub(super) mma: Mma,
     pub(super) adam: Adam,
+    /// The window in which controllers learn after the snap; `None` if they learn over the horizon.
+    pub(super) window: Option<Window>,
     pub(super) rules: LayoutRules,
     /// The last design whose time step was checked, with the result of the check. It is kept so that a layout, which
     /// rarely changes, is not checked again in every iteration.
@@ -50,9 +53,11 @@ impl CoDesign {
     /// # Errors
     /// The errors of [`Scene::check`].
     pub fn new(scene: &Scene) -> Result<Self> {
+        let codesign = Self::of_loss(scene, of_scene(scene))?;
         Ok(Self {
             own_loss: false,
-            ..Self::of_loss(scene, of_scene(scene))?
+            window: Window::of_scene(&codesign.evaluator),
+            ..codesign
         })
     }
 
@@ -115,6 +120,7 @@ impl CoDesign {
             own_loss: true,
             mma,
             adam: Adam::default(),
+            window: None,
             rules: LayoutRules::new(lattice, &scene.design),
             checked: None,
             evaluator,
@@ -272,6 +278,8 @@ impl CoDesign {
             candidates: Vec::new(),
             design_mean: [Vec::new(), Vec::new()],
             settled: None,
+            walkers: Walkers::default(),
+            contenders: Vec::new(),
             measurements: Measurements::default(),
             design,
             controller,

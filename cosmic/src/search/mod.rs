@@ -44,6 +44,8 @@ mod begin;
 mod review;
 mod settle;
 mod polish;
+mod windows;
+mod contest;
 mod passes;
 mod iterate;
 
@@ -54,3 +56,4 @@ pub use schedule::{PassKind, Phase, Schedule};
 pub use settle::settle;
 pub use slope::{GradientPoint, Slope};
 pub use slopes::Variables;
+pub use windows::{Learner, Walkers, Window};

@@ -1,14 +1,17 @@
 //! The two kinds of update: MMA updates the design, Adam updates the controller.
 
+use rayon::prelude::*;
+
 use super::begin::CoDesign;
 use super::progress::{Progress, Record};
 use super::schedule::{Phase, Schedule};
 use super::settle::settle;
 use super::slope::{GradientPoint, Slope};
 use super::slopes::Variables;
+use super::windows::{Learned, Window};
 use crate::design::{Design, clamp};
 use crate::judge::Reached;
-use crate::optimiser::{Linearisation, bound_norm};
+use crate::optimiser::{AdamState, Linearisation, bound_norm};
 use crate::projection::Projection;
 use crate::scene::ClockKind;
 
@@ -101,6 +104,9 @@ impl CoDesign {
         known: Option<Reached>,
         record: &mut Record,
     ) {
+        if let (Phase::FineTuning, Some(window)) = (now.phase(), &self.window) {
+            return self.window_pass(window, progress, now, known, record);
+        }
         let at = self.evaluator.point(progress, now);
         let design = self.evaluator.design(progress);
         let full = self.is_evaluated(now);
@@ -129,7 +135,47 @@ impl CoDesign {
         if rate == 0.0 {
             return;
         }
-        self.move_controller(progress, slope, rate, record);
+        let (numbers, adam) = (progress.controller.numbers_mut(), &mut progress.adam);
+        let moved = self.move_numbers(numbers, adam, slope, rate);
+        record.controller_gradient = Some(moved.norm);
+        record.skipped += usize::from(moved.is_skipped);
+    }
+
+    /// Like [`controller_pass`](Self::controller_pass), but the controller learns in windows. At first several do.
+    fn window_pass(
+        &self,
+        window: &Window,
+        progress: &mut Progress,
+        now: &Schedule,
+        known: Option<Reached>,
+        record: &mut Record,
+    ) {
+        let (design, rate, seed) = (
+            self.evaluator.design(progress),
+            now.learning_rate(),
+            progress.seed,
+        );
+        let mut learners = self.learners(progress, now);
+        let (learned, reached) = rayon::join(
+            || {
+                let each = learners.par_iter_mut();
+                let each = each.map(|learner| self.learn(learner, window, &design, rate, seed));
+                each.collect::<Vec<Learned>>()
+            },
+            || known.unwrap_or_else(|| self.evaluator.evaluate(progress)),
+        );
+        note_displacement(record, Some(reached));
+        progress.note_candidate(reached.merit);
+        let first = &learned[0];
+        record.loss_horizon = Some(first.loss);
+        record.controller_gradient = Some(first.norm);
+        record.skipped += learned.iter().map(|one| one.skipped).sum::<usize>();
+        progress.flat = if learned.iter().all(|one| one.is_flat) {
+            progress.flat + 1
+        } else {
+            0
+        };
+        self.keep(progress, now, learners);
     }
 
     /// Records what gradients tell about the robot within their horizon: the first one, except for a loss that is not
@@ -150,14 +196,14 @@ impl CoDesign {
         record.stuck = first.stuck;
     }
 
-    /// Updates the numbers of the controller by Adam.
-    fn move_controller(
+    /// Updates the numbers of a controller by Adam. A gradient that is not finite is skipped.
+    pub(super) fn move_numbers(
         &self,
-        progress: &mut Progress,
+        numbers: &mut [f64],
+        adam: &mut AdamState,
         mut slope: Slope,
         rate: f64,
-        record: &mut Record,
-    ) {
+    ) -> Moved {
         // The tempo of a learned clock is the last number. Its derivative grows with the phase: on 4x3 nodes it is 8
         // times the norm of all others in the median over a run, and 90 times at most. A common bound would shrink the
         // others.
@@ -168,21 +214,28 @@ impl CoDesign {
             bound_norm(others, CONTROLLER_NORM),
             bound_norm(tempo, CONTROLLER_NORM / TEMPO_RATE),
         ];
-        record.controller_gradient = Some(norms[0].hypot(norms[1]));
-        let numbers = progress.controller.numbers_mut();
         let before = numbers[weights..].to_vec();
-        let updated = self
-            .adam
-            .update(&mut progress.adam, numbers, &slope.gradient, rate);
-        record.skipped += usize::from(updated.is_err());
+        let updated = self.adam.update(adam, numbers, &slope.gradient, rate);
         for (tempo, before) in numbers[weights..].iter_mut().zip(before) {
             *tempo = before + TEMPO_RATE * (*tempo - before);
+        }
+        Moved {
+            norm: norms[0].hypot(norms[1]),
+            is_skipped: updated.is_err(),
         }
     }
 
     fn is_evaluated(&self, now: &Schedule) -> bool {
         now.phase() == Phase::FineTuning || now.iteration.is_multiple_of(EVALUATE_EVERY)
     }
+}
+
+/// An update of the numbers of a controller.
+pub(super) struct Moved {
+    /// The norm of the gradient before its bounds.
+    pub(super) norm: f64,
+    /// True if the gradient was not finite, so that nothing changed.
+    pub(super) is_skipped: bool,
 }
 
 /// Records the displacement of a full rollout, if the iteration did one.

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::schedule::{PassKind, Phase};
 use super::slope::Slope;
+use super::windows::{Learner, Walkers};
 use crate::design::Design;
 use crate::error::{Error, Result, fits};
 use crate::judge::{Candidate, Measurements};
@@ -64,6 +65,12 @@ pub struct Progress {
     pub design_mean: [Vec<f64>; 2],
     /// The controller to which the end of the fine-tuning (called settling) returns; `None` before that.
     pub settled: Option<Settled>,
+    /// The robots that walk while the controller learns in windows.
+    #[serde(default, skip_serializing_if = "is_unused")]
+    pub walkers: Walkers,
+    /// The controllers that compete at the start of the fine-tuning; empty at other times.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contenders: Vec<Learner>,
     /// The final measurements that are done, if the run was interrupted during its delivery.
     #[serde(default, skip_serializing_if = "Measurements::is_empty")]
     pub measurements: Measurements,
@@ -164,6 +171,10 @@ impl Progress {
         }
         Ok(())
     }
+}
+
+fn is_unused(walkers: &Walkers) -> bool {
+    *walkers == Walkers::default()
 }
 
 fn is_zero(count: &usize) -> bool {

@@ -148,6 +148,17 @@ impl<'a> Schedule<'a> {
         (at(CONFIDENCE), at(NUDGE))
     }
 
+    /// The number of iterations of the fine-tuning.
+    pub fn tunings(&self) -> usize {
+        let schedule = &self.scene.schedule;
+        schedule.iterations.saturating_sub(schedule.snap_at)
+    }
+
+    /// The number of iterations of the fine-tuning before this one.
+    pub fn tuned(&self) -> usize {
+        self.iteration - 1 - self.scene.schedule.snap_at
+    }
+
     /// The number of iterations at the end of the fine-tuning in which controllers settle.
     fn settling(&self) -> usize {
         let schedule = &self.scene.schedule;

@@ -1,6 +1,6 @@
 //! Finds settings of a scene that have no effect.
 
-use crate::scene::{Finding, LossKind, Scene, Setting, StartKind, TaskKind};
+use crate::scene::{Finding, GoalKind, LossKind, Scene, Setting, StartKind, TaskKind};
 
 impl Scene {
     /// The settings whose values differ from those of the scene's base.
@@ -55,6 +55,16 @@ impl Scene {
     /// True if the loss depends on more states than the last one.
     pub(in crate::scene) fn sees_several_states(&self) -> bool {
         self.loss.kind == LossKind::Mean
+    }
+
+    /// True if the loss may be cut into windows: that of a task, without goals that are given, of which it is a share.
+    pub(in crate::scene) fn can_be_cut(&self) -> bool {
+        self.has_task() && self.controller.goals == GoalKind::Fixed
+    }
+
+    /// True if controllers learn in windows after the snap, and not over the horizon.
+    pub(crate) fn learns_in_windows(&self) -> bool {
+        self.schedule.window.is_some() && self.can_be_cut()
     }
 
     /// True if the lattice is generated from columns and rows.

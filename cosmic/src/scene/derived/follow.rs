@@ -163,7 +163,7 @@ const LAWS: [LawRule; 4] = [
 ];
 
 /// Every other rule. The declarations of the keys state them in words.
-const RULES: [Rule; 22] = [
+const RULES: [Rule; 23] = [
     ("physics.dt", |scene, world| {
         let physics = &mut scene.physics;
         let substeps = match scene.auto.contains("physics.substeps") {
@@ -194,6 +194,9 @@ const RULES: [Rule; 22] = [
     }),
     ("schedule.horizon_over", |scene, _| {
         scene.schedule.horizon_over = [80, 150].map(|of_300| iteration(scene, of_300));
+    }),
+    ("schedule.window", |scene, world| {
+        scene.schedule.window = Some(1.024 * world.time);
     }),
     ("binarisation.threshold_over", |scene, _| {
         scene.binarisation.threshold_over = [20, 100].map(|of_300| iteration(scene, of_300));

@@ -1,0 +1,267 @@
+//! Learning in windows: gradients over about a second of a walk, from states in which the robot really is.
+//!
+//! A gradient over a whole walk says little. Gaits are chaotic, so that what its last steps say has to be
+//! [bounded](crate::scene::GradientSettings::cotangent_bound), and the controller is updated once in a walk. Here several robots
+//! walk side by side, and the controller is updated after each window. The next window begins where this one ends. After
+//! a whole walk the robots begin again at rest, each with a new random variation.
+
+use std::sync::Arc;
+
+use autodiff::{Parameters, Real, Var};
+use autodiff_programs::CotangentBound;
+use serde::{Deserialize, Serialize};
+
+use super::begin::CoDesign;
+use super::slope::Slope;
+use crate::design::{Design, Mixture};
+use crate::inputs::{CONTROLLER, Inputs};
+use crate::judge::{Evaluator, VARIED};
+use crate::lattice::State;
+use crate::objective::{AnyLoss, LossOf, of_scene};
+use crate::optimiser::AdamState;
+use crate::policy::Controller;
+use crate::random::{Purpose, stream_of};
+use crate::scene::{GradientPrecision, GradientSettings, Scatter, Scene};
+use crate::world::{Span, Trajectory, Variation, draw_many};
+
+/// The number of robots that walk side by side: one for each SIMD lane of single precision.
+const ROBOTS: usize = 8;
+
+/// The number of updates of a controller in an iteration.
+const UPDATES: usize = 6;
+
+/// The share of a window, at its end, in which the loss counts.
+const COUNTS: f64 = 0.5;
+
+/// The number of states that the loss reads in a window.
+const READS: usize = 16;
+
+/// The robots that walk while a controller learns. What varies from robot to robot depends only on the seed and on the number
+/// of the walk.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Walkers {
+    /// The number of walks that have begun.
+    pub walks: u64,
+    /// The number of steps since the last walk began.
+    pub steps: usize,
+    /// The states of the robots. Empty before the first window.
+    pub states: Vec<State<f64>>,
+}
+
+/// A controller that learns.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Learner {
+    /// The controller.
+    pub controller: Controller<f64>,
+    /// The state of Adam, which updates it.
+    pub adam: AdamState,
+    /// The robots with which it learns.
+    pub walkers: Walkers,
+}
+
+/// What a controller met while it learned.
+pub(super) struct Learned {
+    /// The last loss.
+    pub(super) loss: f64,
+    /// The norm of the last gradient, before its bounds.
+    pub(super) norm: f64,
+    /// The number of gradients that were skipped, because they or their loss were not finite.
+    pub(super) skipped: usize,
+    /// True if all gradients were exactly zero.
+    pub(super) is_flat: bool,
+}
+
+/// A window of a walk.
+pub struct Window {
+    /// The loss over a window.
+    pub loss: Arc<dyn AnyLoss>,
+    /// The steps of the window, the states that the loss reads, and the bound on cotangents.
+    pub span: Span,
+}
+
+impl Window {
+    /// The window of a scene; `None` if its controllers learn over the horizon. That is also so for given goals, whose loss is a
+    /// share of the way to a goal.
+    pub fn of_scene(evaluator: &Evaluator) -> Option<Self> {
+        let scene = &evaluator.scene;
+        let window = scene.schedule.window?;
+        if !scene.learns_in_windows() {
+            return None;
+        }
+        let steps = (window / scene.physics.dt).round().max(1.0) as usize;
+        let steps = steps.min(scene.physics.steps);
+        let mut short = scene.clone();
+        short.loss.window = ((COUNTS * steps as f64) as usize).max(1);
+        short.loss.every = (short.loss.window / READS).max(1);
+        let loss = of_scene(&short);
+        let unit = evaluator.unit() / evaluator.world.lattice.scale;
+        let bound = |norm: f64| CotangentBound {
+            norm: norm * unit,
+            every: GradientSettings::COTANGENT_EVERY,
+        };
+        let span = Span {
+            cotangent_bound: scene.gradient.cotangent_bound.map(bound),
+            metered: loss.reads_efforts(),
+            ..evaluator.rollouts.observing(loss.observed(steps))
+        };
+        Some(Self { loss, span })
+    }
+}
+
+impl CoDesign {
+    /// Updates a controller after each of several windows. Returns the last gradient.
+    pub(super) fn learn(
+        &self,
+        learner: &mut Learner,
+        window: &Window,
+        design: &Design<Mixture<f64>>,
+        rate: f64,
+        seed: u64,
+    ) -> Learned {
+        let mut learned = Learned {
+            loss: f64::NAN,
+            norm: f64::NAN,
+            skipped: 0,
+            is_flat: true,
+        };
+        for _ in 0..UPDATES {
+            let slope = self.walk_on(learner, window, design, seed);
+            learned.loss = slope.loss;
+            learned.is_flat &= slope.is_flat();
+            let (numbers, adam) = (learner.controller.numbers_mut(), &mut learner.adam);
+            let moved = self.move_numbers(numbers, adam, slope, rate);
+            learned.norm = moved.norm;
+            learned.skipped += usize::from(moved.is_skipped);
+        }
+        learned
+    }
+
+    /// Lets the robots walk through the next window. Returns the gradient of the loss with respect to the controller, a mean
+    /// over the robots.
+    fn walk_on(
+        &self,
+        learner: &mut Learner,
+        window: &Window,
+        design: &Design<Mixture<f64>>,
+        seed: u64,
+    ) -> Slope {
+        let (evaluator, walkers) = (&self.evaluator, &mut learner.walkers);
+        let (world, steps) = (&evaluator.world, window.span.steps());
+        if walkers.states.is_empty() || walkers.steps + steps > world.physics.steps {
+            *walkers = Walkers {
+                walks: walkers.walks + 1,
+                ..Walkers::default()
+            };
+        }
+        let stream = stream_of(seed, Purpose::Windows, walkers.walks);
+        let mut variations = draw_many(world, &scatter(&evaluator.scene), ROBOTS, stream);
+        let rests: Vec<_> = variations.iter().map(|v| v.start.clone()).collect();
+        for (variation, state) in variations.iter_mut().zip(&walkers.states) {
+            variation.start.clone_from(state);
+        }
+        let (slope, ends) = window.slope(
+            evaluator,
+            design,
+            &learner.controller,
+            &variations,
+            walkers.steps,
+        );
+        // A robot that flew apart begins again.
+        let next = |(end, rest)| if world.is_cleared(&end) { end } else { rest };
+        walkers.states = ends.into_iter().zip(rests).map(next).collect();
+        walkers.steps += steps;
+        slope
+    }
+}
+
+/// What varies from robot to robot: what `[robust]` says, but at least what the robots vary by that are judged. Robots that begin
+/// alike would stay alike.
+fn scatter(scene: &Scene) -> Scatter {
+    match scene.robust.samples {
+        0 => VARIED,
+        _ => {
+            let own = scene.robust.scatter();
+            Scatter {
+                start: own.start.max(VARIED.start),
+                friction: own.friction.max(VARIED.friction),
+                stiffness: own.stiffness.max(VARIED.stiffness),
+                mass: own.mass.max(VARIED.mass),
+            }
+        }
+    }
+}
+
+impl Window {
+    /// The gradient of the loss over the window with respect to the controller, a mean over robots that vary, in the precision
+    /// of the scene; and the states of the robots at its end. `first` is the number of steps on the clock at its start.
+    pub fn slope(
+        &self,
+        evaluator: &Evaluator,
+        design: &Design<Mixture<f64>>,
+        controller: &Controller<f64>,
+        variations: &[Variation],
+        first: usize,
+    ) -> (Slope, Vec<State<f64>>) {
+        let span = Span {
+            first,
+            ..self.span.clone()
+        };
+        let inputs = Inputs {
+            z: Vec::new(),
+            controller: controller.clone(),
+            start: evaluator.start.clone(),
+        };
+        let of = (evaluator, design, variations, &span);
+        match evaluator.scene.gradient.precision {
+            GradientPrecision::F64 => self.slope_in(&inputs.lift::<f64>(), of),
+            GradientPrecision::F32 => self.slope_in(&inputs.lift::<f32>(), of),
+        }
+    }
+
+    /// The gradient in the number type `R`.
+    fn slope_in<R: Real + Into<f64>>(
+        &self,
+        inputs: &Inputs<R>,
+        (evaluator, design, variations, span): (
+            &Evaluator,
+            &Design<Mixture<f64>>,
+            &[Variation],
+            &Span,
+        ),
+    ) -> (Slope, Vec<State<f64>>)
+    where
+        dyn AnyLoss: LossOf<Var<R>>,
+    {
+        let (world, mut ends) = (&evaluator.world, Vec::new());
+        let (value, gradient) = inputs.differentiate(CONTROLLER, |inputs| {
+            let (controller, design) = (Arc::new(inputs.controller.clone()), design.lift());
+            let vary = |variation| world.varied(&design, &controller, variation);
+            let robots: Vec<_> = variations.iter().map(vary).collect();
+            let seen = world.run(&robots, span);
+            let end = |seen: &Trajectory<Var<R>>| {
+                seen.at(seen.last_step()).map(|x: Var<R>| x.value().into())
+            };
+            ends = seen.iter().map(end).collect();
+            // The cotangents of each robot are bounded alone, so the losses are added here, and their sum is divided below.
+            let losses: Vec<_> = seen.iter().map(|seen| self.loss.loss_of(seen)).collect();
+            Var::sum_of(&losses)
+        });
+        let (value, robots): (f64, _) = (value.into(), variations.len() as f64);
+        let share = 1.0 / (robots * evaluator.unit());
+        let usable = |g: f64| {
+            if value.is_finite() {
+                g * share
+            } else {
+                f64::NAN
+            }
+        };
+        let slope = Slope {
+            gradient: gradient.iter().map(|&g| usable(g.into())).collect(),
+            loss: value / robots,
+            ..Slope::default()
+        };
+        (slope, ends)
+    }
+}
