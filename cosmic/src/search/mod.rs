@@ -47,6 +47,7 @@ mod polish;
 mod windows;
 mod contest;
 mod passes;
+mod learn;
 mod iterate;
 
 pub use begin::CoDesign;

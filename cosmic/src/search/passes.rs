@@ -1,14 +1,11 @@
 //! The two kinds of update: MMA updates the design, Adam updates the controller.
 
-use rayon::prelude::*;
-
 use super::begin::CoDesign;
 use super::progress::{Progress, Record};
 use super::schedule::{Phase, Schedule};
 use super::settle::settle;
 use super::slope::{GradientPoint, Slope};
 use super::slopes::Variables;
-use super::windows::{Learned, Window};
 use crate::design::{Design, clamp};
 use crate::judge::Reached;
 use crate::optimiser::{AdamState, Linearisation, bound_norm};
@@ -141,43 +138,6 @@ impl CoDesign {
         record.skipped += usize::from(moved.is_skipped);
     }
 
-    /// Like [`controller_pass`](Self::controller_pass), but the controller learns in windows. At first several do.
-    fn window_pass(
-        &self,
-        window: &Window,
-        progress: &mut Progress,
-        now: &Schedule,
-        known: Option<Reached>,
-        record: &mut Record,
-    ) {
-        let (design, rate, seed) = (
-            self.evaluator.design(progress),
-            now.learning_rate(),
-            progress.seed,
-        );
-        let mut learners = self.learners(progress, now);
-        let (learned, reached) = rayon::join(
-            || {
-                let each = learners.par_iter_mut();
-                let each = each.map(|learner| self.learn(learner, window, &design, rate, seed));
-                each.collect::<Vec<Learned>>()
-            },
-            || known.unwrap_or_else(|| self.evaluator.evaluate(progress)),
-        );
-        note_displacement(record, Some(reached));
-        progress.note_candidate(reached.merit);
-        let first = &learned[0];
-        record.loss_horizon = Some(first.loss);
-        record.controller_gradient = Some(first.norm);
-        record.skipped += learned.iter().map(|one| one.skipped).sum::<usize>();
-        progress.flat = if learned.iter().all(|one| one.is_flat) {
-            progress.flat + 1
-        } else {
-            0
-        };
-        self.keep(progress, now, learners);
-    }
-
     /// Records what gradients tell about the robot within their horizon: the first one, except for a loss that is not
     /// finite.
     fn note_horizon(
@@ -239,7 +199,7 @@ pub(super) struct Moved {
 }
 
 /// Records the displacement of a full rollout, if the iteration did one.
-fn note_displacement(record: &mut Record, reached: Option<Reached>) {
+pub(super) fn note_displacement(record: &mut Record, reached: Option<Reached>) {
     record.displacement = reached.map(|reached| reached.along());
     record.diverged = record.displacement.is_some_and(f64::is_nan);
 }

@@ -145,9 +145,11 @@ impl Progress {
         fits("adam.mean_square", self.adam.mean_square.len(), weights)?;
         let candidates = self.candidates.iter().map(|c| &c.controller);
         let settled = self.settled.iter().map(|s| &s.controller);
+        let contenders = self.contenders.iter().map(|c| &c.controller);
         for controller in std::iter::once(&self.controller)
             .chain(candidates)
             .chain(settled)
+            .chain(contenders)
         {
             let blocks = controller.blocks().zip(other.controller.blocks());
             for ((name, found, _), (expected_name, expected, _)) in blocks {
@@ -159,6 +161,11 @@ impl Progress {
                 )?;
             }
             fits("controller", controller.weights(), weights)?;
+        }
+        for contender in &self.contenders {
+            fits("contenders.adam.mean", contender.adam.mean.len(), weights)?;
+            let square = &contender.adam.mean_square;
+            fits("contenders.adam.mean_square", square.len(), weights)?;
         }
         for mma in &self.mma {
             fits("mma.previous", mma.previous.len(), 3 * edges)?;

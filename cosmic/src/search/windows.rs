@@ -11,24 +11,16 @@ use autodiff::{Parameters, Real, Var};
 use autodiff_programs::CotangentBound;
 use serde::{Deserialize, Serialize};
 
-use super::begin::CoDesign;
 use super::slope::Slope;
 use crate::design::{Design, Mixture};
 use crate::inputs::{CONTROLLER, Inputs};
-use crate::judge::{Evaluator, VARIED};
+use crate::judge::Evaluator;
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf, of_scene};
 use crate::optimiser::AdamState;
 use crate::policy::Controller;
-use crate::random::{Purpose, stream_of};
-use crate::scene::{GradientPrecision, GradientSettings, Scatter, Scene};
-use crate::world::{Span, Trajectory, Variation, draw_many};
-
-/// The number of robots that walk side by side: one for each SIMD lane of single precision.
-const ROBOTS: usize = 8;
-
-/// The number of updates of a controller in an iteration.
-const UPDATES: usize = 6;
+use crate::scene::{GradientPrecision, GradientSettings, TaskKind};
+use crate::world::{Span, Trajectory, Variation};
 
 /// The share of a window, at its end, in which the loss counts.
 const COUNTS: f64 = 0.5;
@@ -61,18 +53,6 @@ pub struct Learner {
     pub walkers: Walkers,
 }
 
-/// What a controller met while it learned.
-pub(super) struct Learned {
-    /// The last loss.
-    pub(super) loss: f64,
-    /// The norm of the last gradient, before its bounds.
-    pub(super) norm: f64,
-    /// The number of gradients that were skipped, because they or their loss were not finite.
-    pub(super) skipped: usize,
-    /// True if all gradients were exactly zero.
-    pub(super) is_flat: bool,
-}
-
 /// A window of a walk.
 pub struct Window {
     /// The loss over a window.
@@ -95,6 +75,11 @@ impl Window {
         let mut short = scene.clone();
         short.loss.window = ((COUNTS * steps as f64) as usize).max(1);
         short.loss.every = (short.loss.window / READS).max(1);
+        if scene.objective.task == TaskKind::Economy {
+            // The energy is that of the whole window, but a robot that keeps its speed has done this share of the way in the
+            // mean over the states that count.
+            short.objective.weight *= 1.0 - 0.5 * COUNTS;
+        }
         let loss = of_scene(&short);
         let unit = evaluator.unit() / evaluator.world.lattice.scale;
         let bound = |norm: f64| CotangentBound {
@@ -108,92 +93,7 @@ impl Window {
         };
         Some(Self { loss, span })
     }
-}
 
-impl CoDesign {
-    /// Updates a controller after each of several windows. Returns the last gradient.
-    pub(super) fn learn(
-        &self,
-        learner: &mut Learner,
-        window: &Window,
-        design: &Design<Mixture<f64>>,
-        rate: f64,
-        seed: u64,
-    ) -> Learned {
-        let mut learned = Learned {
-            loss: f64::NAN,
-            norm: f64::NAN,
-            skipped: 0,
-            is_flat: true,
-        };
-        for _ in 0..UPDATES {
-            let slope = self.walk_on(learner, window, design, seed);
-            learned.loss = slope.loss;
-            learned.is_flat &= slope.is_flat();
-            let (numbers, adam) = (learner.controller.numbers_mut(), &mut learner.adam);
-            let moved = self.move_numbers(numbers, adam, slope, rate);
-            learned.norm = moved.norm;
-            learned.skipped += usize::from(moved.is_skipped);
-        }
-        learned
-    }
-
-    /// Lets the robots walk through the next window. Returns the gradient of the loss with respect to the controller, a mean
-    /// over the robots.
-    fn walk_on(
-        &self,
-        learner: &mut Learner,
-        window: &Window,
-        design: &Design<Mixture<f64>>,
-        seed: u64,
-    ) -> Slope {
-        let (evaluator, walkers) = (&self.evaluator, &mut learner.walkers);
-        let (world, steps) = (&evaluator.world, window.span.steps());
-        if walkers.states.is_empty() || walkers.steps + steps > world.physics.steps {
-            *walkers = Walkers {
-                walks: walkers.walks + 1,
-                ..Walkers::default()
-            };
-        }
-        let stream = stream_of(seed, Purpose::Windows, walkers.walks);
-        let mut variations = draw_many(world, &scatter(&evaluator.scene), ROBOTS, stream);
-        let rests: Vec<_> = variations.iter().map(|v| v.start.clone()).collect();
-        for (variation, state) in variations.iter_mut().zip(&walkers.states) {
-            variation.start.clone_from(state);
-        }
-        let (slope, ends) = window.slope(
-            evaluator,
-            design,
-            &learner.controller,
-            &variations,
-            walkers.steps,
-        );
-        // A robot that flew apart begins again.
-        let next = |(end, rest)| if world.is_cleared(&end) { end } else { rest };
-        walkers.states = ends.into_iter().zip(rests).map(next).collect();
-        walkers.steps += steps;
-        slope
-    }
-}
-
-/// What varies from robot to robot: what `[robust]` says, but at least what the robots vary by that are judged. Robots that begin
-/// alike would stay alike.
-fn scatter(scene: &Scene) -> Scatter {
-    match scene.robust.samples {
-        0 => VARIED,
-        _ => {
-            let own = scene.robust.scatter();
-            Scatter {
-                start: own.start.max(VARIED.start),
-                friction: own.friction.max(VARIED.friction),
-                stiffness: own.stiffness.max(VARIED.stiffness),
-                mass: own.mass.max(VARIED.mass),
-            }
-        }
-    }
-}
-
-impl Window {
     /// The gradient of the loss over the window with respect to the controller, a mean over robots that vary, in the precision
     /// of the scene; and the states of the robots at its end. `first` is the number of steps on the clock at its start.
     pub fn slope(

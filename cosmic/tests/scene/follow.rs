@@ -6,7 +6,7 @@ use cosmic::scene::{AnyDesign, Scene};
 
 /// Every key that can follow, with a value that no rule gives here, and with the power of the scale of lengths by which
 /// the value grows. Times grow by its square root.
-const KEYS: [(&str, &str, f64); 26] = [
+const KEYS: [(&str, &str, f64); 27] = [
     ("lattice.payload", "5", 0.0),
     ("physics.dt", "0.0123", 0.5),
     ("physics.substeps", "33", 0.0),
@@ -19,6 +19,7 @@ const KEYS: [(&str, &str, f64); 26] = [
     ("controller.velocity_scale", "7.7", -0.5),
     ("controller.gain", "[7.0, 7.0]", 0.0),
     ("schedule.horizon", "[77, 99]", 0.0),
+    ("schedule.window", "0.7", 0.5),
     ("loss.window", "33", 0.0),
     ("loss.every", "7", 0.0),
     ("volume.solid", "[0.3, 0.4]", 0.0),
@@ -51,7 +52,11 @@ fn values(scene: &Scene) -> Vec<(String, String)> {
 }
 
 /// What experiments found for `earth` alone. `stability` declares its other numbers.
-const OF_EARTH: [(&str, &str); 6] = [
+const OF_EARTH: [(&str, &str); 10] = [
+    ("controller.omega", "20.0"),
+    ("schedule.window", "1.024"),
+    ("volume.solid", "[0.69, 0.79]"),
+    ("volume.actuator", "[0.35, 0.45]"),
     ("controller.gain", "[2.0, 0.2]"),
     ("binarisation.threshold_over", "[20, 100]"),
     ("adam.rate", "0.004"),
@@ -275,7 +280,7 @@ fn a_run_keeps_the_numbers_and_a_template_keeps_the_word() {
     assert!(
         scene
             .to_run_toml()
-            .contains("# Follows from the scene: 10 rad/s divided by the time scale, times")
+            .contains("# Follows from the scene: 20 rad/s divided by the time scale, times")
     );
 }
 
