@@ -21,7 +21,6 @@ rate = 0.008
 samples = 1
 [schedule]
 iterations = 120
-window = "off"
 `,
   },
   real_parts: {
@@ -44,7 +43,6 @@ rate = 0.008
 fine_rate = 0.003
 [schedule]
 iterations = 60
-window = "off"
 `,
   },
 };

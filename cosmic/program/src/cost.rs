@@ -59,20 +59,34 @@ impl Cost {
     }
 
     fn of_iterations(scene: &Scene, iterations: usize) -> Result<Self> {
-        let [before, after] = seconds_of_iterations(scene)?;
+        let Seconds {
+            before,
+            contest,
+            after,
+        } = seconds_of_iterations(scene)?;
         let schedule = &scene.schedule;
         let share = schedule.snap_at.saturating_sub(1) as f64 / schedule.iterations.max(1) as f64;
         Ok(Self {
             steps: scene.physics.steps,
             substeps: scene.physics.substeps,
-            seconds: iterations as f64 * (share * before + (1.0 - share) * after),
+            seconds: iterations as f64 * (share * before + (1.0 - share) * after) + contest,
         })
     }
 }
 
-/// Measures the processor time of an iteration before the snap, and of one after it, s. The measured iterations have
-/// shorter rollouts. The snap itself happens only once, so its time would mislead.
-fn seconds_of_iterations(scene: &Scene) -> Result<[f64; 2]> {
+/// Processor times, s.
+struct Seconds {
+    /// Of an iteration before the snap.
+    before: f64,
+    /// Of the contest of gaits.
+    contest: f64,
+    /// Of an iteration after it.
+    after: f64,
+}
+
+/// Measures the processor times of iterations. The measured iterations have shorter rollouts. The snap itself happens only once,
+/// so its time would mislead.
+fn seconds_of_iterations(scene: &Scene) -> Result<Seconds> {
     let (short, longer) = shortened(scene);
     let [first, then] = MEASURED;
     let schedule = &short.schedule;
@@ -81,6 +95,7 @@ fn seconds_of_iterations(scene: &Scene) -> Result<[f64; 2]> {
     let [first, then] = [first.min(snap), then.min(schedule.iterations - after)];
     let mut codesign = CoDesign::new(&short)?;
     let mut progress = codesign.begin(0)?;
+    let rounds = codesign.contest();
     // On one thread, the processor time is that of all the work.
     pool(Some(NonZeroUsize::MIN))?.install(|| {
         let mut seconds = |from: usize, count: usize| {
@@ -91,7 +106,15 @@ fn seconds_of_iterations(scene: &Scene) -> Result<[f64; 2]> {
         let before = seconds(0, first);
         // The snap gives the robot its layout.
         seconds(snap, after - snap);
-        Ok([before, seconds(after, then)])
+        let contest = match rounds {
+            0 => 0.0,
+            _ => rounds as f64 * seconds(after, 1),
+        };
+        Ok(Seconds {
+            before,
+            contest,
+            after: seconds(after + rounds, then),
+        })
     })
 }
 
@@ -106,6 +129,8 @@ fn shortened(scene: &Scene) -> (Scene, f64) {
     (physics.steps, physics.substeps, physics.dt) = (steps, substeps, dt);
     // Whether the time step is stable is not the question here.
     physics.unstable_step = UnstableStep::Warn;
+    short.schedule.window =
+        (scene.schedule.window).map(|time| time * steps as f64 / whole.steps as f64);
     short.schedule.horizon = scene.schedule.horizon.map(shorter);
     // The first iterations have horizons of all lengths.
     short.schedule.horizon_over = [0, MEASURED[0] + 1];

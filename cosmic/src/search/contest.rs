@@ -25,17 +25,26 @@ const ROUNDS: usize = 4;
 const SHORT: usize = 3;
 
 impl CoDesign {
+    /// The number of iterations of the contest: none if controllers learn over the horizon, and in a short fine-tuning.
+    pub fn contest(&self) -> usize {
+        let schedule = &self.scene().schedule;
+        let tunings = schedule.iterations.saturating_sub(schedule.snap_at);
+        match self.window {
+            Some(_) if tunings >= SHORT * ROUNDS => ROUNDS,
+            _ => 0,
+        }
+    }
+
     /// The controllers that learn in an iteration. In the first iteration of the fine-tuning the contest begins; after its last
     /// one the best controller remains.
     pub(super) fn learners(&self, progress: &mut Progress, now: &Schedule) -> Vec<Learner> {
-        let (done, all) = (now.tuned(), now.tunings());
         let own = Learner {
             controller: progress.controller.clone(),
             adam: progress.adam.clone(),
             walkers: progress.walkers.clone(),
         };
-        match done {
-            0 if all >= SHORT * ROUNDS => {
+        match now.tuned() {
+            0 if self.contest() > 0 => {
                 let others = (1..FREQUENCIES.len()).map(|k| self.contender(progress.seed, k));
                 std::iter::once(own).chain(others).collect()
             }

@@ -148,12 +148,6 @@ impl<'a> Schedule<'a> {
         (at(CONFIDENCE), at(NUDGE))
     }
 
-    /// The number of iterations of the fine-tuning.
-    pub fn tunings(&self) -> usize {
-        let schedule = &self.scene.schedule;
-        schedule.iterations.saturating_sub(schedule.snap_at)
-    }
-
     /// The number of iterations of the fine-tuning before this one.
     pub fn tuned(&self) -> usize {
         self.iteration - 1 - self.scene.schedule.snap_at
