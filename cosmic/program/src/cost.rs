@@ -65,11 +65,12 @@ impl Cost {
             after,
         } = seconds_of_iterations(scene)?;
         let schedule = &scene.schedule;
-        let share = schedule.snap_at.saturating_sub(1) as f64 / schedule.iterations.max(1) as f64;
+        let all = schedule.iterations.max(1) as f64;
+        let share = schedule.snap_at.saturating_sub(1) as f64 / all;
         Ok(Self {
             steps: scene.physics.steps,
             substeps: scene.physics.substeps,
-            seconds: iterations as f64 * (share * before + (1.0 - share) * after) + contest,
+            seconds: iterations as f64 * (share * before + (1.0 - share) * after + contest / all),
         })
     }
 }
@@ -78,9 +79,9 @@ impl Cost {
 struct Seconds {
     /// Of an iteration before the snap.
     before: f64,
-    /// Of the contest of gaits.
+    /// Of the contest of gaits, in addition to as many iterations after it; 0 without a contest.
     contest: f64,
-    /// Of an iteration after it.
+    /// Of an iteration after the snap and the contest.
     after: f64,
 }
 
@@ -106,14 +107,12 @@ fn seconds_of_iterations(scene: &Scene) -> Result<Seconds> {
         let before = seconds(0, first);
         // The snap gives the robot its layout.
         seconds(snap, after - snap);
-        let contest = match rounds {
-            0 => 0.0,
-            _ => rounds as f64 * seconds(after, 1),
-        };
+        let contest = seconds(after, rounds);
+        let after = seconds(after + rounds, then);
         Ok(Seconds {
             before,
-            contest,
-            after: seconds(after + rounds, then),
+            contest: rounds as f64 * (contest - after),
+            after,
         })
     })
 }
