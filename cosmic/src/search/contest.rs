@@ -71,23 +71,8 @@ impl CoDesign {
 
     /// Keeps the controllers that have learned: all of them until the contest ends, and then the one with the best merit.
     pub(super) fn keep(&self, progress: &mut Progress, now: &Schedule, mut learners: Vec<Learner>) {
-        let is_over = learners.len() == 1 || now.tuned() + 1 >= ROUNDS;
-        let best = match learners.len() {
-            1 => 0,
-            _ if !is_over => 0,
-            _ => {
-                let design = self.evaluator.design(progress);
-                let merits = learners.par_iter().map(|learner| {
-                    let designs = std::slice::from_ref(&design);
-                    let reached =
-                        self.evaluator
-                            .ranked(designs, &learner.controller, progress.seed);
-                    [reached[0].merit]
-                });
-                first_best(merits.collect::<Vec<_>>())
-            }
-        };
-        if is_over {
+        if learners.len() > 1 && now.tuned() + 1 >= ROUNDS {
+            let best = self.best(progress, &learners);
             learners.swap(0, best);
             learners.truncate(1);
         }
@@ -97,6 +82,18 @@ impl CoDesign {
             walkers,
         } = learners[0].clone();
         (progress.controller, progress.adam, progress.walkers) = (controller, adam, walkers);
-        progress.contenders = if is_over { Vec::new() } else { learners };
+        if learners.len() > 1 {
+            progress.contenders = learners;
+        }
+    }
+
+    /// The number of the learner with the best merit.
+    fn best(&self, progress: &Progress, learners: &[Learner]) -> usize {
+        let designs = [self.evaluator.design(progress)];
+        let merit = |learner: &Learner| {
+            let reached = (self.evaluator).ranked(&designs, &learner.controller, progress.seed);
+            [reached[0].merit]
+        };
+        first_best(learners.par_iter().map(merit).collect::<Vec<_>>())
     }
 }

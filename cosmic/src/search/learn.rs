@@ -20,7 +20,7 @@ const ROBOTS: usize = 8;
 /// The number of updates of a controller in an iteration.
 const UPDATES: usize = 6;
 
-/// What a controller met while it learned.
+/// What came of the updates of a controller in an iteration.
 pub(super) struct Learned {
     /// The last loss.
     pub(super) loss: f64,
@@ -62,11 +62,7 @@ impl CoDesign {
         record.loss_horizon = Some(first.loss);
         record.controller_gradient = Some(first.norm);
         record.skipped += learned.iter().map(|one| one.skipped).sum::<usize>();
-        progress.flat = if learned.iter().all(|one| one.is_flat) {
-            progress.flat + 1
-        } else {
-            0
-        };
+        progress.note_flat(learned.iter().all(|one| one.is_flat));
         self.keep(progress, now, learners);
     }
 
@@ -135,8 +131,8 @@ impl CoDesign {
     }
 }
 
-/// What varies from robot to robot: what `[robust]` says, but at least what the robots vary by that are judged. Robots that begin
-/// alike would stay alike.
+/// How much the robots differ: as `[robust]` says, but at least as much as the robots by which reliability is judged. Robots that
+/// begin alike would stay alike.
 fn scatter(scene: &Scene) -> Scatter {
     match scene.robust.samples {
         0 => VARIED,

@@ -86,7 +86,11 @@ impl Progress {
     /// Counts a pass that has computed these slopes.
     pub(super) fn note_slopes<'a>(&mut self, slopes: impl IntoIterator<Item = &'a Slope>) {
         let mut slopes = slopes.into_iter();
-        let is_flat = slopes.all(|slope| slope.stuck || slope.is_flat());
+        self.note_flat(slopes.all(|slope| slope.stuck || slope.is_flat()));
+    }
+
+    /// Counts a pass, whose gradients were all zero if `is_flat` is true.
+    pub(super) fn note_flat(&mut self, is_flat: bool) {
         self.flat = if is_flat { self.flat + 1 } else { 0 };
     }
 

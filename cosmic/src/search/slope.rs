@@ -23,6 +23,19 @@ pub struct Slope {
 }
 
 impl Slope {
+    /// The slope of a loss whose gradient is `gradient` divided by `unit`.
+    pub(super) fn of<R: Into<f64> + Copy>(loss: f64, gradient: &[R], unit: f64) -> Self {
+        let usable = |&g: &R| match loss.is_finite() {
+            true => g.into() / unit,
+            false => f64::NAN,
+        };
+        Self {
+            gradient: gradient.iter().map(usable).collect(),
+            loss,
+            ..Self::default()
+        }
+    }
+
     /// Scales the gradient down if its norm is larger than the given norm. Returns the norm before scaling.
     pub fn bound(&mut self, norm: f64) -> f64 {
         bound_norm(&mut self.gradient, norm)

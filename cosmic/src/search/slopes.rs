@@ -80,18 +80,22 @@ impl Evaluator {
     /// The horizon of an iteration: the steps that the gradient is computed over, `first` steps after the
     /// start of the clock, and the bound on its cotangents.
     fn horizon(&self, now: &Schedule, first: usize) -> Span {
-        let gradient = &self.scene.gradient;
+        Span {
+            first,
+            cotangent_bound: self.cotangent_bound(),
+            ..self.rollouts.observing(vec![now.horizon()])
+        }
+    }
+
+    /// The bound on cotangents of the scene.
+    pub(super) fn cotangent_bound(&self) -> Option<CotangentBound> {
         // The cotangent of a position is a loss per length.
         let per_length = self.unit() / self.world.lattice.scale;
         let bound = |norm: f64| CotangentBound {
             norm: norm * per_length,
             every: GradientSettings::COTANGENT_EVERY,
         };
-        Span {
-            first,
-            cotangent_bound: gradient.cotangent_bound.map(bound),
-            ..self.rollouts.observing(vec![now.horizon()])
-        }
+        self.scene.gradient.cotangent_bound.map(bound)
     }
 
     /// The [unit of the loss](crate::objective::Loss::unit).
@@ -223,14 +227,10 @@ impl Evaluator {
             })
         });
         std::array::from_fn(|k| {
-            let loss: f64 = found[k].0.into();
-            let unit = self.unit();
-            let usable = |g: f64| if loss.is_finite() { g / unit } else { f64::NAN };
+            let (loss, gradient) = &found[k];
             Slope {
-                gradient: found[k].1.iter().map(|&g| usable(g.into())).collect(),
-                loss,
                 displacement: displacements[k],
-                stuck: false,
+                ..Slope::of((*loss).into(), gradient, self.unit())
             }
         })
     }

@@ -8,7 +8,6 @@
 use std::sync::Arc;
 
 use autodiff::{Parameters, Real, Var};
-use autodiff_programs::CotangentBound;
 use serde::{Deserialize, Serialize};
 
 use super::slope::Slope;
@@ -19,7 +18,7 @@ use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf, of_scene};
 use crate::optimiser::AdamState;
 use crate::policy::Controller;
-use crate::scene::{GradientPrecision, GradientSettings, TaskKind};
+use crate::scene::{GradientPrecision, TaskKind};
 use crate::world::{Span, Trajectory, Variation};
 
 /// The share of a window, at its end, in which the loss counts.
@@ -81,13 +80,8 @@ impl Window {
             short.objective.weight *= 1.0 - 0.5 * COUNTS;
         }
         let loss = of_scene(&short);
-        let unit = evaluator.unit() / evaluator.world.lattice.scale;
-        let bound = |norm: f64| CotangentBound {
-            norm: norm * unit,
-            every: GradientSettings::COTANGENT_EVERY,
-        };
         let span = Span {
-            cotangent_bound: scene.gradient.cotangent_bound.map(bound),
+            cotangent_bound: evaluator.cotangent_bound(),
             metered: loss.reads_efforts(),
             ..evaluator.rollouts.observing(loss.observed(steps))
         };
@@ -148,20 +142,8 @@ impl Window {
             let losses: Vec<_> = seen.iter().map(|seen| self.loss.loss_of(seen)).collect();
             Var::sum_of(&losses)
         });
-        let (value, robots): (f64, _) = (value.into(), variations.len() as f64);
-        let share = 1.0 / (robots * evaluator.unit());
-        let usable = |g: f64| {
-            if value.is_finite() {
-                g * share
-            } else {
-                f64::NAN
-            }
-        };
-        let slope = Slope {
-            gradient: gradient.iter().map(|&g| usable(g.into())).collect(),
-            loss: value / robots,
-            ..Slope::default()
-        };
+        let (sum, robots): (f64, _) = (value.into(), variations.len() as f64);
+        let slope = Slope::of(sum / robots, &gradient, robots * evaluator.unit());
         (slope, ends)
     }
 }
