@@ -5,8 +5,9 @@ use std::sync::Arc;
 use super::domains::PERTURBED_ROLLOUTS;
 use super::evaluator::Evaluator;
 use crate::design::{Design, Mixture};
+use crate::laws::FRICTION;
 use crate::policy::Controller;
-use crate::world::{FRICTION, Variation};
+use crate::world::Variation;
 
 /// The share of the friction that remains when the ground is more slippery: rubber on a wet floor instead of a dry one.
 pub const LOW_FRICTION: f64 = 0.6;

@@ -1,13 +1,15 @@
 //! The laws that a scene may choose from ([`Choice`]), and the laws that it has chosen ([`ContactLaw`], [`ForceLaws`]).
 
+use std::any::Any;
 use std::fmt;
 
 use toml::Spanned;
 use toml::de::DeValue;
 
 use super::bars::{Actuator, BarForce, Damper, Rope, Stops};
-use super::forces::{AnyForce, Bumpers, LatticeForce, NodeForce, OnBars, OnNodes};
+use super::forces::{self, AnyForce, Bumpers, ForceLaw, LatticeForce, NodeForce};
 use super::formula::{BarFormula, NodeFormula};
+use super::law::Law;
 use super::ground::{AnyContact, Contact, Coulomb, NoGround, Sticking};
 use crate::registry::Registry;
 use crate::settings::{
@@ -30,19 +32,19 @@ pub fn contact<C: Contact>() -> Choice {
 /// Offers the law `L` for a force along bars to scenes, which choose it by `physics.forces = ["its_name"]`. The force is
 /// added to the force of the bars' own springs.
 pub fn on_bars<L: BarForce>() -> Choice {
-    Choice(Kind::Force(Box::new(OnBars(L::default()))))
+    Choice(Kind::Force(forces::on_bars::<L>()))
 }
 
 /// Offers the law `L` for a force on nodes to scenes, which choose it by `physics.forces = ["its_name"]`. The force is
 /// added to all other forces.
 pub fn on_nodes<L: NodeForce>() -> Choice {
-    Choice(Kind::Force(Box::new(OnNodes::new(L::default()))))
+    Choice(Kind::Force(forces::on_nodes::<L>()))
 }
 
 /// Offers the law `L` for a force of any other kind to scenes, which choose it by `physics.forces = ["its_name"]`. The
 /// force is added to all other forces.
 pub fn on_lattice<L: LatticeForce>() -> Choice {
-    Choice(Kind::Force(Box::new(L::default())))
+    Choice(Kind::Force(forces::on_lattice::<L>()))
 }
 
 /// The contact laws of this crate. Scenes choose them by name.
@@ -57,13 +59,13 @@ fn contacts() -> [Box<dyn AnyContact>; 3] {
 /// The force laws of this crate. Scenes choose them by name.
 fn forces() -> [Box<dyn AnyForce>; 7] {
     [
-        Box::new(OnBars(Damper::default())),
-        Box::new(OnBars(Stops::default())),
-        Box::new(OnBars(Actuator::default())),
-        Box::new(OnBars(Rope::default())),
-        Box::new(Bumpers::default()),
-        Box::new(OnBars(BarFormula::default())),
-        Box::new(OnNodes::new(NodeFormula::default())),
+        forces::on_bars::<Damper>(),
+        forces::on_bars::<Stops>(),
+        forces::on_bars::<Actuator>(),
+        forces::on_bars::<Rope>(),
+        forces::on_lattice::<Bumpers>(),
+        forces::on_bars::<BarFormula>(),
+        forces::on_nodes::<NodeFormula>(),
     ]
 }
 
@@ -251,21 +253,17 @@ impl ForceLaws {
     }
 
     /// The law of the type `L` with its settings; `None` if the scene has not chosen it.
-    pub fn along_bars<L: BarForce>(&self) -> Option<L> {
-        let mut laws = self.laws().map(AnyForce::any);
-        let law: &OnBars<L> = laws.find_map(|law| law.downcast_ref())?;
-        Some(law.0.clone())
+    pub fn chosen<L: Law>(&self) -> Option<L> {
+        let mut laws = self.laws().map(|law| -> &dyn Any { law });
+        let chosen: &ForceLaw<L> = laws.find_map(<dyn Any>::downcast_ref)?;
+        Some(chosen.law.clone())
     }
 
     /// Changes the settings of the law of the type `L`, if the scene has chosen it.
-    pub(crate) fn change<L: AnyForce + Clone + 'static>(&mut self, change: impl FnOnce(&mut L)) {
-        for law in &mut self.laws {
-            if let Some(chosen) = law.any().downcast_ref::<L>() {
-                let mut changed = chosen.clone();
-                change(&mut changed);
-                *law = Box::new(changed);
-                return;
-            }
+    pub(crate) fn change<L: Law>(&mut self, change: impl FnOnce(&mut L)) {
+        let mut laws = self.laws.iter_mut().map(|law| -> &mut dyn Any { &mut **law });
+        if let Some(ForceLaw { law, .. }) = laws.find_map(<dyn Any>::downcast_mut) {
+            change(law);
         }
     }
 

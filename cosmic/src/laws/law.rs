@@ -17,6 +17,9 @@ pub trait Law:
     const COMPILED: Compiled = Compiled::Fully;
 }
 
+/// The name of the coefficient of friction: the key of the scene, which contact laws that slip read.
+pub(crate) const FRICTION: &str = "physics.friction";
+
 /// An input of a step that is the same for all nodes and bars: a setting of a law, or gravity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepInput {

@@ -26,10 +26,10 @@ pub use bars::{
 pub use choice::{Choice, ContactLaw, ForceLaws, contact, on_bars, on_lattice, on_nodes};
 pub(crate) use choice::{LAW, names};
 pub use forces::{
-    Bump, Bumpers, Force, ForceParameters, LatticeForce, Node, NodeForce, Pose, Pull, RestingBar,
+    AlongBars, Bump, Bumpers, Force, ForceParameters, LatticeForce, Node, NodeForce, Pose, Pull, RestingBar,
     Step, Stiffness, Sum, Total,
 };
-pub(crate) use forces::{OnBars, add};
+pub(crate) use forces::{OnBars, add, tensions};
 pub use formula::{BarFormula, NodeFormula};
 pub(crate) use ground::{
     AnyContact, Balance, FindGround, FirstContact, FlightInputs, FreeEquation, GroundBelow,
@@ -40,5 +40,6 @@ pub use ground::{
     Contact, Coulomb, Equation, FirstPass, Flat, Flying, Impact, NextPass, NoGround, PushedNode,
     Sticking, Surface, Terrain,
 };
+pub(crate) use law::FRICTION;
 pub use law::{Law, StepInput};
 pub use motion::{Drift, Motion, Particle, Push};

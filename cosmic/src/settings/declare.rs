@@ -24,6 +24,9 @@
 /// After the keys, `} of cases { ... }` declares numbers that scene files do not have: they are constants of every
 /// scene, but a case has them as keys of the section and may have other values.
 ///
+/// `} of scene { friction: R = "physics.friction"; }` declares numbers of the section `[physics]` that a law reads too. The law
+/// has them as fields, and scenes fill them.
+///
 /// If the value of a key can follow from the robot and its world, `auto` states the formula before `source`: `auto "20
 /// divided by the time scale"`. A file may then say `"auto"` instead of a number. `scene/derived/follow.rs` has the formulas.
 ///
@@ -36,8 +39,8 @@
 /// `scene` lists its sections and the type of its base.
 #[macro_export]
 macro_rules! settings {
-    ($(#[doc = $about:literal])+ struct $Settings:ident<$R:ident> $body:tt) => {
-        $crate::settings! { @struct [$R] $(#[doc = $about])+ struct $Settings $body }
+    ($(#[doc = $about:literal])+ struct $Settings:ident<$R:ident> $body:tt $(of scene $shared:tt)?) => {
+        $crate::settings! { @struct [$R] $(#[doc = $about])+ struct $Settings $body $(of scene $shared)? }
     };
     (
         $(#[doc = $about:literal])+ struct $Settings:ident $(with $part:ident: $Part:ty)? { $($body:tt)* }
@@ -61,6 +64,9 @@ macro_rules! settings {
         $(of cases {
             $($(#[doc = $says:literal])+ $constant:ident: $Of:ty = $always:expr, source $origin:literal;)*
         })?
+        $(of scene {
+            $($(#[doc = $meaning:literal])+ $shared:ident: $Number:ty = $path:literal;)*
+        })?
     ) => {
         $(#[doc = $about])+
         #[derive(Debug, Clone, PartialEq)]
@@ -83,6 +89,11 @@ macro_rules! settings {
                 )]
                 pub $constant: $Of,
             )*)?
+            $($(
+                $(#[doc = $meaning])+
+                #[doc = concat!("\n\nThe scene's `", $path, "`.")]
+                pub $shared: $Number,
+            )*)?
         }
 
         impl Default for $Settings {
@@ -91,6 +102,7 @@ macro_rules! settings {
                     $($key: $default,)*
                     $($part: <$Part>::default(),)?
                     $($($constant: $always,)*)?
+                    $($($shared: ::core::default::Default::default(),)*)?
                 }
             }
         }
@@ -104,7 +116,9 @@ macro_rules! settings {
             }
         }
 
-        $crate::settings! { @inputs $Settings [$($R)?] [$($key: $type, stringify!($key);)*] }
+        $crate::settings! { @inputs $Settings [$($R)?] [
+            $($key: $type, stringify!($key);)* $($($shared: $Number, $path;)*)?
+        ] }
 
         impl $crate::settings::Settings for $Settings {
             fn about(&self) -> &'static str {
@@ -135,6 +149,11 @@ macro_rules! settings {
                     &mut self.$constant,
                 ),)*)?]
             }
+            $(
+                fn fill(&mut self, number: &dyn Fn(&str) -> f64) {
+                    $(self.$shared = number($path);)*
+                }
+            )?
         }
     };
     (

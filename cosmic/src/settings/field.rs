@@ -103,6 +103,9 @@ pub trait Settings {
     fn fields_of_cases(&mut self) -> Vec<Field<'_>> {
         Vec::new()
     }
+    /// Fills the numbers of the section `[physics]` that a law reads too: `number` returns the value of a key, such as
+    /// `physics.friction`. By default there are none.
+    fn fill(&mut self, _number: &dyn Fn(&str) -> f64) {}
     /// The settings of the section in a scene, in the order in which they are written.
     fn fields(&mut self) -> Vec<Field<'_>> {
         let mut fields = self.fields_of_cases();

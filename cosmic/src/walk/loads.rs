@@ -228,7 +228,8 @@ fn pose<'a>(
 /// The force with which the bar of an edge pulls its ends together, N.
 fn pull(world: &World, pose: &Pose, edge: usize) -> f64 {
     let forces = world.mechanics().forces.iter();
-    forces.map(|force| force.tension(pose, edge)).sum()
+    let along = forces.filter_map(|force| force.along_bars());
+    along.map(|force| force.tension(pose, edge)).sum()
 }
 
 /// Simulates the steps of a span that begins at time 0 and returns the loads of the bars. Strains are those of all states;

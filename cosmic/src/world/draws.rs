@@ -8,12 +8,10 @@ use super::base::World;
 use super::robot::Variation;
 use crate::geometry::Vector;
 use crate::lattice::State;
+use crate::laws::FRICTION;
 use crate::policy::Goals;
 use crate::random::symmetric;
 use crate::scene::{GoalsSettings, Scatter};
-
-/// The name of the coefficient of friction in the surroundings. A contact law without friction has no such number.
-pub(crate) const FRICTION: &str = "physics.friction";
 
 /// Draws a random variation. The robot starts at rest, near its initial positions. Every number is drawn even if its range
 /// is zero, so that switching one range off does not change the other draws.

@@ -9,7 +9,7 @@ use autodiff_programs::{Array, Compiled, Graph, Kernel, Program};
 use super::parameters::StepParameters;
 use crate::geometry::{Axes, Vector};
 use crate::lattice::Body;
-use crate::laws::{Force, Push, Step, Tensions};
+use crate::laws::{Force, Push, Step, tensions};
 use crate::{Fields, in_both_dimensions, in_dimension, kernel};
 
 /// What the bars of a robot do in the step that ends at an observed state. Each list has a number for every edge. At the
@@ -102,13 +102,7 @@ pub(super) fn tension(
     forces: &[Arc<dyn Force>],
     given: &StepParameters<Array>,
 ) -> Array {
-    let sum = forces
-        .iter()
-        .zip(&given.mechanics.forces)
-        .fold(None, |sum: Option<Tensions>, (force, given)| {
-            force.record_slopes(p, step, given, sum).or(sum)
-        });
-    sum.expect("every robot has springs").tension
+    tensions(p, step, forces, &given.mechanics.forces).tension
 }
 
 /// The energies of a bar: see [`Effort`].

@@ -16,7 +16,7 @@ use crate::laws::{
     AnyContact, Balance, Equation, FindGround, FirstContact, FirstPass, Flat, Force, FreeEquation,
     GroundBelow, HeldEquation, HeldNode, Impulse, Linear, LinearBar, Motion, NextContact, NextPass,
     NodeAndGround, NodeContacts, NodeEquation, NodeInNextPass, NodeInPass, Push, Reaction, Step,
-    Terrain, add,
+    Terrain, add, tensions,
 };
 use crate::policy::weighted;
 use crate::{Fields, in_both_dimensions, in_dimension, kernel};
@@ -79,8 +79,6 @@ struct Bars {
     impulse: Axes<Array>,
     /// The lower triangle of the matrix by which a change of velocity changes the impulse, kg.
     slopes: Vec<Array>,
-    /// The numbers of the forces that do not act along bars.
-    others: Vec<usize>,
 }
 
 impl Bars {
@@ -228,14 +226,8 @@ impl Implicit<'_> {
 
     /// Linearises the bars at a base, which is the start of the step if `from_start` is true.
     fn bars(&self, p: &mut Program, base: Motion, from_start: bool) -> Bars {
-        let (at, mut sum, mut others) = (self.at(base), None, Vec::new());
-        for (k, force) in self.forces.iter().enumerate() {
-            match force.record_slopes(p, &at, &self.given.mechanics.forces[k], sum) {
-                Some(tensions) => sum = Some(tensions),
-                None => others.push(k),
-            }
-        }
-        let tensions = sum.expect("every robot has springs").list();
+        let at = self.at(base);
+        let tensions = tensions(p, &at, self.forces, &self.given.mechanics.forces).list();
         let (dt, softening) = (at.dt, at.softening);
         let lead = if from_start { 1.0 } else { 0.0 };
         in_dimension!(self.dimension(), D => {
@@ -243,7 +235,7 @@ impl Implicit<'_> {
             let ends = ends.array::<{ 2 * D }>();
             let linear = p.map_each_edge(at.graph, linear, ends, &tensions, &[]);
             let LinearBar { impulse, slopes } = LinearBar::<_, D>::of(linear);
-            Bars { impulse: impulse.into(), slopes: slopes.list(), others }
+            Bars { impulse: impulse.into(), slopes: slopes.list() }
         })
     }
 
@@ -261,8 +253,10 @@ impl Implicit<'_> {
             p.map_edges(self.step.graph, Impulse::<D>, change, &linear, &[]).into()
         });
         let at = self.at(base);
-        (bars.others.iter()).fold(of_bars, |sum, &k| {
-            let own = self.forces[k].record(p, &at, &self.given.mechanics.forces[k]);
+        let forces = self.forces.iter().zip(&self.given.mechanics.forces);
+        let others = forces.filter(|(force, _)| force.along_bars().is_none());
+        others.fold(of_bars, |sum, (force, given)| {
+            let own = force.record(p, &at, given);
             add(p, Some(sum), own)
         })
     }

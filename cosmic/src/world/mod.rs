@@ -24,7 +24,7 @@ mod recorded;
 
 pub(crate) use base::{KEEP_EVERY, kept_steps};
 pub use base::{World, together};
-pub(crate) use draws::{FRICTION, draw_goal, draw_many};
+pub(crate) use draws::{draw_goal, draw_many};
 pub use draws::{draw, draw_goals, perturbed};
 pub use effort::{Effort, Efforts};
 pub use recorded::{RecordedRobots, Source};

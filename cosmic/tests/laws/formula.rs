@@ -15,7 +15,7 @@ fn scene(tension: &str) -> Scene {
 }
 
 fn law(tension: &str) -> BarFormula {
-    let law = scene(tension).physics.forces.along_bars();
+    let law = scene(tension).physics.forces.chosen();
     law.expect("the scene has chosen the law")
 }
 

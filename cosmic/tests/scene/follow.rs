@@ -158,13 +158,13 @@ fn the_laws_of_bars_follow_from_the_bars() {
     let world = "[lattice]\ncolumns = 5\nrows = 3\nspacing = 0.4\n\
                  [materials]\nstiffness = [1e-7, 1500.0, 250.0]\ndensity = [1e-8, 0.2, 0.8]\nmax_strain = [0.0, 0.0, 0.2]\n";
     let world = Scene::parse("world", world).unwrap();
-    let stops: Stops = world.physics.forces.along_bars().unwrap();
+    let stops: Stops = world.physics.forces.chosen().unwrap();
     assert_eq!(stops.stiffness, 1300.0 / 30.0 * 250.0);
     // Two roundings of a number of this size.
     assert!((stops.at - 27.0 / 35.0 * 0.2).abs() < 1e-16);
     // The damping ratio of a bar of skeleton between two nodes, `time / 2` times its frequency.
     let ratio = |scene: &Scene| {
-        let damper: Damper = scene.physics.forces.along_bars().unwrap();
+        let damper: Damper = scene.physics.forces.chosen().unwrap();
         let ([_, k, _], [_, density, _]) = (scene.materials.stiffness, scene.materials.density);
         let mass = scene.physics.node_mass + 0.5 * density * scene.lattice.spacing;
         0.5 * damper.time * (2.0 * k / mass).sqrt()

@@ -195,7 +195,7 @@ fn the_stroke_of_a_device_is_stated_once() {
         (&["materials.max_strain=[0, 0, 0.07]"], 0.07),
     ] {
         let scene = Scene::load("workshop").unwrap().set(settings).unwrap();
-        let stops: Stops = scene.physics.forces.along_bars().unwrap();
+        let stops: Stops = scene.physics.forces.chosen().unwrap();
         assert_eq!(stops.at, strain);
     }
 }

@@ -118,7 +118,7 @@ impl<R: Real> Bar<R> {
 ///
 /// let registry = cosmic::Registry::default().with_law(on_bars::<Prestress>());
 /// let scene = registry.parse("own", "physics.forces = ['prestress']\nprestress.share = 0.02")?;
-/// let law: Prestress = scene.physics.forces.along_bars().expect("the scene has chosen the law");
+/// let law: Prestress = scene.physics.forces.chosen().expect("the scene has chosen the law");
 /// // It adds 0.02 * 400 N/m * 0.1 m to the tension of a skeleton bar that is 0.1 m long.
 /// let bar = Bar {
 ///     length: 0.1, rate: 0.0, target: 0.1, rest_length: 0.1, stiffness: 400.0, strain: 0.0, largest_strain: 0.35,

@@ -154,16 +154,9 @@ pub trait Force: Debug + Send + Sync {
     /// Records the impulses of this force on all nodes over a step (N s).
     fn record(&self, p: &mut Program, step: &Step, given: &ForceParameters<Array>) -> Axes<Array>;
 
-    /// Records the tension that this force adds to every bar, with its slopes, for an implicit step. Returns the sum with
-    /// `before`, the tensions of earlier forces. `None` if this force does not act along bars: an implicit step then takes
-    /// its impulses from [`record`](Force::record), as if they did not change during the step.
-    fn record_slopes(
-        &self,
-        _p: &mut Program,
-        _step: &Step,
-        _given: &ForceParameters<Array>,
-        _before: Option<Tensions>,
-    ) -> Option<Tensions> {
+    /// This force as tensions of bars. `None` if it does not act along bars: an implicit step then takes its impulses from
+    /// [`record`](Force::record), as if they did not change during the step.
+    fn along_bars(&self) -> Option<&dyn AlongBars> {
         None
     }
 
@@ -171,11 +164,6 @@ pub trait Force: Debug + Send + Sync {
     /// apart name the part with the largest force.
     fn pulls(&self, _pose: &Pose, _node: usize) -> Vec<Pull> {
         Vec::new()
-    }
-
-    /// The tension that this force adds to the bar of an edge, N.
-    fn tension(&self, _pose: &Pose, _edge: usize) -> f64 {
-        0.0
     }
 
     /// The potential energy of this force in a pose, J; `None` if the force has none.
@@ -186,34 +174,34 @@ pub trait Force: Debug + Send + Sync {
     /// Adds the derivatives of the force at a pose to `stiffness`. They determine the stable time step.
     fn stiffen(&self, pose: &Pose, stiffness: &mut Stiffness);
 
-    /// The stiffness of a bar under this force alone, N/m.
-    fn bar_stiffness(&self, _bar: RestingBar) -> f64 {
-        0.0
-    }
-
-    /// The damping of a bar by this force alone, N s/m: the derivative of the tension with respect to the rate of the
-    /// bar's length.
-    fn bar_damping(&self, _bar: RestingBar) -> f64 {
-        0.0
-    }
-
     /// An upper bound, valid for every design, on what this force adds to a squared frequency, 1/s^2. `of_node` is the
     /// largest squared frequency of a single node that is held only by its bars (1/s^2); `shortest` is the length of
-    /// the shortest bar (m), and `lightest` the smallest mass that a node may have (kg). Forces on single nodes return 0,
-    /// because [`stiffen`](Force::stiffen) already reports what they add.
+    /// the shortest bar (m), and `lightest` the smallest mass that a node may have (kg). Forces on single nodes and along
+    /// bars return 0, because [`stiffen`](Force::stiffen) and [`AlongBars`] report what they add.
     fn any_design(&self, _of_node: f64, _shortest: f64, _lightest: f64) -> f64 {
         0.0
     }
 }
 
-/// A force law with its settings, as a trait object.
-pub(crate) trait AnyForce: Debug + Send + Sync {
-    fn name(&self) -> &'static str;
-    fn settings(&mut self) -> &mut dyn Settings;
-    fn boxed(&self) -> Box<dyn AnyForce>;
-    fn any(&self) -> &dyn Any;
-    /// Prepares this law for a lattice. Returns the force, or `None` if the law has nothing to act on.
-    fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>>;
+/// A [`Force`] that acts along bars.
+pub trait AlongBars {
+    /// Records the tension of every bar under this force alone, with its slopes.
+    fn record_tensions(
+        &self,
+        p: &mut Program,
+        step: &Step,
+        given: &ForceParameters<Array>,
+    ) -> Tensions;
+
+    /// The tension of the bar of an edge under this force alone, N.
+    fn tension(&self, pose: &Pose, edge: usize) -> f64;
+
+    /// The stiffness of a bar under this force alone, N/m.
+    fn stiffness(&self, bar: RestingBar) -> f64;
+
+    /// The damping of a bar by this force alone, N s/m: the derivative of the tension with respect to the rate of the
+    /// bar's length.
+    fn damping(&self, bar: RestingBar) -> f64;
 }
 
 /// A law for a force that acts neither on single nodes nor along single bars. The law finds the nodes and bars of a lattice
@@ -224,22 +212,48 @@ pub trait LatticeForce: Law {
     fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>>;
 }
 
-impl<L: LatticeForce> AnyForce for L {
+/// A force law with its settings, as a trait object.
+pub(crate) trait AnyForce: Any + Debug + Send + Sync {
+    fn name(&self) -> &'static str;
+    fn settings(&mut self) -> &mut dyn Settings;
+    fn boxed(&self) -> Box<dyn AnyForce>;
+    /// Prepares this law for a lattice. Returns the force, or `None` if the law has nothing to act on.
+    fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>>;
+}
+
+/// A force law with its settings, and the way in which it becomes a force on a lattice.
+#[derive(Clone, Debug)]
+pub(crate) struct ForceLaw<L> {
+    pub(crate) law: L,
+    on: fn(&L, &Lattice) -> Option<Arc<dyn Force>>,
+}
+
+impl<L: Law> ForceLaw<L> {
+    /// The law with its default settings.
+    pub(super) fn boxed(on: fn(&L, &Lattice) -> Option<Arc<dyn Force>>) -> Box<dyn AnyForce> {
+        let law = L::default();
+        Box::new(Self { law, on })
+    }
+}
+
+impl<L: Law> AnyForce for ForceLaw<L> {
     fn name(&self) -> &'static str {
         L::NAME
     }
     fn settings(&mut self) -> &mut dyn Settings {
-        self
+        &mut self.law
     }
     fn boxed(&self) -> Box<dyn AnyForce> {
         Box::new(self.clone())
     }
-    fn any(&self) -> &dyn Any {
-        self
-    }
     fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>> {
-        LatticeForce::on(self, lattice)
+        (self.on)(&self.law, lattice)
     }
+}
+
+/// A law for any other force than those on single nodes or along single bars.
+pub(crate) fn on_lattice<L: LatticeForce>() -> Box<dyn AnyForce> {
+    ForceLaw::boxed(L::on)
 }
 
 /// A kernel that adds two numbers.
@@ -269,4 +283,33 @@ pub(crate) fn add(
     before.zip_with(impulses, |before, impulse| {
         p.map(Sum, [before, impulse], &[])[0]
     })
+}
+
+/// Records the tension of every bar, with its slopes: the sum over all forces along bars.
+///
+/// # Panics
+/// If no force acts along bars.
+pub(crate) fn tensions(
+    p: &mut Program,
+    step: &Step,
+    forces: &[Arc<dyn Force>],
+    given: &[ForceParameters<Array>],
+) -> Tensions {
+    let mut sum: Option<Tensions> = None;
+    for (force, given) in forces.iter().zip(given) {
+        let Some(force) = force.along_bars() else {
+            continue;
+        };
+        let own = force.record_tensions(p, step, given);
+        let mut add = |before, own| p.map(Sum, [before, own], &[])[0];
+        sum = Some(match sum {
+            Some(before) => Tensions {
+                tension: add(before.tension, own.tension),
+                by_length: add(before.by_length, own.by_length),
+                by_rate: add(before.by_rate, own.by_rate),
+            },
+            None => own,
+        });
+    }
+    sum.expect("every robot has springs")
 }

@@ -8,10 +8,13 @@ mod node;
 mod bumpers;
 
 pub use bumpers::{Bump, Bumpers, Total};
-pub(super) use force::AnyForce;
-pub(crate) use force::add;
-pub use force::{Force, ForceParameters, LatticeForce, Pose, Pull, RestingBar, Step, Sum};
-pub(super) use node::OnNodes;
+pub use force::{
+    AlongBars, Force, ForceParameters, LatticeForce, Pose, Pull, RestingBar, Step, Sum,
+};
+pub(super) use force::{AnyForce, ForceLaw, on_lattice};
+pub(crate) use force::{add, tensions};
+pub(super) use node::on_nodes;
 pub use node::{Node, NodeForce};
+pub(super) use on_bars::on_bars;
 pub(crate) use on_bars::OnBars;
 pub use stiffness::Stiffness;

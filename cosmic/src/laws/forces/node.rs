@@ -1,18 +1,16 @@
 //! Force laws on single nodes, such as fields and drag.
 
-use std::any::Any;
 use std::sync::Arc;
 
 use autodiff::{Dual, Real};
 use autodiff_programs::{Array, Compiled, Kernel, Program};
 
-use super::force::{AnyForce, Force, ForceParameters, Pose, Pull, Step};
+use super::force::{AnyForce, Force, ForceLaw, ForceParameters, Pose, Pull, Step};
 use super::stiffness::Stiffness;
 use crate::geometry::{Axes, Matrix, Vector, explicit_in};
 use crate::lattice::Lattice;
 use crate::laws::law::{Law, StepInput, step_inputs};
 use crate::laws::motion::Particle;
-use crate::settings::Settings;
 use crate::{Fields, in_both_dimensions, in_dimension, kernel};
 
 /// A node as a law sees it: the numbers that the force may depend on. Vectors are in the ground's frame: the first
@@ -109,20 +107,26 @@ in_both_dimensions! { D =>
     }
 }
 
-/// Makes a law on nodes a [`Force`].
+/// A law on nodes, as a [`Force`].
 #[derive(Clone, Debug)]
-pub(crate) struct OnNodes<L> {
-    pub(crate) law: L,
-    /// The weight of every node. The list is empty until the law is [applied to a lattice](AnyForce::on).
+struct OnNodes<L> {
+    law: L,
+    /// The weight of every node.
     weights: Vec<f64>,
 }
 
-impl<L: NodeForce> OnNodes<L> {
-    pub(crate) fn new(law: L) -> Self {
-        let weights = Vec::new();
-        Self { law, weights }
-    }
+/// A law for a force on single nodes.
+pub(crate) fn on_nodes<L: NodeForce>() -> Box<dyn AnyForce> {
+    ForceLaw::<L>::boxed(|law, lattice| {
+        let nodes = 0..lattice.nodes();
+        Some(Arc::new(OnNodes {
+            law: law.clone(),
+            weights: nodes.map(|node| law.weight(node, lattice)).collect(),
+        }))
+    })
+}
 
+impl<L: NodeForce> OnNodes<L> {
     fn node(&self, pose: &Pose, node: usize) -> Node<f64> {
         Node {
             x: pose.state.x[node],
@@ -152,28 +156,6 @@ impl<L: NodeForce> OnNodes<L> {
         };
         let force = L::force(&self.law.constant::<Dual<f64, 1>>(), node);
         force.map(|f| f.tangent[0])
-    }
-}
-
-impl<L: NodeForce> AnyForce for OnNodes<L> {
-    fn name(&self) -> &'static str {
-        L::NAME
-    }
-    fn settings(&mut self) -> &mut dyn Settings {
-        &mut self.law
-    }
-    fn boxed(&self) -> Box<dyn AnyForce> {
-        Box::new(self.clone())
-    }
-    fn any(&self) -> &dyn Any {
-        self
-    }
-    fn on(&self, lattice: &Lattice) -> Option<Arc<dyn Force>> {
-        let nodes = 0..lattice.nodes();
-        Some(Arc::new(Self {
-            law: self.law.clone(),
-            weights: nodes.map(|node| self.law.weight(node, lattice)).collect(),
-        }))
     }
 }
 

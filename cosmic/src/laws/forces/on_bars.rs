@@ -1,28 +1,31 @@
 //! Makes a law along bars a [`Force`] on the nodes of a lattice.
 
-use std::any::Any;
 use std::sync::Arc;
 
 use autodiff::Dual;
 use autodiff_programs::{Array, Fields, Program};
 
-use super::force::{AnyForce, Force, ForceParameters, Pose, Pull, RestingBar, Step, Sum};
+use super::force::{AlongBars, AnyForce, Force, ForceLaw, ForceParameters, Pose, Pull, RestingBar, Step};
 use super::stiffness::Stiffness;
 use crate::geometry::Axes;
 use crate::in_dimension;
-use crate::lattice::{EdgeVector, Lattice};
+use crate::lattice::EdgeVector;
 use crate::laws::bars::{
     BESIDE, Bar, BarForce, EdgeNumbers, MovingTension, Slopes, Tension, Tensions,
 };
 use crate::laws::law::{StepInput, step_inputs};
-use crate::settings::Settings;
 
 /// A factor slightly above 1. A stroke multiplied by this factor ends beyond the stop in spite of rounding errors.
 const BEYOND: f64 = 1.0 + 1e-9;
 
-/// Makes a law along bars a [`Force`] on the nodes of a lattice.
+/// A law along bars, as a [`Force`] on the nodes of a lattice.
 #[derive(Clone, Debug)]
 pub(crate) struct OnBars<L>(pub(crate) L);
+
+/// A law for a force along bars.
+pub(crate) fn on_bars<L: BarForce>() -> Box<dyn AnyForce> {
+    ForceLaw::<L>::boxed(|law, _| Some(Arc::new(OnBars(law.clone()))))
+}
 
 impl<L: BarForce> OnBars<L> {
     /// Makes the numbers of an edge's bar in a pose that the tension may depend on.
@@ -88,24 +91,6 @@ impl<L: BarForce> OnBars<L> {
     }
 }
 
-impl<L: BarForce> AnyForce for OnBars<L> {
-    fn name(&self) -> &'static str {
-        L::NAME
-    }
-    fn settings(&mut self) -> &mut dyn Settings {
-        &mut self.0
-    }
-    fn boxed(&self) -> Box<dyn AnyForce> {
-        Box::new(self.clone())
-    }
-    fn any(&self) -> &dyn Any {
-        self
-    }
-    fn on(&self, _: &Lattice) -> Option<Arc<dyn Force>> {
-        Some(Arc::new(self.clone()))
-    }
-}
-
 impl<L: BarForce> Force for OnBars<L> {
     fn inputs(&self) -> Vec<StepInput> {
         step_inputs(&self.0)
@@ -130,32 +115,8 @@ impl<L: BarForce> Force for OnBars<L> {
         })
     }
 
-    fn record_slopes(
-        &self,
-        p: &mut Program,
-        step: &Step,
-        given: &ForceParameters<Array>,
-        before: Option<Tensions>,
-    ) -> Option<Tensions> {
-        let numbers = step.numbers().list();
-        let own: Tensions = in_dimension!(step.dimension(), D => {
-            let slopes = Slopes::<L, D> {
-                law: self.0.clone(),
-                softening: step.softening,
-                largest_strain: step.largest_strain,
-            };
-            let ends = step.nodes.particle::<D>().array::<{ 2 * D }>();
-            Tensions::of(p.map_each_edge(step.graph, slopes, ends, &numbers, &given.inputs))
-        });
-        let mut add = |before, own| p.map(Sum, [before, own], &[])[0];
-        Some(match before {
-            Some(before) => Tensions {
-                tension: add(before.tension, own.tension),
-                by_length: add(before.by_length, own.by_length),
-                by_rate: add(before.by_rate, own.by_rate),
-            },
-            None => own,
-        })
+    fn along_bars(&self) -> Option<&dyn AlongBars> {
+        Some(self)
     }
 
     fn pulls(&self, pose: &Pose, node: usize) -> Vec<Pull> {
@@ -174,10 +135,6 @@ impl<L: BarForce> Force for OnBars<L> {
         here.map(pull).collect()
     }
 
-    fn tension(&self, pose: &Pose, edge: usize) -> f64 {
-        L::tension(&self.0, self.bar(pose, edge))
-    }
-
     fn energy(&self, pose: &Pose) -> Option<f64> {
         let edges = 0..pose.lattice.edges.len();
         edges.map(|edge| self.0.energy(self.bar(pose, edge))).sum()
@@ -194,19 +151,43 @@ impl<L: BarForce> Force for OnBars<L> {
                 off: bar.strain * bar.rest_length,
                 largest_strain: bar.largest_strain,
             };
-            let k = self.bar_stiffness(resting);
+            let k = self.stiffness(resting);
             stiffness.bar(edge, k, k * (1.0 - bar.rest_length / bar.length));
             if L::NEEDS_RATE {
-                stiffness.dampen_bar(edge, self.bar_damping(resting));
+                stiffness.dampen_bar(edge, self.damping(resting));
             }
         }
     }
+}
 
-    fn bar_stiffness(&self, bar: RestingBar) -> f64 {
+impl<L: BarForce> AlongBars for OnBars<L> {
+    fn record_tensions(
+        &self,
+        p: &mut Program,
+        step: &Step,
+        given: &ForceParameters<Array>,
+    ) -> Tensions {
+        let numbers = step.numbers().list();
+        in_dimension!(step.dimension(), D => {
+            let slopes = Slopes::<L, D> {
+                law: self.0.clone(),
+                softening: step.softening,
+                largest_strain: step.largest_strain,
+            };
+            let ends = step.nodes.particle::<D>().array::<{ 2 * D }>();
+            Tensions::of(p.map_each_edge(step.graph, slopes, ends, &numbers, &given.inputs))
+        })
+    }
+
+    fn tension(&self, pose: &Pose, edge: usize) -> f64 {
+        L::tension(&self.0, self.bar(pose, edge))
+    }
+
+    fn stiffness(&self, bar: RestingBar) -> f64 {
         self.largest_slope(bar, false)
     }
 
-    fn bar_damping(&self, bar: RestingBar) -> f64 {
+    fn damping(&self, bar: RestingBar) -> f64 {
         if !L::NEEDS_RATE {
             return 0.0;
         }

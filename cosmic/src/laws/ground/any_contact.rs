@@ -20,7 +20,6 @@ pub(crate) trait AnyContact: Debug + Send + Sync {
     fn settings(&mut self) -> &mut dyn Settings;
     fn inputs(&self) -> Vec<StepInput>;
     fn boxed(&self) -> Box<dyn AnyContact>;
-    fn with_friction(&self, friction: f64) -> Box<dyn AnyContact>;
     /// Records a step of all nodes with the kernel [`Flying`], and returns the nodes after it.
     fn fly(
         &self,
@@ -99,9 +98,6 @@ impl<C: Contact> AnyContact for C {
     }
     fn boxed(&self) -> Box<dyn AnyContact> {
         Box::new(self.clone())
-    }
-    fn with_friction(&self, friction: f64) -> Box<dyn AnyContact> {
-        Box::new(self.clone().with_friction(friction))
     }
     fn fly(
         &self,

@@ -64,13 +64,6 @@ pub trait Contact: Law {
         fast - Self::respond(law, Impact { velocity, rest }).forward()
     }
 
-    /// This law with another coefficient of friction: the value of `physics.friction`, or a value that is drawn for
-    /// domain randomization. A law without friction does not change.
-    #[must_use]
-    fn with_friction(self, _friction: f64) -> Self {
-        self
-    }
-
     /// The adjoint of the kernel [`Flying`] over flat ground. The default works for every law; a
     /// [generated](autodiff_programs::emit) adjoint is faster.
     #[inline(always)]

@@ -7,20 +7,12 @@ use crate::geometry::Vector;
 use crate::kernel;
 use crate::laws::law::Law;
 use crate::laws::motion::{Drift, Particle};
-use crate::settings::Settings;
 
-/// Coulomb friction: the velocity out of the ground becomes zero, and friction reduces the velocity along the ground.
-#[derive(Clone, Debug, Default)]
-pub struct Coulomb<R = f64> {
-    /// Coefficient of friction: the scene's `physics.friction`.
-    pub friction: R,
-}
-
-crate::settings! { @inputs Coulomb [R] [friction: R, "physics.friction";] }
-
-impl Settings for Coulomb {
-    fn about(&self) -> &'static str {
-        "Coulomb friction: slows a node along the ground; its velocity out of the ground becomes zero."
+crate::settings! {
+    /// Coulomb friction: slows a node along the ground; its velocity out of the ground becomes zero.
+    struct Coulomb<R> {} of scene {
+        /// Coefficient of friction.
+        friction: R = "physics.friction";
     }
 }
 
@@ -57,10 +49,6 @@ impl Contact for Coulomb {
 
     fn grip<R: Real>(law: &Coulomb<R>) -> R {
         law.friction
-    }
-
-    fn with_friction(self, friction: f64) -> Self {
-        Self { friction }
     }
 
     emitted_adjoints! {}

@@ -1,5 +1,6 @@
 //! Finds settings of a scene that have no effect.
 
+use crate::laws::FRICTION;
 use crate::scene::{Finding, GoalKind, LossKind, Scene, Setting, StartKind, TaskKind};
 
 impl Scene {
@@ -72,8 +73,9 @@ impl Scene {
         !self.lattice.is_truss()
     }
 
-    /// True if the contact law may read the coefficient of friction. This includes every law that a program adds.
+    /// True if the contact law reads the coefficient of friction.
     pub(crate) fn slips(&self) -> bool {
-        !["infinite", "none"].contains(&self.physics.contact.name())
+        let inputs = self.physics.contact.law().inputs();
+        inputs.iter().any(|input| input.name == FRICTION)
     }
 }

@@ -125,7 +125,7 @@ const WARNINGS: &[WarningRule] = &warnings! {
 
 /// The end stops, if the scene has chosen them.
 fn stops(scene: &Scene) -> Option<Stops> {
-    scene.physics.forces.along_bars()
+    scene.physics.forces.chosen()
 }
 
 /// The largest strain of the actuators.

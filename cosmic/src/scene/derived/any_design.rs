@@ -87,9 +87,11 @@ impl<'a> AnyDesign<'a> {
     /// were larger by `2 c / dt`.
     fn frequencies_in_steps(&self, dt: f64) -> [f64; 2] {
         let forces = &self.forces;
+        let along = forces.iter().filter_map(|force| force.along_bars());
         let of_bar = |bar| {
-            let stiffness = sum(forces, |force| force.bar_stiffness(bar));
-            stiffness + 2.0 / dt * sum(forces, |force| force.bar_damping(bar))
+            let stiffness: f64 = along.clone().map(|force| force.stiffness(bar)).sum();
+            let damping: f64 = along.clone().map(|force| force.damping(bar)).sum();
+            stiffness + 2.0 / dt * damping
         };
         let mu = per_mass_of_nodes(self.lattice, self.materials, self.physics, &of_bar);
         let sums = self.lattice.edges.iter().map(|&[i, j]| mu[i] + mu[j]);
@@ -98,16 +100,11 @@ impl<'a> AnyDesign<'a> {
         let shortest = lengths.fold(f64::MAX, f64::min);
         let largest = mu.into_iter().fold(0.0, f64::max);
         let lightest = self.physics.node_mass;
-        let others = sum(forces, |force| {
-            force.any_design(largest, shortest, lightest)
-        });
+        let others = forces.iter().map(|force| force.any_design(largest, shortest, lightest));
+        let others: f64 = others.sum();
         let on_nodes = self.on_nodes.stiffness + 2.0 / dt * self.on_nodes.damping;
         [of_edges + others + on_nodes, others + on_nodes].map(f64::sqrt)
     }
-}
-
-fn sum(forces: &[Arc<dyn Force>], of: impl Fn(&dyn Force) -> f64) -> f64 {
-    forces.iter().map(|force| of(&**force)).sum()
 }
 
 /// The stiffness of a bar, N/m.

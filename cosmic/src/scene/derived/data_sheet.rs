@@ -55,7 +55,7 @@ impl Scene {
                 ..DataSheet::default()
             };
         }
-        let law: Option<Actuator> = self.physics.forces.along_bars();
+        let law: Option<Actuator> = self.physics.forces.chosen();
         let [.., strain] = self.materials.max_strain;
         DataSheet {
             force: parts.force.or(law.as_ref().map(|law| law.force)),

@@ -69,7 +69,7 @@ impl Scene {
     /// adds the upward forces of all bars across the gap, as if all were actuators that push at rest with their largest
     /// force. The bound is the smallest of these sums. It is infinite for a lattice whose nodes all lie at one height.
     pub fn lift(&self, lattice: &Lattice) -> f64 {
-        let law: Option<Actuator> = self.physics.forces.along_bars();
+        let law: Option<Actuator> = self.physics.forces.chosen();
         let [.., strain] = self.materials.max_strain;
         let force = |edge: usize| match &law {
             Some(law) => law.force,

@@ -44,7 +44,7 @@ settings! {
             read "without a `window`" if |s: &Scene| !s.learns_in_windows(), source "paper: 0";
         /// Time of a window: after the snap the controller learns from several robots that walk side by side, after each
         /// window. "off": it learns over the horizon, from the start.
-        window: Option<f64> = None, allowed POSITIVE, unit "s", auto "1.024 s times the time scale",
+        window: Option<f64> = None, allowed POSITIVE, unit "s", auto "1.024 s times the time scale; off in space and for goals or losses of one's own",
             read "with a loss of `task` and goals that are fixed" if Scene::can_be_cut, source "paper: off";
     }
 }

@@ -237,16 +237,37 @@ impl PhysicsSettings {
         all
     }
 
-    /// The contact law that the scene chooses, with the scene's coefficient of friction.
+    /// The contact law that the scene chooses.
     pub(crate) fn contact_law(&self) -> Box<dyn AnyContact> {
-        self.contact.law().with_friction(self.friction)
+        let mut law = self.contact.law().boxed();
+        law.settings().fill(&|key| self.number(key));
+        law
     }
 
     /// The force laws that act on a lattice. The springs come first.
     pub(crate) fn forces_on(&self, lattice: &Lattice) -> Vec<Arc<dyn Force>> {
         let springs: Arc<dyn Force> = Arc::new(OnBars(Hooke {}));
-        let chosen = self.forces.laws().filter_map(|law| law.on(lattice));
+        let chosen = self.forces.laws().filter_map(|law| {
+            let mut law = law.boxed();
+            law.settings().fill(&|key| self.number(key));
+            law.on(lattice)
+        });
         [springs].into_iter().chain(chosen).collect()
+    }
+
+    /// The value of a key of this section that a law reads, such as `physics.friction`.
+    ///
+    /// # Panics
+    /// If the section has no number with this key.
+    fn number(&self, key: &str) -> f64 {
+        let mut own = self.clone();
+        let fields = own.fields().into_iter();
+        let mut numbers = fields.filter_map(|field| Some((field.key, field.value.json().as_f64()?)));
+        let found = numbers.find(|(own, _)| key.strip_prefix("physics.") == Some(own));
+        let (_, number) = found.unwrap_or_else(|| {
+            panic!("a law reads `{key}`, but the section [physics] has no number of this name")
+        });
+        number
     }
 }
 

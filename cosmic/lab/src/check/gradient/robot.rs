@@ -123,7 +123,7 @@ pub(super) fn lifted(case: &Case) -> Case {
 /// True if the robot is at rest and a law has a kink there with respect to the velocities: at the limit of its force, an
 /// actuator holds a force that falls as soon as it moves in its own direction.
 pub(super) fn starts_at_a_kink(case: &Case) -> bool {
-    let actuator: Option<Actuator> = case.scene.physics.forces.along_bars();
+    let actuator: Option<Actuator> = case.scene.physics.forces.chosen();
     actuator.is_some() && case.start.v.iter().all(|v| v.norm() == 0.0)
 }
 
