@@ -2,7 +2,7 @@
 //! and their gradients are right.
 
 use autodiff::check::Verdict;
-use autodiff::{Function, Parameters, Real, gradient};
+use autodiff::{Function, Parameters, Real, Var, gradient};
 use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::design::{Design, Material};
@@ -16,6 +16,7 @@ use cosmic::laws::{
 use cosmic::scene::{Integrator, PhysicsSettings, Scene, stable_step};
 use cosmic::settings::within;
 use cosmic::walk::IdleEnergy;
+use cosmic::world::Span;
 use cosmic::world::stability::Vibration;
 use cosmic_lab::check::check_gradients;
 use cosmic_tests::{Bare, farthest, few_directions, laws, relative_error, robot_of, states};
@@ -53,6 +54,50 @@ impl Contact for Bounce {
     fn respond<R: Real, const D: usize>(bounce: &Bounce<R>, impact: Impact<R, D>) -> Vector<R, D> {
         let velocity = impact.velocity;
         velocity.with_up(-bounce.restitution * velocity.up())
+    }
+}
+
+cosmic::settings! {
+    /// A contact law that reads a number of the scene's physics.
+    struct Rubber<R> {} of scene {
+        /// The coefficient of friction.
+        friction: R = "physics.friction";
+    }
+}
+
+impl Law for Rubber {
+    const NAME: &'static str = "rubber";
+}
+
+#[kernel]
+impl Contact for Rubber {
+    fn respond<R: Real, const D: usize>(rubber: &Rubber<R>, impact: Impact<R, D>) -> Vector<R, D> {
+        let velocity = impact.velocity;
+        velocity
+            .along()
+            .shortened(rubber.friction * velocity.up().abs())
+    }
+}
+
+cosmic::settings! {
+    /// A force on nodes that reads a number of the scene's physics: it cancels a share of gravity.
+    struct Lift<R> {
+        /// The share.
+        share: R = 1.0, allowed within(0.0, 1.0), source "a test";
+    } of scene {
+        /// The acceleration of free fall, m/s^2.
+        gravity: R = "physics.gravity";
+    }
+}
+
+impl Law for Lift {
+    const NAME: &'static str = "lift";
+}
+
+#[kernel]
+impl NodeForce for Lift {
+    fn force<R: Real, const D: usize>(lift: &Lift<R>, node: Node<R, D>) -> Vector<R, D> {
+        node.vertical * (lift.share * lift.gravity * node.mass)
     }
 }
 
@@ -117,6 +162,8 @@ fn registry() -> Registry {
     laws::registry()
         .with_law(contact::<Glue>())
         .with_law(contact::<Bounce>())
+        .with_law(contact::<Rubber>())
+        .with_law(on_nodes::<Lift>())
         .with_law(on_bars::<Again>())
         .with_law(on_nodes::<Tether>())
 }
@@ -147,6 +194,62 @@ fn a_user_s_contact_law_gives_the_bits_of_the_same_built_in_law() {
         let built_in = robot(&format!("[physics]\n{incline}"));
         assert_eq!(last(&own), last(&built_in));
     }
+}
+
+/// A law that reads the friction of the scene is a law with friction, in rollouts, gradients and descriptions.
+#[test]
+fn a_law_reads_numbers_of_the_physics() {
+    let sliding = |contact: &str| {
+        robot(&format!(
+            "physics = {{contact = '{contact}', friction = 0.3}}"
+        ))
+    };
+    let [own, built_in] = ["rubber", "coulomb"].map(sliding);
+    let off = farthest(&last(&own), &last(&built_in));
+    // Coulomb's law adds the rest of a drift in another order, in each of 90 steps.
+    assert!(off < 1e-11, "{off:e}");
+    assert!(farthest(&last(&own), &last(&robot(""))) > 1e-3);
+    let by_name = |case: &Case, name: &str| {
+        let (world, robot) = (case.world(), case.robot());
+        let end = |x: &[Var<f64>]| {
+            let surroundings = world.surroundings().with(name, x[0]);
+            let robot = robot.map(Var::constant).in_surroundings(surroundings);
+            let walk = world
+                .run(&[robot], &Span::of_steps(case.scene.physics.steps))
+                .remove(0);
+            walk.payload(0).x.forward()
+        };
+        gradient(end, &[robot.surroundings.value(name)])[0]
+    };
+    let [a, b] = [&own, &built_in].map(|case| by_name(case, "physics.friction"));
+    // The same sums as above.
+    assert!((a - b).abs() < 1e-9 * b.abs() && b != 0.0, "{a} {b}");
+    let says = |case: &Case| case.scene.world();
+    assert!(says(&own).contains("feet slip at friction 0.3 (contact rubber)"));
+    let glue = robot("physics.contact = 'glue'");
+    assert!(says(&glue).contains("contact glue") && !says(&glue).contains("slip"));
+    let names = glue.world().surroundings::<f64>();
+    assert!(names.iter().all(|(name, _)| name != "physics.friction"));
+}
+
+/// A force and the scene read the same number: with a lift of all of the gravity nothing falls, whatever the gravity is.
+#[test]
+fn a_number_that_two_laws_read_is_one_number() {
+    let case = robot("physics = {contact = 'none', forces = ['lift']}");
+    let (world, robot) = (case.world(), case.robot());
+    let height = |gravity: f64| {
+        let surroundings = world.surroundings().with("physics.gravity", gravity);
+        let robot = robot.clone().in_surroundings(surroundings);
+        let walk = world.run(&[robot], &Span::of_steps(90)).remove(0);
+        walk.payload(0).x.up()
+    };
+    // The weights of nodes differ by nothing, and rounding of their impulses is far below this in 90 steps.
+    assert!(
+        (height(1.0) - height(30.0)).abs() < 1e-9,
+        "{} {}",
+        height(1.0),
+        height(30.0)
+    );
 }
 
 #[test]

@@ -9,8 +9,8 @@ use toml::de::DeValue;
 use super::bars::{Actuator, BarForce, Damper, Rope, Stops};
 use super::forces::{self, AnyForce, Bumpers, ForceLaw, LatticeForce, NodeForce};
 use super::formula::{BarFormula, NodeFormula};
-use super::law::Law;
 use super::ground::{AnyContact, Contact, Coulomb, NoGround, Sticking};
+use super::law::Law;
 use crate::registry::Registry;
 use crate::settings::{
     Filled, Limits, SettingValue, Settings, Values, json, misfit, quoted, word, wrong_kind,
@@ -261,7 +261,10 @@ impl ForceLaws {
 
     /// Changes the settings of the law of the type `L`, if the scene has chosen it.
     pub(crate) fn change<L: Law>(&mut self, change: impl FnOnce(&mut L)) {
-        let mut laws = self.laws.iter_mut().map(|law| -> &mut dyn Any { &mut **law });
+        let mut laws = self
+            .laws
+            .iter_mut()
+            .map(|law| -> &mut dyn Any { &mut **law });
         if let Some(ForceLaw { law, .. }) = laws.find_map(<dyn Any>::downcast_mut) {
             change(law);
         }

@@ -19,15 +19,12 @@ mod choice;
 mod adjoints;
 
 pub(crate) use bars::LinearBar;
-pub use bars::{
-    Actuator, Bar, BarForce, Damper, EdgeNumbers, Hooke, Impulse, Linear, MovingBar, MovingTension,
-    Rope, StillBar, Stops, Tension, Tensions,
-};
+pub use bars::{Actuator, Bar, BarForce, Damper, Hooke, Rope, Stops, Tensions};
 pub use choice::{Choice, ContactLaw, ForceLaws, contact, on_bars, on_lattice, on_nodes};
 pub(crate) use choice::{LAW, names};
 pub use forces::{
-    AlongBars, Bump, Bumpers, Force, ForceParameters, LatticeForce, Node, NodeForce, Pose, Pull, RestingBar,
-    Step, Stiffness, Sum, Total,
+    AlongBars, Bumpers, Force, ForceParameters, LatticeForce, Node, NodeForce, Pose, Pull,
+    RestingBar, Step, Stiffness,
 };
 pub(crate) use forces::{OnBars, add, tensions};
 pub use formula::{BarFormula, NodeFormula};
@@ -36,10 +33,20 @@ pub(crate) use ground::{
     HeldEquation, HeldNode, NextContact, NodeAndGround, NodeContacts, NodeEquation, NodeInNextPass,
     NodeInPass, Reaction,
 };
-pub use ground::{
-    Contact, Coulomb, Equation, FirstPass, Flat, Flying, Impact, NextPass, NoGround, PushedNode,
-    Sticking, Surface, Terrain,
-};
+pub use ground::{Contact, Coulomb, Impact, NoGround, Sticking};
 pub(crate) use law::FRICTION;
 pub use law::{Law, StepInput};
-pub use motion::{Drift, Motion, Particle, Push};
+pub use motion::{Drift, Motion, Particle};
+
+/// The kernels of laws, for tests.
+#[doc(hidden)]
+pub mod kernels {
+    pub use super::bars::{
+        EdgeNumbers, Impulse, Linear, MovingBar, MovingTension, StillBar, Tension,
+    };
+    pub use super::forces::{Bump, Sum, Total};
+    pub use super::ground::{
+        Equation, FirstPass, Flat, Flying, NextPass, PushedNode, Surface, Terrain,
+    };
+    pub use super::motion::Push;
+}

@@ -9,7 +9,8 @@ use autodiff_programs::{Array, Compiled, Graph, Kernel, Program};
 use super::parameters::StepParameters;
 use crate::geometry::{Axes, Vector};
 use crate::lattice::Body;
-use crate::laws::{Force, Push, Step, tensions};
+use crate::laws::kernels::Push;
+use crate::laws::{Force, Step, tensions};
 use crate::{Fields, in_both_dimensions, in_dimension, kernel};
 
 /// What the bars of a robot do in the step that ends at an observed state. Each list has a number for every edge. At the

@@ -12,11 +12,11 @@ use autodiff_programs::{Array, Compiled, Kernel, Program};
 use super::effort::{BarTension, Meter};
 use super::parameters::StepParameters;
 use crate::geometry::{Along, Axes, Dimension, Symmetric, Vector};
+use crate::laws::kernels::{Equation, FirstPass, Flat, Impulse, Linear, NextPass, Push, Terrain};
 use crate::laws::{
-    AnyContact, Balance, Equation, FindGround, FirstContact, FirstPass, Flat, Force, FreeEquation,
-    GroundBelow, HeldEquation, HeldNode, Impulse, Linear, LinearBar, Motion, NextContact, NextPass,
-    NodeAndGround, NodeContacts, NodeEquation, NodeInNextPass, NodeInPass, Push, Reaction, Step,
-    Terrain, add, tensions,
+    AnyContact, Balance, FindGround, FirstContact, Force, FreeEquation, GroundBelow, HeldEquation,
+    HeldNode, LinearBar, Motion, NextContact, NodeAndGround, NodeContacts, NodeEquation,
+    NodeInNextPass, NodeInPass, Reaction, Step, add, tensions,
 };
 use crate::policy::weighted;
 use crate::{Fields, in_both_dimensions, in_dimension, kernel};

@@ -12,8 +12,9 @@ use super::parameters::{MechanicsParameters, ParameterSink, StepParameters};
 use crate::geometry::{Axes, Dimension, Ground, Vector};
 use crate::in_dimension;
 use crate::lattice::Lattice;
+use crate::laws::kernels::Terrain;
 use crate::laws::{
-    AnyContact, Drift, FlightInputs, Force, ForceParameters, Motion, Step, StepInput, Terrain, add,
+    AnyContact, Drift, FlightInputs, Force, ForceParameters, Motion, Step, StepInput, add,
 };
 use crate::scene::{Integrator, PhysicsSettings};
 

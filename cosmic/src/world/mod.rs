@@ -24,8 +24,8 @@ mod recorded;
 
 pub(crate) use base::{KEEP_EVERY, kept_steps};
 pub use base::{World, together};
-pub(crate) use draws::{draw_goal, draw_many};
 pub use draws::{draw, draw_goals, perturbed};
+pub(crate) use draws::{draw_goal, draw_many};
 pub use effort::{Effort, Efforts};
 pub use recorded::{RecordedRobots, Source};
 pub use robot::{Robot, Variation};

@@ -39,7 +39,7 @@ pub(super) struct StepParameters<A> {
 
 /// The parameters of pushes and drifts. All but those of the forces are arrays of one number.
 pub(super) struct MechanicsParameters<A> {
-    /// The numbers of a [`Push`](crate::laws::Push).
+    /// The numbers of a [`Push`](crate::laws::kernels::Push).
     pub(super) push: Vec<A>,
     /// The number 1, for an integrator that drifts before it pushes.
     pub(super) one: Option<A>,

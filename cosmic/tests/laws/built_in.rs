@@ -4,9 +4,8 @@ use autodiff::{Dual, Real, gradient};
 use autodiff_programs::Kernel;
 use autodiff_programs::kernels::Fixed;
 use cosmic::geometry::Vector;
-use cosmic::laws::{
-    Actuator, Bar, BarForce, Bump, Bumpers, Damper, Hooke, MovingTension, Rope, Stops, Tension,
-};
+use cosmic::laws::kernels::{Bump, MovingTension, Tension};
+use cosmic::laws::{Actuator, Bar, BarForce, Bumpers, Damper, Hooke, Rope, Stops};
 
 use cosmic::settings::StepInputs;
 

@@ -8,9 +8,8 @@ use autodiff_programs::Kernel;
 use autodiff_programs::kernels::Fixed;
 use cosmic::geometry::{Profile, Vector};
 use cosmic::kernel;
-use cosmic::laws::{
-    Contact, Coulomb, Drift, Flat, Flying, Impact, Law, NoGround, Sticking, Surface, Terrain,
-};
+use cosmic::laws::kernels::{Flat, Flying, Surface, Terrain};
+use cosmic::laws::{Contact, Coulomb, Drift, Impact, Law, NoGround, Sticking};
 
 use super::kernels::{DT, Drifting, adjoint, is_right, values, verdict};
 

@@ -2,7 +2,8 @@
 
 use autodiff::{Dual, Real};
 use autodiff_programs::kernels::Fixed;
-use cosmic::laws::{Bar, BarForce, BarFormula, MovingTension, Tension};
+use cosmic::laws::kernels::{MovingTension, Tension};
+use cosmic::laws::{Bar, BarForce, BarFormula};
 use cosmic::scene::Scene;
 
 use super::kernels::{DT, is_right, values};

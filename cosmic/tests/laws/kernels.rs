@@ -5,7 +5,8 @@ use autodiff::{DoubleDouble, Dual, Real};
 use autodiff_programs::kernels::Fixed;
 use autodiff_programs::{Kernel, Pullback};
 use cosmic::kernel;
-use cosmic::laws::{Contact, Drift, Flying, Law, Surface};
+use cosmic::laws::kernels::{Flying, Surface};
+use cosmic::laws::{Contact, Drift, Law};
 
 /// The time step of the tests, s.
 pub(super) const DT: f64 = 0.002;

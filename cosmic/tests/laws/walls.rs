@@ -4,7 +4,8 @@ use autodiff::Dual;
 use autodiff::check::Verdict;
 use autodiff_programs::Kernel;
 use cosmic::geometry::{Profile, Vector};
-use cosmic::laws::{Contact, Coulomb, Sticking, Terrain};
+use cosmic::laws::kernels::Terrain;
+use cosmic::laws::{Contact, Coulomb, Sticking};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 

@@ -148,6 +148,7 @@ pub trait BarForce: Law {
 
     /// The adjoint of the kernel [`Tension`]. The default works for every law; a [generated](autodiff_programs::emit) adjoint is
     /// faster.
+    #[doc(hidden)]
     #[inline(always)]
     fn tension_vjp<R: Real, const M: usize>(
         tension: &Tension<Self>,
@@ -157,6 +158,7 @@ pub trait BarForce: Law {
     }
 
     /// Like [`tension_vjp`](Self::tension_vjp), in space.
+    #[doc(hidden)]
     #[inline(always)]
     fn tension_vjp_in_space<R: Real, const M: usize>(
         tension: &Tension<Self, 3>,

@@ -15,6 +15,6 @@ pub(super) use force::{AnyForce, ForceLaw, on_lattice};
 pub(crate) use force::{add, tensions};
 pub(super) use node::on_nodes;
 pub use node::{Node, NodeForce};
-pub(super) use on_bars::on_bars;
 pub(crate) use on_bars::OnBars;
+pub(super) use on_bars::on_bars;
 pub use stiffness::Stiffness;

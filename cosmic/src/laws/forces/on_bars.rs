@@ -5,7 +5,9 @@ use std::sync::Arc;
 use autodiff::Dual;
 use autodiff_programs::{Array, Fields, Program};
 
-use super::force::{AlongBars, AnyForce, Force, ForceLaw, ForceParameters, Pose, Pull, RestingBar, Step};
+use super::force::{
+    AlongBars, AnyForce, Force, ForceLaw, ForceParameters, Pose, Pull, RestingBar, Step,
+};
 use super::stiffness::Stiffness;
 use crate::geometry::Axes;
 use crate::in_dimension;

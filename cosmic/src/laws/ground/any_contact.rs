@@ -50,7 +50,7 @@ pub(crate) struct FlightInputs<'a> {
     pub(crate) impulses: Axes<Array>,
     /// 1 / mass, 1/kg.
     pub(crate) inverse_mass: Array,
-    /// The numbers of a [`Push`](crate::laws::Push), then the settings of the contact law, in arrays of one number.
+    /// The numbers of a [`Push`](crate::laws::kernels::Push), then the settings of the contact law, in arrays of one number.
     pub(crate) uniforms: &'a [Array],
 }
 

@@ -66,6 +66,7 @@ pub trait Contact: Law {
 
     /// The adjoint of the kernel [`Flying`] over flat ground. The default works for every law; a
     /// [generated](autodiff_programs::emit) adjoint is faster.
+    #[doc(hidden)]
     #[inline(always)]
     fn flying_vjp<R: Real, const M: usize>(
         flying: &Flying<Self>,
@@ -75,6 +76,7 @@ pub trait Contact: Law {
     }
 
     /// Like [`flying_vjp`](Self::flying_vjp), in space.
+    #[doc(hidden)]
     #[inline(always)]
     fn flying_vjp_in_space<R: Real, const M: usize>(
         flying: &Flying<Self, Flat, 3>,
@@ -129,7 +131,7 @@ macro_rules! emitted_adjoints {
 
         #[inline(always)]
         fn flying_vjp_in_space<R: Real, const M: usize>(
-            flying: &Flying<Self, $crate::laws::Flat, 3>,
+            flying: &Flying<Self, $crate::laws::kernels::Flat, 3>,
             at: autodiff_programs::Pullback<R, 10, 6, M>,
         ) -> [[R; 10]; M] {
             flying.emitted_vjp(at)

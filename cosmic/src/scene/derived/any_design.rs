@@ -100,7 +100,9 @@ impl<'a> AnyDesign<'a> {
         let shortest = lengths.fold(f64::MAX, f64::min);
         let largest = mu.into_iter().fold(0.0, f64::max);
         let lightest = self.physics.node_mass;
-        let others = forces.iter().map(|force| force.any_design(largest, shortest, lightest));
+        let others = forces
+            .iter()
+            .map(|force| force.any_design(largest, shortest, lightest));
         let others: f64 = others.sum();
         let on_nodes = self.on_nodes.stiffness + 2.0 / dt * self.on_nodes.damping;
         [of_edges + others + on_nodes, others + on_nodes].map(f64::sqrt)
