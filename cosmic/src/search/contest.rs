@@ -10,7 +10,6 @@ use super::begin::CoDesign;
 use super::progress::Progress;
 use super::schedule::Schedule;
 use super::windows::{Learner, Walkers};
-use crate::judge::first_best;
 use crate::policy::{Controller, TEMPO};
 use crate::scene::ClockKind;
 
@@ -18,8 +17,8 @@ use crate::scene::ClockKind;
 /// together with the body, whatever its clock has become.
 const FREQUENCIES: [f64; 8] = [1.0, 1.0, 1.4, 2.0, 2.8, 4.0, 0.7, 0.5];
 
-/// The number of iterations of the contest.
-const ROUNDS: usize = 4;
+/// The number of controllers that go on after each iteration of the contest.
+const KEPT: [usize; 4] = [4, 2, 2, 1];
 
 /// The contest begins only if it takes at most one in this many iterations of the fine-tuning.
 const SHORT: usize = 3;
@@ -30,7 +29,7 @@ impl CoDesign {
         let schedule = &self.scene().schedule;
         let tunings = schedule.iterations.saturating_sub(schedule.snap_at);
         match self.window {
-            Some(_) if tunings >= SHORT * ROUNDS => ROUNDS,
+            Some(_) if tunings >= SHORT * KEPT.len() => KEPT.len(),
             _ => 0,
         }
     }
@@ -69,12 +68,11 @@ impl CoDesign {
         }
     }
 
-    /// Keeps the controllers that have learned: all of them until the contest ends, and then the one with the best merit.
+    /// Keeps the controllers that go on, those with the best merits first.
     pub(super) fn keep(&self, progress: &mut Progress, now: &Schedule, mut learners: Vec<Learner>) {
-        if learners.len() > 1 && now.tuned() + 1 >= ROUNDS {
-            let best = self.best(progress, &learners);
-            learners.swap(0, best);
-            learners.truncate(1);
+        let kept = KEPT.get(now.tuned()).map_or(1, |&kept| kept);
+        if learners.len() > kept {
+            learners = self.best(kept, progress, learners);
         }
         let Learner {
             controller,
@@ -87,13 +85,24 @@ impl CoDesign {
         }
     }
 
-    /// The number of the learner with the best merit.
-    fn best(&self, progress: &Progress, learners: &[Learner]) -> usize {
+    /// The learners with the best merits, the best one first. Of equal ones, the first one is better.
+    fn best(&self, kept: usize, progress: &Progress, learners: Vec<Learner>) -> Vec<Learner> {
         let designs = [self.evaluator.design(progress)];
-        let merit = |learner: &Learner| {
+        let ranked = learners.into_par_iter().map(|learner| {
             let reached = (self.evaluator).ranked(&designs, &learner.controller, progress.seed);
-            [reached[0].merit]
+            (reached[0].merit, learner)
+        });
+        let mut ranked: Vec<(f64, Learner)> = ranked.collect();
+        // A robot that flies apart has no merit.
+        let merit = |(merit, _): &(f64, Learner)| {
+            if merit.is_nan() {
+                f64::NEG_INFINITY
+            } else {
+                *merit
+            }
         };
-        first_best(learners.par_iter().map(merit).collect::<Vec<_>>())
+        ranked.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
+        ranked.truncate(kept);
+        ranked.into_iter().map(|(_, learner)| learner).collect()
     }
 }
