@@ -21,6 +21,7 @@ rate = 0.008
 samples = 1
 [schedule]
 iterations = 120
+window = "off"
 `,
   },
   real_parts: {
@@ -43,6 +44,7 @@ rate = 0.008
 fine_rate = 0.003
 [schedule]
 iterations = 60
+window = "off"
 `,
   },
 };

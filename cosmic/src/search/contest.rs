@@ -1,8 +1,8 @@
 //! The contest of gaits, with which learning in windows begins.
 //!
 //! Gradients do not leave the gait in which they begin. So beside the controller that was found together with the body, others
-//! begin anew, each with a clock of its own frequency. All learn for some iterations. Then they are compared, and the best one
-//! goes on.
+//! begin anew, each with a clock of its own frequency. All learn side by side. After each of the first iterations they are compared,
+//! and only the best ones go on, until one is left.
 
 use rayon::prelude::*;
 

@@ -262,7 +262,8 @@ impl PhysicsSettings {
     fn number(&self, key: &str) -> f64 {
         let mut own = self.clone();
         let fields = own.fields().into_iter();
-        let mut numbers = fields.filter_map(|field| Some((field.key, field.value.json().as_f64()?)));
+        let mut numbers =
+            fields.filter_map(|field| Some((field.key, field.value.json().as_f64()?)));
         let found = numbers.find(|(own, _)| key.strip_prefix("physics.") == Some(own));
         let (_, number) = found.unwrap_or_else(|| {
             panic!("a law reads `{key}`, but the section [physics] has no number of this name")
@@ -283,8 +284,8 @@ settings! {
         clocks: usize = 10, allowed within(1.0, 1024.0), source "paper: 10";
         /// Angular frequency of the clock.
         omega: f64 = 10.0, allowed within(0.0, 1e4), unit "rad/s",
-            auto "10 rad/s divided by the time scale, times 0.35 divided by the largest actuation strain (a factor from \
-                  0.25 to 4)",
+            auto "20 rad/s divided by the time scale, times 0.35 divided by the largest actuation strain (a factor from \
+                  0.25 to 4); half of that in space and for goals or losses of one's own",
             source "paper: 10";
         /// Whether the frequency of the clock is a design variable, which begins at `omega`.
         clock: ClockKind = ClockKind::Fixed, source "paper: fixed";
