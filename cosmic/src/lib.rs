@@ -17,6 +17,7 @@
 //!   differentiated. [`case`] is one walk with all its numbers in a file.
 //! - [`judge`] says what a robot is worth: how far it walks, how surely, and in plain words whether it could be built.
 //!   [`search`] is the paper's algorithm 1. [`optimiser`] is the package `cosmic-optimiser`, which does not depend on robots.
+//!   [`outcome`] has the results that are saved.
 //! - On disk: [`record`] reads and writes the folder of a run. This module (except for the text of a design) and
 //!   [`parallel`] need the feature `files`, which is on by default. Without this feature the crate needs no file system
 //!   and no threads, and also builds for `wasm32-unknown-unknown`.
@@ -52,6 +53,7 @@ pub mod case;
 pub mod shop;
 pub mod judge;
 pub mod search;
+pub mod outcome;
 pub mod record;
 
 #[doc(inline)]

@@ -52,6 +52,9 @@ mod objective {
     mod measures;
     mod tasks;
 }
+mod outcome {
+    mod summary;
+}
 mod parallel;
 mod policy {
     mod mlp;
@@ -72,7 +75,6 @@ mod record {
     mod run {
         mod folder;
     }
-    mod summary;
 }
 mod record_files;
 mod scene {

@@ -77,7 +77,7 @@ impl Session {
         }
         let work = self.work()?;
         let delivery = work.deliver(&work.progress);
-        let measured = work.measured(&delivery);
+        let measured = work.measured(&work.progress, &delivery);
         let is_chosen = |(robot, _): &(PageRobot, Whole)| robot.controller == delivery.controller;
         let robot = match entrants.into_iter().find(is_chosen) {
             Some((robot, whole)) => {
@@ -185,7 +185,7 @@ impl Session {
             ..work.progress.clone()
         };
         let delivery = work.deliver(&progress);
-        Ok(json!({ "measured": work.measured(&delivery) }))
+        Ok(json!({ "measured": work.measured(&progress, &delivery) }))
     }
 
     /// The finished robot, with its edits, in bytes for a link.

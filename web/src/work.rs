@@ -5,8 +5,8 @@ use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::Error;
 use cosmic::geometry::{Ground, Vector};
 use cosmic::judge::Delivery;
-use cosmic::judge::verdict::Measured;
 use cosmic::lattice::State;
+use cosmic::outcome::Summary;
 use cosmic::policy::{Controller, Goals};
 use cosmic::scene::{ControllerSettings, GoalKind, PhysicsSettings, Scene, SelectionSettings};
 use cosmic::search::{CoDesign, Progress};
@@ -161,9 +161,10 @@ impl Work {
 
     /// The measurements of a finished robot for an answer: the distance to quote (`null` if goals are given), whether it
     /// is reliable, and the verdict.
-    pub(crate) fn measured(&self, delivery: &Delivery) -> Value {
+    pub(crate) fn measured(&self, progress: &Progress, delivery: &Delivery) -> Value {
         let (scene, lattice) = (self.codesign.scene(), &self.codesign.world().lattice);
-        let verdict = Measured::of_delivery(delivery, scene, lattice).verdict();
+        let summary = Summary::new(scene, progress, delivery);
+        let verdict = summary.measured(scene, lattice).verdict();
         let has_distance = scene.controller.goals != GoalKind::Given;
         json!({
             "distance": has_distance.then_some(delivery.robust),

@@ -4,8 +4,8 @@
 use crate::common::Bench;
 use cosmic::case::Case;
 use cosmic::keys::{Key, Keyed};
+use cosmic::outcome::Summary;
 use cosmic::projection::Projection;
-use cosmic::record::Summary;
 use cosmic::scene::{Scene, reference};
 use cosmic::search::Record;
 use serde_json::{Value, json};

@@ -40,6 +40,6 @@ pub use run::{Observer, Run};
 #[cfg(feature = "files")]
 pub use snapshot::RunPlan;
 #[cfg(feature = "files")]
-pub use summary::{DIVERGED, Start, StopReason, Summary};
+pub use summary::DIVERGED;
 #[cfg(feature = "files")]
 pub use trajectory_file::TrajectoryFile;

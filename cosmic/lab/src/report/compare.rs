@@ -11,7 +11,7 @@ use cosmic::judge::Reliability;
 use cosmic::judge::verdict::{Item, Verdict};
 use cosmic::keys::{Keyed, column};
 use cosmic::lattice::Lattice;
-use cosmic::record::Summary;
+use cosmic::outcome::Summary;
 use cosmic::record::run::{DESIGN, SCENE, read_scene, read_summary};
 use cosmic::record::snapshot::SNAPSHOT;
 use cosmic::record::trajectory_file::TRAJECTORY;

@@ -10,7 +10,8 @@ use crate::table::{Table, escape};
 use crate::walk::{self, Walk};
 use cosmic::design::Material;
 use cosmic::keys::Keyed;
-use cosmic::record::{Summary, TrajectoryFile};
+use cosmic::outcome::Summary;
+use cosmic::record::TrajectoryFile;
 use cosmic::scene::{Departure, Scene};
 use std::slice::from_ref;
 

@@ -6,7 +6,7 @@ use crate::table::escape;
 use cosmic::design::Material;
 use cosmic::keys::Keyed;
 use cosmic::numbers::{brief, fixed, mass};
-use cosmic::record::Summary;
+use cosmic::outcome::Summary;
 use cosmic::scene::Named;
 use cosmic::walk::Energy;
 

@@ -5,7 +5,7 @@ use cosmic::Registry;
 use cosmic::error::Result;
 use cosmic::judge::verdict::{Item, Verdict};
 use cosmic::lattice::Lattice;
-use cosmic::record::Summary;
+use cosmic::outcome::Summary;
 use cosmic::record::run::read_scene;
 use std::path::Path;
 

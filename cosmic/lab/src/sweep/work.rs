@@ -3,9 +3,10 @@
 use super::{Plan, SWEEP};
 use cosmic::Registry;
 use cosmic::error::{Error, Result};
+use cosmic::outcome::Summary;
 use cosmic::parallel::{ThreadPlan, in_parallel};
 use cosmic::record::snapshot::SNAPSHOT;
-use cosmic::record::{self, Observer, Run, Summary};
+use cosmic::record::{self, Observer, Run};
 use std::collections::BTreeMap;
 use std::fs;
 use std::num::NonZeroUsize;

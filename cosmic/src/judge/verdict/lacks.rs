@@ -31,7 +31,7 @@ impl Measured<'_> {
     }
 
     fn muscles(&self) -> Option<Item> {
-        let [_, actuator] = self.volumes?;
+        let [_, actuator] = self.volumes;
         let has_none = actuator == 0.0 && !self.is_undecided;
         has_none.then(|| Item::limit("it has no muscles", Level::Bad))
     }
@@ -60,7 +60,7 @@ impl Measured<'_> {
             };
             (!is_inside && !self.is_undecided).then(says)
         };
-        let of = |k: usize, bounds: Range, what: &str| judged(self.volumes?[k], bounds, what);
+        let of = |k: usize, bounds: Range, what: &str| judged(self.volumes[k], bounds, what);
         [
             of(0, self.bounds.solid, "solid"),
             of(1, self.bounds.actuator, "muscles"),

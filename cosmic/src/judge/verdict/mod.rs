@@ -13,12 +13,11 @@ pub use steps::HalfStep;
 
 use serde::Serialize;
 
-use super::{Delivery, Reliability, Standstill};
-use crate::design::{Material, Structure, VolumeBounds};
-use crate::geometry::Dimension;
+use super::{Reliability, Standstill};
+use crate::design::{Structure, VolumeBounds};
 use crate::lattice::Lattice;
-use crate::numbers::{brief, finite, fixed, mass, percent};
-use crate::scene::{DataSheet, Riser, Scene, VolumeSettings};
+use crate::numbers::{brief, fixed, mass, percent};
+use crate::scene::{DataSheet, Riser};
 use crate::walk::{Energy, Loads};
 
 /// Distances of a walk in lengths of the robot, from which it is sound, and from which it is doubtful. Below the second one,
@@ -215,8 +214,8 @@ pub struct Measured<'m> {
     pub slips: bool,
     /// Where and since when it stands still.
     pub standstill: Option<Standstill>,
-    /// Whether the displacement describes the robot; `None` if it is not known.
-    pub reliability: Option<&'m Reliability>,
+    /// Whether the displacement describes the robot.
+    pub reliability: &'m Reliability,
     /// True if the robot is designed to walk far.
     pub is_far: bool,
     /// For a robot with another task: its median loss, and that of the same robot while its muscles rest.
@@ -233,8 +232,8 @@ pub struct Measured<'m> {
     pub half_step: Option<HalfStep<'m>>,
     /// The number of bars.
     pub bars: usize,
-    /// The shares of solid edges and of actuators; `None` if they are not known.
-    pub volumes: Option<[f64; 2]>,
+    /// The shares of solid edges and of actuators.
+    pub volumes: [f64; 2],
     /// The bounds on these shares at the end of an optimisation.
     pub bounds: VolumeBounds,
     /// The steep places of the ground ahead of the payload, counted from it at the start.
@@ -251,66 +250,7 @@ pub struct Measured<'m> {
     pub sheet: DataSheet,
 }
 
-impl<'m> Measured<'m> {
-    /// The measurements of a delivered robot on its lattice.
-    pub fn of_delivery(delivery: &'m Delivery, scene: &Scene, lattice: &Lattice) -> Self {
-        Self {
-            displacement: finite(delivery.robust.p50),
-            reliability: Some(&delivery.reliability),
-            standstill: delivery.seen.standstill,
-            across: (delivery.across).and_then(|across| finite(across.p10).zip(finite(across.p90))),
-            low_friction: delivery.low_friction.and_then(finite),
-            is_far: delivery.merit.is_none(),
-            losses: (delivery.merit.zip(delivery.idle_merit))
-                .and_then(|(merit, idle)| finite(-merit.p50).zip(finite(-idle.p50))),
-            is_undecided: delivery.seen.structure.is_none(),
-            structure: delivery.seen.structure,
-            loads: delivery.seen.loads.as_ref(),
-            energy: delivery.robust_energy.or(delivery.seen.energy),
-            half_step: (delivery.half_step.as_ref().zip(delivery.seen.energy)).map(
-                |(half, own_energy)| HalfStep {
-                    loads: &half.loads,
-                    energy: half.energy,
-                    own_energy,
-                },
-            ),
-            bars: bars(delivery.seen.volume, lattice),
-            volumes: Some([delivery.seen.volume, delivery.seen.actuator_volume]),
-            ..Self::unmeasured(scene, lattice)
-        }
-    }
-
-    /// What is known of a robot before any measurement: the numbers of its scene.
-    pub fn unmeasured(scene: &Scene, lattice: &Lattice) -> Self {
-        Self {
-            seconds: scene.physics.steps as f64 * scene.physics.dt,
-            displacement: None,
-            across: None,
-            low_friction: None,
-            length: lattice.body_length(),
-            is_planar: lattice.dimension == Dimension::Plane,
-            slips: scene.slips(),
-            standstill: None,
-            reliability: None,
-            is_far: true,
-            losses: None,
-            is_undecided: false,
-            structure: None,
-            loads: None,
-            energy: None,
-            half_step: None,
-            bars: 0,
-            volumes: None,
-            bounds: VolumeBounds::widened(&scene.volume, VolumeSettings::WIDENING),
-            risers: scene.risers_ahead(lattice),
-            payload: scene.payload_mass(lattice),
-            load: scene.share_of_lift(lattice),
-            friction_margin: scene.friction_margin(),
-            stroke: Material::Actuator.of(&scene.materials.max_strain),
-            sheet: scene.data_sheet(),
-        }
-    }
-
+impl Measured<'_> {
     /// Judges the measurements. Loads and energy are judged at the time step at which they are worse.
     pub fn verdict(&self) -> Verdict {
         let loads = self.worse_loads();
@@ -471,9 +411,4 @@ impl<'m> Measured<'m> {
         };
         Some(Item::limit(says, Level::from_on(EULER_SAFETIES, safety)))
     }
-}
-
-/// The number of bars of a layout whose mean share of solid material is `volume`.
-pub fn bars(volume: f64, lattice: &Lattice) -> usize {
-    (volume * lattice.edges.len() as f64).round() as usize
 }

@@ -30,7 +30,7 @@ impl Measured<'_> {
             let says = format!("{speed} until it stands still at {at:.2} m after {since:.1} s");
             return Some(Item::figure(says, Level::Doubtful));
         }
-        let is_unreliable = matches!(self.reliability, Some(Reliability::Unreliable { .. }));
+        let is_unreliable = matches!(self.reliability, Reliability::Unreliable { .. });
         let level = match is_unreliable {
             true => Level::Doubtful,
             false => Level::from_on(WALKS, lengths),

@@ -3,11 +3,12 @@
 use super::folder::{Lock, begin, keep_scene};
 use crate::error::{Error, Result};
 use crate::judge::{Delivery, Measurements, Measuring};
+use crate::outcome::Summary;
 use crate::record::design_file::{DESIGN, DesignFile};
 use crate::record::files::{sweep, write_atomic, write_json};
 use crate::record::history::{DesignRow, Frames, History};
 use crate::record::snapshot::{RunPlan, SNAPSHOT, Snapshot};
-use crate::record::summary::{self, DIVERGED, SUMMARY, Summary};
+use crate::record::summary::{self, DIVERGED, SUMMARY};
 use crate::record::trajectory_file::{self, TRAJECTORY, TrajectoryFile};
 use crate::scene::SelectionSettings;
 use crate::search::{CoDesign, Progress, Record};
@@ -416,7 +417,11 @@ impl Run {
             bars: delivery.seen.bars.clone(),
         };
         write_json(&folder.join(TRAJECTORY), trajectory_file::FORMAT, &moves)?;
-        let summary = Summary::new(&self.plan, &self.progress, delivery, self.seconds());
+        let summary = Summary {
+            scene: self.plan.name.clone(),
+            seconds: self.seconds(),
+            ..Summary::new(&self.plan.scene, &self.progress, delivery)
+        };
         write_json(&folder.join(SUMMARY), summary::FORMAT, &summary)?;
         Ok(summary)
     }

@@ -2,11 +2,12 @@
 
 use super::claim::{self, Claim, PAUSE, TRIES};
 use crate::error::{Error, Result};
+use crate::outcome::Summary;
 use crate::record::damaged::explained;
 pub use crate::record::files::SCENE;
 use crate::record::files::{LOCK, is_used, make_folder, read_json, write_atomic};
 use crate::record::snapshot::{SNAPSHOT, Snapshot};
-use crate::record::summary::{self, SUMMARY, Summary, result_of};
+use crate::record::summary::{self, SUMMARY, result_of};
 use crate::registry::Registry;
 use crate::scene::{Scene, TrussFile};
 use std::fs::{self, File, OpenOptions, TryLockError};

@@ -5,7 +5,7 @@ use cosmic::judge::verdict::{Item, Level, Measured};
 use cosmic::lattice::Lattice;
 use cosmic::scene::Scene;
 
-use super::items::{robot, sound};
+use super::items::{robot, sound, unmeasured};
 
 /// A robot that stops under a stair: the time in which it walks counts, and the verdict says where it stops and what to try.
 #[test]
@@ -68,7 +68,7 @@ fn slippery_slopes_and_heavy_payloads_are_named() {
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
         let stays = Measured {
             displacement: Some(0.0),
-            ..Measured::unmeasured(&scene, &lattice)
+            ..unmeasured(&scene, &lattice)
         };
         let warnings: Vec<_> = scene.warnings().iter().map(ToString::to_string).collect();
         (stays.verdict().hints.join("; "), warnings.join("; "))

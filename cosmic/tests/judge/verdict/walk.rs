@@ -7,7 +7,7 @@ use cosmic::lattice::Lattice;
 use cosmic::scene::Scene;
 use cosmic::search::CoDesign;
 
-use super::items::{around, level, robot, sound};
+use super::items::{around, level, robot, sound, unmeasured};
 
 /// The first item of a verdict, which is the speed.
 fn speed(measured: &Measured) -> (String, Level) {
@@ -56,7 +56,7 @@ fn a_robot_must_move_reliably_and_forwards() {
         reason: "rollouts diverge".to_owned(),
     };
     let unreliable = |displacement: f64| Measured {
-        reliability: Some(&reliability),
+        reliability: &reliability,
         ..moved(displacement)
     };
     assert_eq!(
@@ -184,7 +184,7 @@ fn a_planar_robot_needs_a_guide() {
     );
     let scene = Scene::load("cube").unwrap();
     let lattice = Lattice::new(&scene.lattice, &scene.physics);
-    let of_scene = Measured::unmeasured(&scene, &lattice);
+    let of_scene = unmeasured(&scene, &lattice);
     let space = Measured {
         is_planar: of_scene.is_planar,
         ..planar
@@ -202,7 +202,7 @@ fn friction_is_judged_only_where_feet_slip() {
     for (name, slips) in [("earth", true), ("stability", false), ("coulomb", true)] {
         let scene = Scene::load(name).unwrap();
         let codesign = CoDesign::new(&scene).unwrap();
-        let measured = Measured::unmeasured(&scene, &codesign.world().lattice);
+        let measured = unmeasured(&scene, &codesign.world().lattice);
         assert_eq!(measured.slips, slips, "{name}");
     }
 }

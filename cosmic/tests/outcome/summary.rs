@@ -1,7 +1,7 @@
 use crate::small::tiny;
 use cosmic::keys::{Keyed, columns};
 use cosmic::numbers::fixed;
-use cosmic::record::summary::Summary;
+use cosmic::outcome::Summary;
 use cosmic::record::{RunPlan, optimise};
 
 #[test]
