@@ -183,29 +183,27 @@ impl Evaluator {
             metered: self.loss.reads_efforts(),
             ..self.rollouts.observing(observed)
         };
-        let watched = Span {
-            watched: true,
-            ..span.clone()
-        };
         let world = &self.world;
         let all = match precision {
-            GradientPrecision::F64 => world.run(&world.robots::<f64>(robots, controller), &watched),
+            GradientPrecision::F64 => {
+                walk::watched(world, &world.robots::<f64>(robots, controller), &span)
+            }
             GradientPrecision::F32 => {
-                let all = world.run(&world.robots::<f32>(robots, controller), &watched);
-                all.iter().map(|seen| seen.map(f64::from)).collect()
+                let all = walk::watched(world, &world.robots::<f32>(robots, controller), &span);
+                let in_f64 = |seen: Option<Trajectory<f32>>| seen.map(|seen| seen.map(f64::from));
+                all.into_iter().map(in_f64).collect()
             }
         };
-        let seen = |(seen, robot): (Trajectory<f64>, &Entry)| {
-            if seen.states.last().is_none_or(|last| world.is_cleared(last)) {
-                return Some(seen);
-            }
-            // The cheap check during the rollout failed. It is stricter than the guard, so the guard decides in a second
-            // rollout.
+        // The cheap check is stricter than the exact one, which decides if the cheap one fails.
+        let exact = |robot: &Entry| {
             let robot = world.robots(&[*robot], controller).remove(0);
-            let guarded = walk::guarded(world, &robot, &span);
-            guarded.divergence.is_none().then_some(guarded.trajectory)
+            let diverges = walk::divergence(world, &robot, &span).is_some();
+            (!diverges).then(|| world.run_one(&robot, &span))
         };
-        all.into_iter().zip(robots).map(seen).collect()
+        let pairs = all.into_iter().zip(robots);
+        pairs
+            .map(|(seen, robot)| seen.or_else(|| exact(robot)))
+            .collect()
     }
 }
 

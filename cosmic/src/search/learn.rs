@@ -10,6 +10,7 @@ use super::slope::Slope;
 use super::windows::{Learner, Walkers, Window};
 use crate::design::{Design, Mixture};
 use crate::judge::{Reached, VARIED};
+use crate::lattice::State;
 use crate::random::{Purpose, stream_of};
 use crate::scene::{Scatter, Scene};
 use crate::world::draw_many;
@@ -124,7 +125,7 @@ impl CoDesign {
             walkers.steps,
         );
         // A robot that flew apart begins again.
-        let next = |(end, rest)| if world.is_cleared(&end) { end } else { rest };
+        let next = |(end, rest): (State<f64>, _)| if end.is_absurd() { rest } else { end };
         walkers.states = ends.into_iter().zip(rests).map(next).collect();
         walkers.steps += steps;
         slope

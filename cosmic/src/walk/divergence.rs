@@ -7,6 +7,8 @@
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
 
+use autodiff::{Parameters, Real};
+
 use super::blame::{Cause, blame};
 use crate::error::Error;
 use crate::geometry::Vector;
@@ -60,21 +62,39 @@ impl From<&Divergence> for Error {
 /// # Panics
 /// Like [`run`](World::run), and if the robot diverges with activations that are given step by step.
 pub fn guarded(world: &World, robot: &Robot<f64>, span: &Span) -> GuardedRollout {
+    match watched(world, std::slice::from_ref(robot), span).remove(0) {
+        Some(trajectory) => GuardedRollout {
+            trajectory,
+            divergence: None,
+        },
+        None => GuardedRollout {
+            trajectory: world.run_one(robot, span),
+            divergence: divergence(world, robot, span),
+        },
+    }
+}
+
+/// Simulates rollouts with the cheap check, and returns the observed states of each. `None` if some state may be absurd or too
+/// fast: whether it is, [`divergence`] finds out.
+///
+/// # Panics
+/// Like [`run`](World::run).
+pub(crate) fn watched<R: Real>(
+    world: &World,
+    robots: &[Robot<R>],
+    span: &Span,
+) -> Vec<Option<Trajectory<R>>> {
     let watched = Span {
         watched: true,
         ..span.clone()
     };
-    let seen = world.run_one(robot, &watched);
-    if seen.states.last().is_none_or(|last| world.is_cleared(last)) {
-        return GuardedRollout {
-            trajectory: seen,
-            divergence: None,
-        };
-    }
-    GuardedRollout {
-        trajectory: world.run_one(robot, span),
-        divergence: divergence(world, robot, span),
-    }
+    let cleared = |seen: Trajectory<R>| {
+        // The last observed state is NaN if a state failed the check.
+        let fails = |last: &State<R>| last.map(R::primal).is_absurd();
+        (!seen.states.last().is_some_and(fails)).then_some(seen)
+    };
+    let seen = world.run(robots, &watched).into_iter();
+    seen.map(cleared).collect()
 }
 
 /// Simulates all steps of a span, and returns the first absurd or too fast state, or `None`. The start is not checked.

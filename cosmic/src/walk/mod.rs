@@ -11,6 +11,7 @@ mod blame;
 mod divergence;
 
 pub use blame::Cause;
+pub(crate) use divergence::watched;
 pub use divergence::{Divergence, GuardedRollout, divergence, guarded};
 pub use energy::{Energy, LoadsAndEnergy};
 pub use idle_energy::IdleEnergy;

@@ -160,10 +160,4 @@ impl World {
             .speed_bound
             .map_or(WATCHED, |bound| component(bound).min(WATCHED))
     }
-
-    /// Decides by the last state of a watched rollout whether all of its states are fine. Returns false if a state may
-    /// have been absurd or too fast; [`guarded`](crate::walk::guarded) then checks every state.
-    pub fn is_cleared(&self, last: &State<f64>) -> bool {
-        !last.is_absurd()
-    }
 }
