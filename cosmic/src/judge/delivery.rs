@@ -109,81 +109,50 @@ pub(crate) struct Entrants<'a> {
     pub(crate) seed: u64,
 }
 
+/// How a robot walks in other circumstances than its own. The fields are those of [`Delivery`].
+struct Elsewhere {
+    clock_alone: Quantiles,
+    other_steps: OtherSteps,
+    low_friction: Option<f64>,
+    half_step: Option<LoadsAndEnergy>,
+    idle_merit: Option<Quantiles>,
+    sensitivities: Vec<Sensitivity>,
+}
+
 impl Evaluator {
-    /// Chooses a controller, and measures the robot in full rollouts. Asks `measuring.is_stopped` several times during the
-    /// work, and returns `None` as soon as that returns true.
-    pub(crate) fn delivered(
+    /// Chooses a controller, and measures the robot in full rollouts. Asks `measuring.is_stopped` after each measurement, and
+    /// returns `None` as soon as that returns true.
+    pub(crate) fn measure(
         &self,
         entrants: &Entrants,
         measuring: &mut Measuring,
     ) -> Option<Delivery> {
-        let Measuring {
-            rollouts,
-            is_stopped,
-            ..
-        } = *measuring;
-        let go_on = || (!is_stopped()).then_some(());
         let design = self.simulated(entrants.design);
         let (controllers, seed) = (&entrants.controllers, entrants.seed);
         let selections =
-            measuring.known_or("selections", || self.selections(&design, controllers, seed));
-        go_on()?;
+            measuring.known_or("selections", || self.selections(&design, controllers, seed))?;
         // The controller of the last iteration comes first, so it wins a tie.
         let ranked = selections.iter().zip(controllers);
         let best = first_best(ranked.map(|(spread, entrant)| self.rank(spread, entrant)));
         let (chosen, selection) = (&controllers[best], selections[best]);
         let controller = &chosen.controller;
 
-        let domains = self.perturbed_starts(seed, Purpose::Judgement, rollouts);
-        let eight = &domains[..PERTURBED_ROLLOUTS];
+        let starts = self.perturbed_starts(seed, Purpose::Judgement, measuring.rollouts);
         let last = (best > 0).then_some(&controllers[0].controller);
         let judged: Vec<_> = std::iter::once(controller).chain(last).collect();
         let spreads = measuring.known_or("spreads", || {
-            let reached = self.reached_over(&design, &judged, &domains);
-            let of = |reached: &Vec<Reached>| {
-                let of_eight = &reached[..PERTURBED_ROLLOUTS];
-                [&reached[..], of_eight].map(QuantilesOverDomains::of)
-            };
-            reached.iter().map(of).collect::<Vec<_>>()
-        });
-        go_on()?;
+            self.spreads_over_all_and_eight(&design, &judged, &starts)
+        })?;
         let seen = self.observe(&design, controller);
-        go_on()?;
+        measuring.go_on()?;
         let merit = self.unperturbed(&design, controller, seen.moved.forward());
-        let clock_alone = measuring.known_or("clock_alone", || {
-            self.clock_alone(&design, controller, &domains)
-        });
-        go_on()?;
-        let varied_domains = self.varied(seed, Purpose::Variation, rollouts);
+        let domains = self.varied(seed, Purpose::Variation, measuring.rollouts);
         let ([robust, varied], robust_energy) = measuring.known_or("varied", || {
-            self.of_varied(&design, controller, seed, &varied_domains)
-        });
-        go_on()?;
-        let other_steps = measuring.known_or("other_steps", || {
-            self.with_other_steps(&design, controller, eight)
-        });
-        go_on()?;
-        let low_friction = measuring.known_or("low_friction", || {
-            self.on_low_friction(&design, controller, &varied_domains)
-        });
-        go_on()?;
-        let half_step = measuring.known_or("half_step", || self.at_half_step(&design, controller));
-        go_on()?;
-        let idle = controller.map(|_| 0.0);
-        let idle_merit = measuring.known_or("idle_merit", || {
-            self.quoted(&domains, &varied_domains)
-                .map(|domains| self.spreads(&design, &[&idle], domains).remove(0).merit)
-        });
-        go_on()?;
-        let sensitivities = match design {
-            Design::Layout(_) => measuring.known_or("sensitivities", || {
-                self.sensitivities(&design, controller, eight)
-            }),
-            Design::Undecided(_) => Vec::new(),
-        };
-        go_on()?;
+            self.of_varied(&design, controller, seed, &domains)
+        })?;
+        let elsewhere = self.elsewhere(&design, controller, [&starts, &domains], measuring)?;
         let [own, own_of_eight] = &spreads[0];
-        let unsteady = self.unsteady(own_of_eight, &other_steps);
+        let unsteady = self.unsteady(own_of_eight, &elsewhere.other_steps);
         Some(Delivery {
             design: entrants.design.clone(),
             materials: design.materials(),
@@ -191,22 +160,76 @@ impl Evaluator {
             iteration: chosen.iteration,
             displacement: self.world.ground().vector_to_world(seen.moved),
             selection,
-            selection_score: self.steady_score(&selection, merit, &unsteady, &other_steps),
+            selection_score: self.steady_score(
+                &selection,
+                merit,
+                &unsteady,
+                &elsewhere.other_steps,
+            ),
             robust: robust.displacement,
             across: self.is_in_space().then_some(robust.across),
             reliability: self.reliability(&varied, merit, unsteady, seen.standstill),
-            other_steps,
+            other_steps: elsewhere.other_steps,
             spread: own.displacement,
-            clock_alone,
+            clock_alone: elsewhere.clock_alone,
             last: spreads[judged.len() - 1][0].displacement,
             merit: self.quoted(own.merit, varied.merit),
-            idle_merit,
+            idle_merit: elsewhere.idle_merit,
             robust_energy,
-            low_friction,
-            half_step,
-            sensitivities,
+            low_friction: elsewhere.low_friction,
+            half_step: elsewhere.half_step,
+            sensitivities: elsewhere.sensitivities,
             seen,
         })
+    }
+
+    /// Measures a robot from the perturbed starts and as the varied robots of `domains` in other circumstances than its own.
+    /// `None` if the measurements are stopped.
+    fn elsewhere(
+        &self,
+        design: &Design<Mixture<f64>>,
+        controller: &Controller<f64>,
+        [starts, domains]: [&[Variation]; 2],
+        measuring: &mut Measuring,
+    ) -> Option<Elsewhere> {
+        let eight = &starts[..PERTURBED_ROLLOUTS];
+        let idle = controller.map(|_| 0.0);
+        Some(Elsewhere {
+            clock_alone: measuring.known_or("clock_alone", || {
+                self.clock_alone(design, controller, starts)
+            })?,
+            other_steps: measuring.known_or("other_steps", || {
+                self.with_other_steps(design, controller, eight)
+            })?,
+            low_friction: measuring.known_or("low_friction", || {
+                self.on_low_friction(design, controller, domains)
+            })?,
+            half_step: measuring.known_or("half_step", || self.at_half_step(design, controller))?,
+            idle_merit: measuring.known_or("idle_merit", || {
+                self.quoted(starts, domains)
+                    .map(|domains| self.spreads(design, &[&idle], domains).remove(0).merit)
+            })?,
+            sensitivities: match design {
+                Design::Layout(_) => measuring.known_or("sensitivities", || {
+                    self.sensitivities(design, controller, eight)
+                })?,
+                Design::Undecided(_) => Vec::new(),
+            },
+        })
+    }
+
+    /// The quantiles of the results of each controller over all starts, and over the first eight of them.
+    fn spreads_over_all_and_eight(
+        &self,
+        design: &Design<Mixture<f64>>,
+        controllers: &[&Controller<f64>],
+        starts: &[Variation],
+    ) -> Vec<[QuantilesOverDomains; 2]> {
+        let reached = self.reached_over(design, controllers, starts);
+        let of = |reached: &Vec<Reached>| {
+            [&reached[..], &reached[..PERTURBED_ROLLOUTS]].map(QuantilesOverDomains::of)
+        };
+        reached.iter().map(of).collect()
     }
 
     /// The reasons not to trust a robot that walks differently with other time steps. `own` has its results with the

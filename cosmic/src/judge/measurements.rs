@@ -37,15 +37,20 @@ pub struct Measuring<'a> {
 }
 
 impl Measuring<'_> {
-    /// The result of the measurement `name`. If it is not known yet, calls `measure`, and keeps the result unless the
-    /// series is stopped.
+    /// `None` if the series is stopped.
+    pub(super) fn go_on(&self) -> Option<()> {
+        (!(self.is_stopped)()).then_some(())
+    }
+
+    /// The result of the measurement `name`; `None` if the series is stopped. If the result is not known yet, calls `measure`,
+    /// and keeps what it returns unless the series is stopped.
     pub(super) fn known_or<T: Serialize + DeserializeOwned + PartialEq>(
         &mut self,
         name: &str,
         measure: impl FnOnce() -> T,
-    ) -> T {
+    ) -> Option<T> {
         let known = self.known.0.get(name).and_then(read);
-        known.unwrap_or_else(|| {
+        let found = known.unwrap_or_else(|| {
             let found = measure();
             let value = serde_json::to_value(&found).ok();
             // JSON has no infinity, the result of diverged rollouts. Such a measurement is repeated.
@@ -55,7 +60,9 @@ impl Measuring<'_> {
                 (self.keep)(&self.known);
             }
             found
-        })
+        });
+        self.go_on()?;
+        Some(found)
     }
 }
 

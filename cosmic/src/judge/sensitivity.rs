@@ -29,8 +29,6 @@ crate::keys! {
     }
 }
 
-/// The number of starts over which a median is taken.
-const STARTS: usize = 8;
 /// The factors of the numbers.
 const FACTORS: [f64; 2] = [0.9, 1.1];
 /// The numbers of a body that are varied.
@@ -94,8 +92,8 @@ impl Evaluator {
         }
         let robot = world.robot(body, controller.clone(), &self.start);
         let robot = robot.in_surroundings(surroundings);
-        let starts = domains.iter().take(STARTS);
-        let robots: Vec<_> = starts.map(|domain| robot.from(&domain.start)).collect();
+        let starts = domains.iter().map(|domain| &domain.start);
+        let robots: Vec<_> = starts.map(|start| robot.from(start)).collect();
         let span = (self.rollouts).observing(vec![self.scene.physics.steps]);
         let walks = world.run(&robots, &span).into_iter().zip(&robots);
         let moved: Vec<f64> = walks

@@ -104,6 +104,6 @@ impl Evaluator {
             controllers: self.entrants(progress),
             seed: progress.seed,
         };
-        self.delivered(&entrants, measuring)
+        self.measure(&entrants, measuring)
     }
 }
