@@ -28,7 +28,7 @@ fn main() -> Result<(), cosmic::Error> {
     let scene = Scene::parse("small", "[lattice]\ncolumns = 3\nrows = 3")?;
     let codesign = CoDesign::new(&scene)?;
     let (world, first) = (codesign.world(), codesign.begin(1)?);
-    let mut inputs = codesign.evaluator().inputs(&first);
+    let mut inputs = codesign.inputs(&first);
     let mut losses = [0.0; 20];
     for value in &mut losses {
         let (loss, gradient) = inputs.differentiate(CONTROLLER, |inputs| {

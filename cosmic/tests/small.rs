@@ -2,9 +2,8 @@
 
 use autodiff::Real;
 use cosmic::geometry::Ground;
-use cosmic::judge::Evaluator;
 use cosmic::lattice::Lattice;
-use cosmic::objective::{Loss, of_scene};
+use cosmic::objective::Loss;
 use cosmic::record::{Observer, Run};
 use cosmic::scene::{LatticeSettings, LossKind, Scene};
 use cosmic::search::{CoDesign, Progress, Record};
@@ -70,10 +69,9 @@ pub(crate) fn tiny() -> Scene {
     scene
 }
 
-/// The evaluator of a scene, and the state before the first iteration.
-pub(crate) fn begun(scene: &Scene) -> (Evaluator, Progress) {
-    let progress = CoDesign::new(scene).unwrap().begin(1).unwrap();
-    (Evaluator::new(scene, of_scene(scene)).unwrap(), progress)
+/// The optimisation of a scene, and its state before the first iteration.
+pub(crate) fn begun(scene: &Scene) -> (CoDesign, Progress) {
+    after(scene, 0, 1)
 }
 
 /// The optimisation of a seed, and its state after some iterations.

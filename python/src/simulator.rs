@@ -186,7 +186,7 @@ impl Simulator {
         caught(|| {
             let codesign = CoDesign::new(&self.scene).map_err(raised)?;
             let progress = codesign.begin(seed).map_err(raised)?;
-            let numbers = codesign.evaluator().inputs(&progress).get(ALL);
+            let numbers = codesign.inputs(&progress).get(ALL);
             let shape = [1, numbers.len()];
             array(py, numbers, &shape)
         })

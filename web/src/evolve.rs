@@ -95,10 +95,7 @@ impl Work {
     fn far(&mut self, materials: &[Material], controller: &Controller<f64>) -> f64 {
         self.become_robot(materials, controller);
         let last = self.codesign.scene().physics.steps;
-        let seen = self
-            .codesign
-            .evaluator()
-            .watch(&self.progress, vec![0, last]);
+        let seen = self.codesign.watch(&self.progress, vec![0, last]);
         let ground = self.codesign.world().ground();
         seen.map_or(f64::NEG_INFINITY, |seen| along(&seen, &ground))
     }

@@ -25,11 +25,11 @@ pub(crate) fn gains(
     if !evaluator.is_far() {
         return Err(Error::Usage("only distances have gains".to_owned()));
     }
-    let design = evaluator.design(progress);
+    let design = codesign.design(progress);
     let shares: Vec<[f64; 3]> = design.mixtures().iter().map(|mixture| mixture.0).collect();
     let steps = Schedule::at(codesign.scene(), progress.iteration + 1).horizon();
     let at = |shares: Vec<[f64; 3]>| {
-        let mut inputs = evaluator.inputs(progress);
+        let mut inputs = codesign.inputs(progress);
         inputs.z = shares;
         GradientPoint {
             variations: Vec::new(),

@@ -86,7 +86,7 @@ impl Session {
             }
             None => PageRobot {
                 design: delivery.design,
-                projected: work.codesign.evaluator().design(&work.progress),
+                projected: work.codesign.design(&work.progress),
                 controller: delivery.controller,
                 bytes: None,
             },

@@ -4,7 +4,7 @@ use crate::{packed, view};
 use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::Error;
 use cosmic::geometry::{Ground, Vector};
-use cosmic::judge::Delivery;
+use cosmic::judge::{Delivery, Measuring};
 use cosmic::lattice::State;
 use cosmic::outcome::Summary;
 use cosmic::policy::{Controller, Goals};
@@ -98,8 +98,8 @@ impl Work {
         let Design::Layout(materials) = &self.progress.design else {
             return Ok(None);
         };
-        let (evaluator, settings) = (self.codesign.evaluator(), &self.codesign.scene().controller);
-        let entrants = evaluator.entrants(&self.progress);
+        let settings = &self.codesign.scene().controller;
+        let entrants = self.codesign.entrants(&self.progress);
         let whole = |controller: &Controller<f64>| Whole {
             settings: settings.clone(),
             controller: controller.clone(),
@@ -121,7 +121,7 @@ impl Work {
         for (robot, entrant) in robots.iter().zip(&entrants).rev() {
             progress.iteration = entrant.iteration;
             progress.controller = robot.controller.clone();
-            let merit = work.codesign.evaluator().evaluate(progress).merit;
+            let merit = work.codesign.evaluate(progress).merit;
             progress.note_candidate(merit);
         }
         let entrants = robots.into_iter().zip(wholes).collect();
@@ -155,8 +155,9 @@ impl Work {
     /// Chooses the robot to deliver and measures it. Every quantile is over eight rollouts, a third of those of the program,
     /// so that nobody waits.
     pub(crate) fn deliver(&self, progress: &Progress) -> Delivery {
-        let eight = SelectionSettings::PERTURBED_ROLLOUTS;
-        self.codesign.evaluator().deliver_over(progress, eight)
+        let mut eight = Measuring::over(SelectionSettings::PERTURBED_ROLLOUTS);
+        let delivery = self.codesign.deliver_unless(progress, &mut eight);
+        delivery.expect("nothing stops these measurements")
     }
 
     /// The measurements of a finished robot for an answer: the distance to quote (`null` if goals are given), whether it
@@ -243,14 +244,11 @@ impl Work {
         self.elsewhere = None;
         let robot = PageRobot {
             design: self.progress.design.clone(),
-            projected: self.codesign.evaluator().design(&self.progress),
+            projected: self.codesign.design(&self.progress),
             controller: self.progress.controller.clone(),
             bytes: None,
         };
-        let seen = self
-            .codesign
-            .evaluator()
-            .watch(&self.progress, self.steps());
+        let seen = self.codesign.watch(&self.progress, self.steps());
         self.answer(&robot, 0, seen.ok_or("its walk diverges".to_owned()))
     }
 

@@ -33,10 +33,20 @@ pub struct Measuring<'a> {
     /// stopped have no result.
     pub is_stopped: &'a dyn Fn() -> bool,
     /// Gets the measurements that are done, whenever there is one more, to save them.
-    pub keep: &'a mut dyn FnMut(&Measurements),
+    pub keep: Option<&'a mut dyn FnMut(&Measurements)>,
 }
 
 impl Measuring<'_> {
+    /// A whole series with this number of rollouts, which nothing stops and nobody saves.
+    pub fn over(rollouts: usize) -> Self {
+        Self {
+            rollouts,
+            known: Measurements::default(),
+            is_stopped: &|| false,
+            keep: None,
+        }
+    }
+
     /// `None` if the series is stopped.
     pub(super) fn go_on(&self) -> Option<()> {
         (!(self.is_stopped)()).then_some(())
@@ -57,7 +67,9 @@ impl Measuring<'_> {
             let value = value.filter(|value| read(value).as_ref() == Some(&found));
             if let Some(value) = value.filter(|_| !(self.is_stopped)()) {
                 self.known.0.insert(name.to_owned(), value);
-                (self.keep)(&self.known);
+                if let Some(keep) = &mut self.keep {
+                    keep(&self.known);
+                }
             }
             found
         });

@@ -304,7 +304,7 @@ impl CoDesign {
     /// Compares the time step with the vibrations of the current design. Random variations of the robot, which domain
     /// randomisation may draw, are included.
     pub fn step_check(&self, progress: &Progress) -> StepCheck {
-        let design = self.evaluator.design(progress);
+        let design = self.design(progress);
         match &self.checked {
             Some((checked, check)) if *checked == design => *check,
             _ => self.evaluator.step_check_of(&design),

@@ -2,10 +2,10 @@
 
 use autodiff::Real;
 
+use super::begin::CoDesign;
 use super::progress::Progress;
 use super::schedule::Schedule;
 use crate::inputs::{DESIGN, Inputs};
-use crate::judge::Evaluator;
 use crate::objective::{Measures, measures};
 use crate::projection::Projection;
 use crate::scene::BinarisationMethod;
@@ -21,16 +21,16 @@ pub(super) struct Constraints {
     pub(super) jacobian: Vec<Vec<f64>>,
 }
 
-impl Evaluator {
+impl CoDesign {
     /// The binarisation measures of the mixtures that the performance projection makes of the design vectors `z` (D10).
     fn measured<R: Real>(&self, z: &[[R; 3]]) -> Measures<R> {
-        let mixtures = self.world.projector.mixtures(Projection::Performance, z);
-        measures(&mixtures, self.scene.projection.delta)
+        let mixtures = self.world().projector.mixtures(Projection::Performance, z);
+        measures(&mixtures, self.scene().projection.delta)
     }
 
     /// True if terms of the augmented Lagrangian bound the binarisation measures, false if constraints bound them.
     pub(super) fn is_augmented(&self) -> bool {
-        self.scene.binarisation.method == BinarisationMethod::Augmented
+        self.scene().binarisation.method == BinarisationMethod::Augmented
     }
 
     /// Returns the constraints of a design update, and the gradient of the terms of the augmented Lagrangian. This

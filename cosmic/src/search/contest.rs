@@ -87,7 +87,7 @@ impl CoDesign {
 
     /// The learners with the best merits, the best one first. Of equal ones, the first one is better.
     fn best(&self, kept: usize, progress: &Progress, learners: Vec<Learner>) -> Vec<Learner> {
-        let designs = [self.evaluator.design(progress)];
+        let designs = [self.design(progress)];
         let ranked = learners.into_par_iter().map(|learner| {
             let reached = (self.evaluator).ranked(&designs, &learner.controller, progress.seed);
             (reached[0].merit, learner)

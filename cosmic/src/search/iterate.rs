@@ -1,7 +1,6 @@
 //! One iteration of the paper's algorithm 1, and the loop over all iterations.
 
 use super::begin::CoDesign;
-use super::polish::polish;
 use super::progress::{Progress, Record};
 use super::schedule::{PassKind, Phase, Schedule};
 use crate::design::{Design, alternatives, attract, flips, snap};
@@ -26,7 +25,7 @@ impl CoDesign {
             progress.check_loss(&record)?;
             self.step_check(&progress).accept(&self.scene().physics)?;
         }
-        Ok(self.evaluator.deliver(&progress))
+        Ok(self.deliver(&progress))
     }
 
     /// True if all iterations are done.
@@ -47,7 +46,7 @@ impl CoDesign {
             },
             Phase::Snap => self.snap(progress, &now),
             Phase::FineTuning => {
-                let reached = polish(&self.evaluator, &self.rules, progress, &now);
+                let reached = self.polish(progress, &now);
                 self.controller_pass(progress, &now, reached, &mut record);
             }
         }
@@ -60,14 +59,14 @@ impl CoDesign {
         record.multipliers = progress.lagrangian.multiplier;
         record.penalties = progress.lagrangian.penalty;
         let check = self.step_check(progress);
-        self.checked = Some((self.evaluator.design(progress), check));
+        self.checked = Some((self.design(progress), check));
         record.time_step = Some(check);
         record
     }
 
     /// Attraction: if an edge clearly has a dominant material, moves the edge towards that material.
     fn attract(&self, progress: &mut Progress, now: &Schedule) {
-        let mixtures = self.evaluator.design(progress);
+        let mixtures = self.design(progress);
         let (confidence, nudge) = now.attraction();
         if let Some(z) = progress.design.undecided_mut() {
             attract(z, &mixtures.mixtures(), confidence, nudge);
@@ -77,7 +76,7 @@ impl CoDesign {
     /// Gives every edge one material, within the widened volume bounds. Compares this layout with some alternative
     /// layouts in rollouts, and keeps the best of them.
     fn snap(&self, progress: &mut Progress, now: &Schedule) {
-        let design = self.evaluator.design(progress);
+        let design = self.design(progress);
         let (mixtures, bounds) = (&design.mixtures(), now.volume_bounds());
         let (rules, trials) = (&self.rules, self.scene().schedule.snap_trials);
         let snapped = snap(mixtures, &bounds, rules);
@@ -92,7 +91,7 @@ impl CoDesign {
 
     /// A record with the values that are known at the start of an iteration.
     fn blank_record(&self, progress: &Progress, now: &Schedule) -> Record {
-        let design = self.evaluator.design(progress);
+        let design = self.design(progress);
         let measures = measures(&design.mixtures(), self.scene().projection.delta);
         let thresholds = now.thresholds(&progress.first_measures);
         let pass = match now.phase() {

@@ -43,11 +43,7 @@ impl CoDesign {
         known: Option<Reached>,
         record: &mut Record,
     ) {
-        let (design, rate, seed) = (
-            self.evaluator.design(progress),
-            now.learning_rate(),
-            progress.seed,
-        );
+        let (design, rate, seed) = (self.design(progress), now.learning_rate(), progress.seed);
         let mut learners = self.learners(progress, now);
         let (learned, reached) = rayon::join(
             || {
@@ -55,7 +51,7 @@ impl CoDesign {
                 let each = each.map(|learner| self.learn(learner, window, &design, rate, seed));
                 each.collect::<Vec<Learned>>()
             },
-            || known.unwrap_or_else(|| self.evaluator.evaluate(progress)),
+            || known.unwrap_or_else(|| self.evaluate(progress)),
         );
         note_displacement(record, Some(reached));
         progress.note_candidate(reached.merit);

@@ -3,7 +3,9 @@
 //! [`CoDesign::iterate`] does one iteration. It updates a [`Progress`], which is the whole state of an
 //! optimisation, and returns a [`Record`] of the iteration. Its random numbers depend only on the seed and the
 //! iteration. It neither reads nor writes files. At the end,
-//! [`Evaluator::deliver`](crate::judge::Evaluator::deliver) chooses the controller and measures the robot. [`CoDesign::optimise`] does everything from start to result:
+//! [`CoDesign::deliver`] chooses the controller and measures the robot. What takes a [`Progress`] is a method of [`CoDesign`];
+//! what takes any robot is one of [`Evaluator`](crate::judge::Evaluator). [`CoDesign::optimise`] does everything from start to
+//! result:
 //!
 //! ```
 //! use cosmic::search::CoDesign;
@@ -54,7 +56,6 @@ pub use begin::CoDesign;
 pub use progress::{Progress, Record, Settled};
 pub use review::Review;
 pub use schedule::{PassKind, Phase, Schedule};
-pub use settle::settle;
 pub use slope::{GradientPoint, Slope};
 pub use slopes::Variables;
 pub use windows::{Learner, Walkers, Window};

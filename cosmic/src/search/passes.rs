@@ -3,7 +3,6 @@
 use super::begin::CoDesign;
 use super::progress::{Progress, Record};
 use super::schedule::{Phase, Schedule};
-use super::settle::settle;
 use super::slope::{GradientPoint, Slope};
 use super::slopes::Variables;
 use crate::design::{Design, clamp};
@@ -41,11 +40,11 @@ impl CoDesign {
         now: &Schedule,
         record: &mut Record,
     ) {
-        let at = self.evaluator.point(progress, now);
+        let at = self.point(progress, now);
         let full = self.is_evaluated(now);
         let (slopes, evaluated) = rayon::join(
             || self.evaluator.design_slopes(&at),
-            || full.then(|| self.evaluator.evaluate(progress)),
+            || full.then(|| self.evaluate(progress)),
         );
         note_displacement(record, evaluated);
         let seen = match slopes[0] {
@@ -56,7 +55,7 @@ impl CoDesign {
         self.note_horizon(record, &known, Variables::Design(seen), &at);
         progress.note_slopes(known);
 
-        let (rows, terms) = self.evaluator.rows_and_terms(&at.inputs, progress, now);
+        let (rows, terms) = self.rows_and_terms(&at.inputs, progress, now);
         let share = self.scene().schedule.stability_share;
         let before = progress.design.vectors().into_owned();
         let mut z = before.clone();
@@ -85,7 +84,7 @@ impl CoDesign {
         }
         clamp(&mut z);
         progress.design = Design::Undecided(z);
-        if self.evaluator.is_augmented() {
+        if self.is_augmented() {
             let (lagrangian, before) = (&mut progress.lagrangian, &progress.violations);
             lagrangian.update(&record.violations, before, PENALTY_GROWTH);
         }
@@ -104,8 +103,8 @@ impl CoDesign {
         if let (Phase::FineTuning, Some(window)) = (now.phase(), &self.window) {
             return self.window_pass(window, progress, now, known, record);
         }
-        let at = self.evaluator.point(progress, now);
-        let design = self.evaluator.design(progress);
+        let at = self.point(progress, now);
+        let design = self.design(progress);
         let full = self.is_evaluated(now);
         let trust = progress.settled.as_ref().map_or(1.0, |s| s.trust);
         let rate = trust * now.learning_rate();
@@ -116,7 +115,7 @@ impl CoDesign {
         };
         let ([slope], evaluated) = rayon::join(
             || self.evaluator.slopes([variables], &at),
-            || known.or_else(|| full.then(|| self.evaluator.evaluate(progress))),
+            || known.or_else(|| full.then(|| self.evaluate(progress))),
         );
         note_displacement(record, evaluated);
         self.note_horizon(record, &[&slope], variables, &at);
@@ -125,7 +124,7 @@ impl CoDesign {
         }
         if let (Phase::FineTuning, Some(reached)) = (now.phase(), evaluated) {
             progress.note_candidate(reached.merit);
-            if settle(&self.evaluator, progress, now, reached.merit) {
+            if self.settle(progress, now, reached.merit) {
                 return;
             }
         }

@@ -5,11 +5,10 @@ use std::sync::Arc;
 use autodiff::{Real, Var};
 use autodiff_programs::CotangentBound;
 
-use super::progress::Progress;
 use super::schedule::Schedule;
 use super::slope::{GradientPoint, Slope};
 use crate::design::{Design, Mixture};
-use crate::inputs::{CONTROLLER, DESIGN, InputBlock, Inputs, NOTHING};
+use crate::inputs::{CONTROLLER, DESIGN, InputBlock, NOTHING};
 use crate::judge::Evaluator;
 use crate::objective::{AnyLoss, LossOf, walks};
 use crate::projection::Projection;
@@ -49,37 +48,14 @@ impl Variables<'_> {
     }
 }
 
-/// After this number of passes without any gradient, the payload counts as stuck.
-const PATIENCE: usize = 3;
-
 /// Rollouts whose mean speed exceeds this share of the speed bound are checked. Few walking robots are that fast: the
 /// share is 1 m/s if the bound is 100 m/s.
 const WALKS: f64 = 0.01;
 
 impl Evaluator {
-    /// The point at which an iteration computes its gradients: the current robot, the domains, and the horizon.
-    pub fn point(&self, progress: &Progress, now: &Schedule) -> GradientPoint {
-        let (first, variations) = self.domains(progress, now);
-        GradientPoint {
-            variations,
-            inputs: self.inputs(progress),
-            horizon: self.horizon(now, first),
-            sticks: progress.flat >= PATIENCE,
-        }
-    }
-
-    /// The inputs of a rollout of the current robot from the unperturbed start.
-    pub fn inputs(&self, progress: &Progress) -> Inputs<f64> {
-        Inputs {
-            z: progress.design.vectors().into_owned(),
-            controller: progress.controller.clone(),
-            start: self.start.clone(),
-        }
-    }
-
     /// The horizon of an iteration: the steps that the gradient is computed over, `first` steps after the
     /// start of the clock, and the bound on its cotangents.
-    fn horizon(&self, now: &Schedule, first: usize) -> Span {
+    pub(super) fn horizon(&self, now: &Schedule, first: usize) -> Span {
         Span {
             first,
             cotangent_bound: self.cotangent_bound(),

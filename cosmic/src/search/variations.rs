@@ -1,22 +1,39 @@
-//! The variations over which gradients are averaged.
+//! The point at which an iteration computes its gradients, and the variations over which it averages them.
 
 use rand::RngExt;
 use rand::rngs::ChaCha8Rng;
 use rayon::prelude::*;
 
+use super::begin::CoDesign;
 use super::progress::Progress;
 use super::schedule::Schedule;
-use crate::judge::{Evaluator, robots_of, with_goals};
+use super::slope::GradientPoint;
+use crate::judge::{robots_of, with_goals};
 use crate::random::{Purpose, stream_of};
 use crate::scene::{GoalKind, GoalsSettings};
 use crate::world::{Variation, draw_goal, draw_many, together};
 
-impl Evaluator {
+/// After this number of passes without any gradient, the payload counts as stuck.
+const PATIENCE: usize = 3;
+
+impl CoDesign {
+    /// The point at which an iteration computes its gradients: the current robot, the domains, and the horizon.
+    pub fn point(&self, progress: &Progress, now: &Schedule) -> GradientPoint {
+        let (first, variations) = self.domains(progress, now);
+        GradientPoint {
+            variations,
+            inputs: self.inputs(progress),
+            horizon: self.evaluator.horizon(now, first),
+            sticks: progress.flat >= PATIENCE,
+        }
+    }
+
     /// The domains over which an iteration averages its gradients, and the number of steps on the clock at their starts.
     /// Empty for a scene without domain randomisation and without given goals. They depend only on the robot, the seed and
     /// the iteration, so that a resumed run draws the same domains.
     pub fn domains(&self, progress: &Progress, now: &Schedule) -> (usize, Vec<Variation>) {
-        let (robust, goals) = (&self.scene.robust, self.scene.controller.goals);
+        let scene = self.scene();
+        let (robust, goals) = (&scene.robust, scene.controller.goals);
         let number = now.iteration as u64;
         let stream = |purpose| stream_of(progress.seed, purpose, number);
         let count = match goals {
@@ -24,16 +41,16 @@ impl Evaluator {
             GoalKind::Given => GoalsSettings::SAMPLES,
         };
         let domains = match robust.samples {
-            0 => vec![self.nominal(); count],
+            0 => vec![self.evaluator.nominal(); count],
             _ => {
                 let stream = stream(Purpose::DomainRandomisation);
-                draw_many(&self.world, &robust.scatter(), count, stream)
+                draw_many(self.world(), &robust.scatter(), count, stream)
             }
         };
         match goals {
             GoalKind::Fixed => (0, domains),
             GoalKind::Given => {
-                let rest = self.scene.physics.steps.saturating_sub(now.horizon());
+                let rest = self.scene().physics.steps.saturating_sub(now.horizon());
                 self.with_a_goal(domains, progress, rest, stream(Purpose::Goals))
             }
         }
@@ -49,8 +66,8 @@ impl Evaluator {
         rest: usize,
         mut stream: ChaCha8Rng,
     ) -> (usize, Vec<Variation>) {
-        let goals = &self.scene.goals;
-        let whole = (self.scene.physics.steps / GoalsSettings::COUNT).min(rest);
+        let goals = &self.scene().goals;
+        let whole = (self.scene().physics.steps / GoalsSettings::COUNT).min(rest);
         let steps = match progress.iteration % GoalsSettings::COUNT {
             0 => 0,
             _ => stream.random_range(whole / 2..=whole),
@@ -58,7 +75,7 @@ impl Evaluator {
         let mut with_one = |domains: Vec<Variation>, in_turn: usize| {
             with_goals(domains, |k, domain| {
                 let ahead = (k / in_turn).is_multiple_of(2);
-                draw_goal(&self.world, &domain.start, goals, ahead, &mut stream)
+                draw_goal(self.world(), &domain.start, goals, ahead, &mut stream)
             })
         };
         let mut domains = with_one(domains, 1);
@@ -66,10 +83,11 @@ impl Evaluator {
             return (0, domains);
         }
         let (design, controller) = (self.design(progress), &progress.controller);
-        let precision = self.scene.gradient.precision;
+        let precision = self.scene().gradient.precision;
         let walk = |domains: &[Variation]| {
             let robots = robots_of(&design, domains);
-            self.watched(&robots, controller, vec![steps], precision)
+            self.evaluator
+                .watched(&robots, controller, vec![steps], precision)
         };
         let chunks = domains.par_chunks(together(domains.len()));
         let walked: Vec<_> = chunks.flat_map_iter(walk).collect();

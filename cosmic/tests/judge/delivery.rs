@@ -6,7 +6,7 @@ use cosmic::judge::{Candidate, Delivery, Evaluator, Measurements, Measuring, Qua
 use cosmic::objective::{Loss, of_scene};
 use cosmic::random::{Purpose, stream};
 use cosmic::scene::{Integrator, LossKind, PhysicsSettings, Scene, SelectionSettings, TaskKind};
-use cosmic::search::{CoDesign, Progress, Schedule, settle};
+use cosmic::search::{CoDesign, Progress, Schedule};
 use cosmic::walk::{self, BarLoad, EdgeMoments};
 use cosmic::world::{Span, Trajectory, Variation, draw};
 use std::cell::Cell;
@@ -15,14 +15,14 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 #[test]
 fn a_delivery_stops_between_its_parts() {
-    let (evaluator, progress) = begun(&tiny());
+    let (codesign, progress) = begun(&tiny());
     let asked = Cell::new(0);
     let stops_at = |question: usize| {
         asked.set(0);
         let known = Measurements::default();
-        delivered(&evaluator, &progress, known, question, &asked).0
+        delivered(&codesign, &progress, known, question, &asked).0
     };
-    assert_eq!(stops_at(usize::MAX), Some(evaluator.deliver(&progress)));
+    assert_eq!(stops_at(usize::MAX), Some(codesign.deliver(&progress)));
     let questions = asked.get();
     assert!(questions > 3);
     for question in 1..=questions {
@@ -34,7 +34,7 @@ fn a_delivery_stops_between_its_parts() {
 
 /// A delivery that is stopped at a question and at all later ones, and the measurements that it has done.
 fn delivered(
-    evaluator: &Evaluator,
+    codesign: &CoDesign,
     progress: &Progress,
     known: Measurements,
     question: usize,
@@ -48,9 +48,9 @@ fn delivered(
         rollouts: SelectionSettings::FINAL_ROLLOUTS,
         known,
         is_stopped: &is_stopped,
-        keep: &mut |_| (),
+        keep: None,
     };
-    let delivery = evaluator.deliver_unless(progress, &mut measuring);
+    let delivery = codesign.deliver_unless(progress, &mut measuring);
     (delivery, measuring.known)
 }
 
@@ -74,12 +74,12 @@ impl Loss for Counted {
 fn a_stopped_delivery_goes_on_where_it_stopped() {
     let count = Arc::new(AtomicUsize::new(0));
     let codesign = CoDesign::with_loss(&tiny(), Counted(Arc::clone(&count))).unwrap();
-    let (evaluator, progress) = (codesign.evaluator(), codesign.begin(1).unwrap());
+    let progress = codesign.begin(1).unwrap();
     let asked = Cell::new(0);
     let counted = |known: Measurements, question: usize| {
         asked.set(0);
         let before = count.load(Ordering::Relaxed);
-        let (delivery, known) = delivered(evaluator, &progress, known, question, &asked);
+        let (delivery, known) = delivered(&codesign, &progress, known, question, &asked);
         (delivery, known, count.load(Ordering::Relaxed) - before)
     };
     let (whole, _, all) = counted(Measurements::default(), usize::MAX);
@@ -108,7 +108,7 @@ fn a_stopped_delivery_goes_on_where_it_stopped() {
 fn rollouts_with_other_time_steps_see_the_stop() {
     let (mut codesign, progress) = after(&tiny(), 0, 1);
     codesign.stop_by(Some(Arc::new(AtomicBool::new(true))));
-    let other = codesign.evaluator().deliver(&progress).other_steps;
+    let other = codesign.deliver(&progress).other_steps;
     // A rollout that was stopped has no result, which counts as minus infinity.
     assert_eq!(other.half.displacement, f64::NEG_INFINITY);
     let (_, medians) = other.integrator.unwrap();
@@ -120,8 +120,8 @@ fn rollouts_with_other_time_steps_see_the_stop() {
 fn delivered_loads_cover_every_step() {
     let scene = Scene::parse("lively", &[MOBILE_ROBOT, "iterations = 9"].concat()).unwrap();
     let (codesign, progress) = after(&scene, 9, 1);
-    let delivery = codesign.evaluator().deliver(&progress);
-    let design = codesign.evaluator().design(&progress);
+    let delivery = codesign.deliver(&progress);
+    let design = codesign.design(&progress);
     let (world, start) = (codesign.world(), &codesign.evaluator().start);
     let robot = world.robot(world.body(&design), delivery.controller.clone(), start);
     let moments = |every: usize| {
@@ -172,7 +172,7 @@ fn delivered_loads_cover_every_step() {
 fn an_unreliable_candidate_is_delivered_only_for_its_lower_quantile() {
     let mut scene = tiny();
     scene.schedule.settle = 1.0;
-    let (evaluator, mut progress) = begun(&scene);
+    let (codesign, mut progress) = begun(&scene);
     let mut candidate = |bias: f64, merit: f64, [p10, p50]: [f64; 2]| {
         progress.controller.numbers_mut()[0] += bias;
         let spread = Quantiles { p10, p50, p90: p50 };
@@ -189,16 +189,12 @@ fn an_unreliable_candidate_is_delivered_only_for_its_lower_quantile() {
         let mut progress = progress.clone();
         progress.controller = last.controller.clone();
         progress.candidates = vec![rival.clone(), steady.clone(), last.clone()];
-        let delivered = evaluator.deliver(&progress).controller;
+        let delivered = codesign.deliver(&progress).controller;
         let is = |c: &Candidate| c.controller == delivered;
         assert!(is(&rival) || is(&steady));
         let mut settled = progress.clone();
-        assert!(settle(
-            &evaluator,
-            &mut settled,
-            &Schedule::at(&evaluator.scene, 12),
-            0.1
-        ));
+        let now = Schedule::at(codesign.scene(), 12);
+        assert!(codesign.settle(&mut settled, &now, 0.1));
         assert_eq!(settled.controller, delivered);
         is(&rival)
     };
@@ -226,18 +222,18 @@ fn an_unreliable_candidate_is_delivered_only_for_its_lower_quantile() {
 fn median(scene: &Scene, progress: &Progress, change: impl Fn(&mut PhysicsSettings)) -> f64 {
     let mut scene = scene.clone();
     change(&mut scene.physics);
-    let evaluator = Evaluator::new(&scene, of_scene(&scene)).unwrap();
+    let codesign = CoDesign::new(&scene).unwrap();
     // No other controller can be delivered.
     let progress = Progress {
         candidates: Vec::new(),
         ..progress.clone()
     };
-    of_eight(&evaluator, &progress).spread.p50
+    of_eight(&codesign, &progress).spread.p50
 }
 
 /// The delivery of a robot that is measured in eight rollouts, like all its medians with other physics.
-fn of_eight(evaluator: &Evaluator, progress: &Progress) -> Delivery {
-    evaluator.deliver_over(progress, 8)
+fn of_eight(codesign: &CoDesign, progress: &Progress) -> Delivery {
+    (codesign.deliver_unless(progress, &mut Measuring::over(8))).unwrap()
 }
 
 /// A robot's other medians are those of scenes with half the step and with another integrator. A robot is unreliable if one
@@ -249,7 +245,7 @@ fn a_delivery_tells_whether_the_robot_depends_on_the_time_step() {
         let mut scene = Scene::parse("lively", &[MOBILE_ROBOT, "iterations = 9"].concat()).unwrap();
         scene.physics.steps = 768;
         let (codesign, progress) = after(&scene, 9, seed);
-        let delivery = codesign.evaluator().deliver(&progress);
+        let delivery = codesign.deliver(&progress);
         let progress = Progress {
             controller: delivery.controller.clone(),
             ..progress
@@ -265,7 +261,7 @@ fn a_delivery_tells_whether_the_robot_depends_on_the_time_step() {
         finer.physics.dt *= 0.5;
         finer.physics.steps *= 2;
         let finer = Evaluator::new(&finer, of_scene(&finer)).unwrap();
-        let design = codesign.evaluator().design(&progress);
+        let design = codesign.design(&progress);
         let seen = finer.observe(&design, &delivery.controller);
         let half_step = delivery.half_step.unwrap();
         assert_eq!(half_step.bars, seen.bars);
@@ -276,7 +272,7 @@ fn a_delivery_tells_whether_the_robot_depends_on_the_time_step() {
         assert_eq!(integrator, Integrator::Leapfrog);
         assert_eq!(delivery.other_steps.half.displacement, half);
         assert_eq!(medians.displacement, leapfrog);
-        let own = of_eight(codesign.evaluator(), &progress).spread.p50;
+        let own = of_eight(&codesign, &progress).spread.p50;
         // In this lattice of 0.1 m, 5 cm is the shortest distance that counts.
         let differs = |other: f64| (other - own).abs() > 0.2 * own.abs().max(0.05);
         let reason = delivery.reliability.reason().unwrap_or_default();
@@ -323,8 +319,8 @@ fn implicit_scenes_are_compared_with_explicit_steps_if_these_are_affordable() {
     let found = |stiffness: &str| {
         let text = format!("{stiffness}\n[physics]\nintegrator = 'implicit'\n");
         let scene = tiny().with("implicit", &text).unwrap();
-        let (evaluator, progress) = begun(&scene);
-        let other = evaluator.deliver(&progress).other_steps.integrator;
+        let (codesign, progress) = begun(&scene);
+        let other = codesign.deliver(&progress).other_steps.integrator;
         (scene, progress, other)
     };
     let (scene, progress, other) = found("");
@@ -344,8 +340,8 @@ fn a_loss_sees_the_same_times_at_half_the_step() {
     scene.objective.task = TaskKind::Climb;
     scene.loss.kind = LossKind::Mean;
     (scene.loss.window, scene.loss.every) = (12, 4);
-    let (evaluator, progress) = begun(&scene);
-    let half = evaluator.deliver(&progress).other_steps.half;
+    let (codesign, progress) = begun(&scene);
+    let half = codesign.deliver(&progress).other_steps.half;
     let mut finer = scene.clone();
     finer.physics.dt *= 0.5;
     finer.physics.steps *= 2;
@@ -363,13 +359,13 @@ fn final_quantiles_are_over_24_rollouts() {
     let scene = Scene::parse("lively", &[MOBILE_ROBOT, "iterations = 9"].concat()).unwrap();
     let (codesign, progress) = after(&scene, 9, 1);
     let evaluator = codesign.evaluator();
-    let over = |rollouts: usize| evaluator.deliver_over(&progress, rollouts);
-    let (own, eight) = (evaluator.deliver(&progress), over(8));
-    assert_eq!(own, over(24));
+    let (own, eight) = (codesign.deliver(&progress), of_eight(&codesign, &progress));
+    let over_24 = codesign.deliver_unless(&progress, &mut Measuring::over(24));
+    assert_eq!(Some(&own), over_24.as_ref());
     assert_ne!(own.robust, eight.robust);
     assert_ne!(own.spread, eight.spread);
     let robust = |delivery: &Delivery, domains: &[Variation]| {
-        let design = evaluator.design(&progress);
+        let design = codesign.design(&progress);
         let along = |domain: &Variation| {
             evaluator
                 .reach(&design, &delivery.controller, domain)
@@ -408,14 +404,14 @@ fn slippery_ground_is_a_scene_with_less_friction() {
     };
     let own = scene(0.5, "coulomb");
     let (codesign, progress) = after(&own, 9, 1);
-    let delivery = codesign.evaluator().deliver(&progress);
+    let delivery = codesign.deliver(&progress);
     let progress = Progress {
         controller: delivery.controller.clone(),
         candidates: Vec::new(),
         ..progress
     };
     let slippery = scene(0.3, "coulomb");
-    let there = Evaluator::new(&slippery, of_scene(&slippery)).unwrap();
+    let there = CoDesign::new(&slippery).unwrap();
     let there = of_eight(&there, &progress);
     let found = delivery.low_friction.unwrap();
     // The products of the factors round differently, by 1e-16, and the robot is not chaotic.
@@ -433,8 +429,8 @@ fn slippery_ground_is_a_scene_with_less_friction() {
     let mut climbs = own.clone();
     climbs.objective.task = TaskKind::Climb;
     for other in [sticks, climbs] {
-        let evaluator = Evaluator::new(&other, of_scene(&other)).unwrap();
-        assert_eq!(evaluator.deliver(&progress).low_friction, None);
+        let codesign = CoDesign::new(&other).unwrap();
+        assert_eq!(codesign.deliver(&progress).low_friction, None);
     }
 }
 
@@ -442,14 +438,14 @@ fn slippery_ground_is_a_scene_with_less_friction() {
 #[test]
 fn a_robot_that_stays_in_place_is_not_reliable() {
     let mut scene = tiny();
-    let (evaluator, progress) = begun(&scene);
-    let delivery = evaluator.deliver(&progress);
+    let (codesign, progress) = begun(&scene);
+    let delivery = codesign.deliver(&progress);
     // The robot is 0.2 m long.
     assert!(delivery.robust.p50.abs() < 0.01, "{:?}", delivery.robust);
     assert!(delivery.reliability.stays_in_place());
     scene.objective.task = TaskKind::Climb;
-    let (evaluator, progress) = begun(&scene);
-    let delivery = evaluator.deliver(&progress);
+    let (codesign, progress) = begun(&scene);
+    let delivery = codesign.deliver(&progress);
     assert!(delivery.robust.p50.abs() < 0.01, "{:?}", delivery.robust);
     assert!(!delivery.reliability.stays_in_place());
 }
@@ -461,7 +457,7 @@ fn sensitivities_are_differences_of_medians_in_other_scenes() {
     let text = MOBILE_ROBOT.replace("[physics]", slides) + "iterations = 9";
     let scene = Scene::parse("lively", &text).unwrap();
     let (codesign, progress) = after(&scene, 9, 1);
-    let delivery = codesign.evaluator().deliver(&progress);
+    let delivery = codesign.deliver(&progress);
     let progress = Progress {
         controller: delivery.controller.clone(),
         ..progress

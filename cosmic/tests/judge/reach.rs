@@ -20,10 +20,10 @@ fn a_nearly_absurd_state_has_not_diverged() {
     scene.physics.speed_bound = None;
     scene.lattice.spacing = 0.001;
     scene.materials.stiffness = [1e-7, 1.0, 1.0];
-    let (evaluator, progress) = begun(&scene);
-    let reached = evaluator.evaluate(&progress);
+    let (codesign, progress) = begun(&scene);
+    let reached = codesign.evaluate(&progress);
     assert!((5e5..1e6).contains(&reached.along().abs()), "{reached:?}");
-    let delivery = evaluator.deliver(&progress);
+    let delivery = codesign.deliver(&progress);
     assert_eq!(delivery.seen.divergence, None);
     assert_eq!(delivery.seen.moved.forward(), reached.along());
     assert!(delivery.spread.p10.is_finite(), "{delivery:?}");
@@ -37,9 +37,7 @@ fn a_robot_with_a_node_beyond_the_bound_has_diverged() {
     scene.physics.speed_bound = None;
     let free = CoDesign::new(&scene).unwrap();
     let progress = free.begin(1).unwrap();
-    let all = free
-        .evaluator()
-        .watch(&progress, (0..=scene.physics.steps).collect());
+    let all = free.watch(&progress, (0..=scene.physics.steps).collect());
     let states = all.unwrap().states;
     let speed = |state: &State<f64>| state.speeds().fold(0.0, f64::max);
     let fastest = states.iter().map(speed).fold(0.0, f64::max);
@@ -49,21 +47,17 @@ fn a_robot_with_a_node_beyond_the_bound_has_diverged() {
     let mut moves = |bound| {
         scene.physics.speed_bound = bound;
         let codesign = CoDesign::new(&scene).unwrap();
-        let at = codesign
-            .evaluator()
-            .point(&progress, &Schedule::at(&scene, 1));
-        let walk = codesign
-            .evaluator()
-            .watch(&progress, vec![0, scene.physics.steps]);
+        let at = codesign.point(&progress, &Schedule::at(&scene, 1));
+        let walk = codesign.watch(&progress, vec![0, scene.physics.steps]);
         assert_eq!(
             walk.is_none(),
-            codesign.evaluator().evaluate(&progress).along().is_nan()
+            codesign.evaluate(&progress).along().is_nan()
         );
         let slopes = codesign.evaluator().design_slopes(&at);
         (
-            codesign.evaluator().evaluate(&progress),
+            codesign.evaluate(&progress),
             slopes,
-            codesign.evaluator().deliver(&progress),
+            codesign.deliver(&progress),
         )
     };
     let (reached, slopes, delivery) = moves(None);
@@ -101,16 +95,13 @@ fn rollouts_of_the_optimisation_have_the_precision_of_gradients() {
         scene.gradient.precision = GradientPrecision::F32;
         let single = CoDesign::new(&scene).unwrap();
         let progress = double.begin(1).unwrap();
-        let [a, b] = [&double, &single].map(|codesign| codesign.evaluator().evaluate(&progress));
+        let [a, b] = [&double, &single].map(|codesign| codesign.evaluate(&progress));
         // The expected rounding error is 0.3 * 24 * 100^(1/2) * 6e-8: lengths of 0.3 m, 24 steps, and in each
         // about 100 operations that round at 6e-8 with random signs.
         for (a, b) in [(a.along(), b.along()), (a.merit, b.merit)] {
             assert!(a != b && (a - b).abs() < 5e-6, "{a} {b}");
         }
-        assert_eq!(
-            double.evaluator().deliver(&progress),
-            single.evaluator().deliver(&progress)
-        );
+        assert_eq!(double.deliver(&progress), single.deliver(&progress));
     };
     check(tiny());
     let mut scene = tiny();
@@ -135,14 +126,14 @@ fn a_robust_rank_is_a_quantile_over_varied_robots() {
     let mut scene = Scene::parse("lively", &format!("{MOBILE_ROBOT}iterations = 9\n")).unwrap();
     (scene.physics.contact, scene.physics.friction) = (ContactLaw::coulomb(), 0.6);
     scene.selection.kind = SelectionKind::Robust;
-    let (evaluator, progress) = begun(&scene);
-    let reached = evaluator.evaluate(&progress);
+    let (codesign, progress) = begun(&scene);
+    let (evaluator, reached) = (codesign.evaluator(), codesign.evaluate(&progress));
     let mut stream = stream(progress.seed, Purpose::Ranking);
     let mut domains: Vec<_> = (0..SelectionSettings::PERTURBED_ROLLOUTS)
         .map(|_| draw(&evaluator.world, &VARIED, &mut stream))
         .collect();
     domains[0] = evaluator.world.nominal(&evaluator.start);
-    let design = evaluator.design(&progress);
+    let design = codesign.design(&progress);
     let alone = |domain| evaluator.reach(&design, &progress.controller, domain);
     let merits: Vec<f64> = domains.iter().map(|domain| alone(domain).merit).collect();
     let of_varied = Quantiles::of(&merits);

@@ -92,7 +92,7 @@ fn an_optimised_robot_is_its_own_image() {
     let mirror = codesign.world().lattice.mirror.clone().unwrap();
     while !codesign.is_done(&progress) {
         codesign.iterate(&mut progress);
-        let design = codesign.evaluator().design(&progress);
+        let design = codesign.design(&progress);
         let mixtures = design.mixtures();
         let images = mirror.edges.iter().map(|&image| mixtures[image]);
         assert!(

@@ -31,10 +31,10 @@ fn a_polish_changes_one_edge_if_that_gives_a_better_robot() {
         let (mut codesign, mut progress) = after(&scene, 10, seed);
         assert!(!progress.candidates.is_empty());
         let before = progress.clone();
-        let merit = codesign.evaluator().evaluate(&progress).merit;
+        let merit = codesign.evaluate(&progress).merit;
         // The learning rate is 0, so iteration 11 only polishes.
         codesign.iterate(&mut progress);
-        let reached = codesign.evaluator().evaluate(&progress).merit;
+        let reached = codesign.evaluate(&progress).merit;
         assert_eq!(progress.controller, before.controller);
         if changes(&before, &progress) == 0 {
             assert_eq!(reached, merit);
@@ -46,7 +46,7 @@ fn a_polish_changes_one_edge_if_that_gives_a_better_robot() {
         // The candidates before were measured with the robot before the change.
         let is_new = |c: &Candidate| c.iteration == before.iteration;
         assert!(progress.candidates.iter().all(is_new));
-        let [solid, actuators] = volumes(&codesign.evaluator().design(&progress).mixtures());
+        let [solid, actuators] = volumes(&codesign.design(&progress).mixtures());
         let bounds = VolumeBounds::widened(&scene.volume, VolumeSettings::WIDENING);
         // A layout may fill a bound exactly, up to rounding.
         let holds = |bound: Range, volume| bound.widened(1e-12).contains(volume);

@@ -1,7 +1,7 @@
 use crate::small::after;
 use cosmic::judge::Delivery;
 use cosmic::scene::Scene;
-use cosmic::search::{CoDesign, Progress, Schedule, Settled, settle};
+use cosmic::search::{CoDesign, Progress, Schedule, Settled};
 
 /// An update that loses more than this share of the merit is taken back.
 const LOSS: f64 = 0.05;
@@ -33,7 +33,7 @@ fn wild(settle: f64) -> Scene {
 
 fn optimised(scene: &Scene, seed: u64) -> (CoDesign, Progress, Delivery) {
     let (codesign, progress) = after(scene, scene.schedule.iterations, seed);
-    let delivery = codesign.evaluator().deliver(&progress);
+    let delivery = codesign.deliver(&progress);
     (codesign, progress, delivery)
 }
 
@@ -47,7 +47,7 @@ fn a_run_that_settles_ends_with_its_best_controller() {
         let best = progress.settled.as_ref().unwrap();
         taken_back += usize::from(best.trust < 1.0);
         // The last update has rate 0, so the last controller has been measured.
-        let reached = codesign.evaluator().evaluate(&progress).merit;
+        let reached = codesign.evaluate(&progress).merit;
         let least = best.merit - LOSS * best.merit.abs();
         let same = progress.controller == best.controller;
         assert!(same || reached >= least, "{reached} < {least}");
@@ -70,24 +70,19 @@ fn only_updates_are_taken_back() {
     let scene = wild(0.5);
     let (codesign, mut progress, _) = optimised(&scene, 0);
     let now = Schedule::at(&scene, scene.schedule.iterations);
-    let merit = codesign.evaluator().evaluate(&progress).merit;
+    let merit = codesign.evaluate(&progress).merit;
     let settled = Settled {
         controller: progress.controller.clone(),
         merit: merit + 1.0,
         trust: 1.0,
     };
     progress.settled = Some(settled.clone());
-    assert!(!settle(codesign.evaluator(), &mut progress, &now, merit));
+    assert!(!codesign.settle(&mut progress, &now, merit));
     let own = Settled { merit, ..settled };
     assert_eq!(progress.settled.as_ref(), Some(&own));
     // If the controller has changed, the same loss of merit makes settling take the change back.
     progress.controller.numbers_mut()[0] += 1.0;
-    assert!(settle(
-        codesign.evaluator(),
-        &mut progress,
-        &now,
-        merit - 1.0
-    ));
+    assert!(codesign.settle(&mut progress, &now, merit - 1.0));
     assert_eq!(progress.controller, own.controller);
     assert_eq!(progress.settled.map(|s| s.trust), Some(0.5));
 }
@@ -101,5 +96,5 @@ fn reused_medians_are_equal_to_new_ones() {
     let found = runs.find(|(_, progress, _)| is_measured(progress));
     let (codesign, mut progress, delivery) = found.expect("a run with a measured candidate");
     progress.candidates.iter_mut().for_each(|c| c.spread = None);
-    assert_eq!(codesign.evaluator().deliver(&progress), delivery);
+    assert_eq!(codesign.deliver(&progress), delivery);
 }

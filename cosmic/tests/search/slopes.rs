@@ -27,10 +27,11 @@ where
 /// The slopes of the loss over 24 steps along a direction in the design and along one in the controller. Each must
 /// agree with a finite difference.
 fn slopes_agree_with_differences(scene: &Scene) -> [f64; 2] {
-    let (evaluator, progress) = begun(scene);
-    let (inputs, horizon) = (evaluator.inputs(&progress), Span::of_steps(24));
+    let (codesign, progress) = begun(scene);
+    let evaluator = codesign.evaluator();
+    let (inputs, horizon) = (codesign.inputs(&progress), Span::of_steps(24));
     [DESIGN, CONTROLLER].map(|blocks| {
-        let loss = |inputs: &Inputs<_>| loss_at(&evaluator, inputs, &horizon);
+        let loss = |inputs: &Inputs<_>| loss_at(evaluator, inputs, &horizon);
         let (_, gradient) = inputs.differentiate(blocks, loss);
         let numbers = inputs.get(blocks);
         let direction: Vec<f64> = (0..numbers.len()).map(|k| (k as f64).cos()).collect();
@@ -38,7 +39,7 @@ fn slopes_agree_with_differences(scene: &Scene) -> [f64; 2] {
             let moved = numbers.iter().zip(&direction).map(|(x, d)| x + h * d);
             let mut inputs = inputs.clone();
             inputs.set(blocks, &moved.collect::<Vec<_>>());
-            loss_at(&evaluator, &inputs, &horizon)
+            loss_at(evaluator, &inputs, &horizon)
         };
         let slope: f64 = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
         let h = 1e-5;
@@ -86,10 +87,11 @@ fn bars_do_not_move_the_centre_of_mass() {
 
 /// The gradient with respect to the design over `steps` steps, averaged over the domains of the first iteration.
 fn slope_in_domains(scene: &Scene, steps: usize) -> Slope {
-    let (evaluator, progress) = begun(scene);
-    let mut at = evaluator.point(&progress, &Schedule::at(scene, 1));
+    let (codesign, progress) = begun(scene);
+    let mut at = codesign.point(&progress, &Schedule::at(scene, 1));
     at.horizon = Span::of_steps(steps);
-    let [slope] = evaluator.slopes([Variables::Design(Projection::Performance)], &at);
+    let variables = [Variables::Design(Projection::Performance)];
+    let [slope] = codesign.evaluator().slopes(variables, &at);
     slope
 }
 
@@ -113,11 +115,11 @@ fn gradients_in_f32_agree_with_gradients_in_f64() {
     scene.gradient.precision = GradientPrecision::F32;
     let single = CoDesign::new(&scene).unwrap();
     let progress = double.begin(1).unwrap();
-    let design = double.evaluator().design(&progress);
+    let design = double.design(&progress);
     let at = GradientPoint {
         sticks: false,
         variations: Vec::new(),
-        inputs: double.evaluator().inputs(&progress),
+        inputs: double.inputs(&progress),
         horizon: Span::of_steps(24),
     };
     for variables in [
@@ -145,11 +147,12 @@ fn gradients_in_f32_agree_with_gradients_in_f64() {
 #[test]
 fn gradients_computed_together_are_bit_identical_to_single_ones() {
     let check = |scene: &Scene| {
-        let (evaluator, progress) = begun(scene);
+        let (codesign, progress) = begun(scene);
+        let evaluator = codesign.evaluator();
         let at = GradientPoint {
             sticks: false,
             horizon: Span::of_steps(20),
-            ..evaluator.point(&progress, &Schedule::at(scene, 1))
+            ..codesign.point(&progress, &Schedule::at(scene, 1))
         };
         let both = [Projection::Performance, Projection::Stability].map(Variables::Design);
         let together = evaluator.slopes(both, &at);
@@ -169,8 +172,8 @@ fn gradients_computed_together_are_bit_identical_to_single_ones() {
 }
 
 /// The largest frequency of a vibration of a robot with a variation, in 1/s.
-fn frequency(evaluator: &Evaluator, progress: &Progress, variation: &Variation) -> f64 {
-    let (world, design) = (&evaluator.world, evaluator.design(progress));
+fn frequency(codesign: &CoDesign, progress: &Progress, variation: &Variation) -> f64 {
+    let (world, design) = (codesign.world(), codesign.design(progress));
     let robot = world
         .robots(&[(&design, variation)], &progress.controller)
         .remove(0);
@@ -188,15 +191,14 @@ fn time_steps_are_checked_for_the_robots_that_are_drawn() {
     let as_designed = evaluator.world.nominal(&evaluator.start);
     let nominal = (
         alone.step_check(&progress),
-        frequency(evaluator, &progress, &as_designed),
+        frequency(&alone, &progress, &as_designed),
     );
     (scene.robust.samples, scene.robust.spread) = (32, 4.0);
     let drawing = CoDesign::new(&scene).unwrap();
     let progress = drawing.begin(0).unwrap();
     let check = drawing.step_check(&progress);
-    let evaluator = drawing.evaluator();
-    let (_, drawn) = evaluator.domains(&progress, &Schedule::at(&scene, 1));
-    let drawn = drawn.iter().map(|v| frequency(evaluator, &progress, v));
+    let (_, drawn) = drawing.domains(&progress, &Schedule::at(&scene, 1));
+    let drawn = drawn.iter().map(|v| frequency(&drawing, &progress, v));
     let fastest = drawn.fold(0.0, f64::max);
     let faster = scene.robust.faster();
     assert!(nominal.1 < fastest && fastest < faster * nominal.1);
@@ -226,7 +228,7 @@ fn robots_get_their_goals_at_rest_or_on_their_way() {
         for iteration in 0..6 {
             progress.iteration = iteration;
             let now = Schedule::at(&scene, iteration + 1);
-            let (first, domains) = codesign.evaluator().domains(&progress, &now);
+            let (first, domains) = codesign.domains(&progress, &now);
             assert_eq!(first == 0, iteration % 3 == 0);
             assert!(
                 first == 0 || (longest / 2..=longest).contains(&first),
@@ -253,10 +255,10 @@ fn a_payload_that_sticks_gets_the_gradient_of_the_centre_of_mass() {
         let codesign = CoDesign::new(scene).unwrap();
         let mut progress = codesign.begin(0).unwrap();
         progress.flat = flat;
-        let (evaluator, now) = (codesign.evaluator(), Schedule::at(scene, 1));
-        let at = evaluator.point(&progress, &now);
-        let design = evaluator.design(&progress);
-        let [slope] = evaluator.slopes([Variables::Controller(&design)], &at);
+        let at = codesign.point(&progress, &Schedule::at(scene, 1));
+        let design = codesign.design(&progress);
+        let variables = [Variables::Controller(&design)];
+        let [slope] = codesign.evaluator().slopes(variables, &at);
         slope
     };
     let slope_of = |scene: &Scene| slope_after(3, scene);

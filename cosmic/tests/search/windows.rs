@@ -55,9 +55,10 @@ fn the_gradient_of_a_window_agrees_with_differences() {
     ] {
         let mut scene = scene();
         scene.objective.task = task;
-        let (evaluator, progress) = begun(&scene);
-        let window = Window::of_scene(&evaluator).unwrap();
-        let (design, first) = (evaluator.design(&progress), 100);
+        let (codesign, progress) = begun(&scene);
+        let evaluator = codesign.evaluator();
+        let window = Window::of_scene(evaluator).unwrap();
+        let (design, first) = (codesign.design(&progress), 100);
         let world = &evaluator.world;
         let robots = [world.nominal(&evaluator.start)];
         let walk = world.run(
@@ -66,7 +67,7 @@ fn the_gradient_of_a_window_agrees_with_differences() {
         );
         let variations = [robots[0].clone(), world.nominal(walk[0].at(first))];
         let slope_at =
-            |controller: &_| window.slope(&evaluator, &design, controller, &variations, first);
+            |controller: &_| window.slope(evaluator, &design, controller, &variations, first);
         let (slope, ends) = slope_at(&progress.controller);
         assert_eq!(ends.len(), variations.len());
         let direction: Vec<f64> = (0..slope.gradient.len())
@@ -136,7 +137,7 @@ fn the_best_contender_goes_on() {
     assert!(progress.contenders.is_empty());
     assert!(progress.controller.block(TEMPO)[0].is_finite());
     // The first contender alone, for as many updates.
-    let merit = |progress: &Progress| codesign.evaluator().evaluate(progress).merit;
+    let merit = |progress: &Progress| codesign.evaluate(progress).merit;
     let first = {
         let mut alone = before.clone();
         alone.contenders.truncate(1);
@@ -158,7 +159,7 @@ fn robots_learn_in_windows() {
     for seed in 0..3 {
         let (codesign, first) = after(&scene, 0, seed);
         let (_, last) = after(&scene, 16, seed);
-        let along = |progress: &Progress| codesign.evaluator().evaluate(progress).along();
+        let along = |progress: &Progress| codesign.evaluate(progress).along();
         // The robot is 0.2 m long.
         assert!(
             along(&last) > along(&first) + 0.2,

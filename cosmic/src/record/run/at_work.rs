@@ -135,7 +135,7 @@ impl Run {
         keep_scene(folder, &plan.scene)?;
         if progress.entered == Some(progress.iteration) {
             let lattice = &codesign.world().lattice;
-            let materials = codesign.evaluator().design(&progress).materials();
+            let materials = codesign.design(&progress).materials();
             let start =
                 DesignFile::new(lattice, &progress.design, &materials, &progress.controller);
             start.write(&folder.join(START))?;
@@ -200,10 +200,9 @@ impl Run {
             rollouts: SelectionSettings::FINAL_ROLLOUTS,
             known: self.progress.measurements.clone(),
             is_stopped: &|| observer.is_stopped(),
-            keep: &mut keep,
+            keep: Some(&mut keep),
         };
-        let evaluator = self.codesign.evaluator();
-        let delivery = evaluator.deliver_unless(&self.progress, &mut measuring);
+        let delivery = self.codesign.deliver_unless(&self.progress, &mut measuring);
         let known = measuring.known;
         // Rollouts that were stopped have no result.
         if let Some(delivery) = delivery.filter(|_| !observer.is_stopped()) {
@@ -293,7 +292,7 @@ impl Run {
     fn walk(&self) -> Option<Frames> {
         let physics = &self.plan.scene.physics;
         let moments = Frames::moments(physics.steps, physics.dt);
-        let seen = self.codesign.evaluator().watch(&self.progress, moments)?;
+        let seen = self.codesign.watch(&self.progress, moments)?;
         let spacing = self.codesign.world().lattice.spacing;
         Frames::of_moments(&seen, physics.dt, spacing)
     }
@@ -338,7 +337,7 @@ impl Run {
     /// Returns `error`, which says that the loss of the run was never finite. If the robot diverges, the cause is
     /// known: then writes the design and its last states, and returns the error about the divergence instead.
     fn or_divergence(&self, error: Error, observer: &mut dyn Observer) -> Error {
-        let delivery = self.codesign.evaluator().deliver(&self.progress);
+        let delivery = self.codesign.deliver(&self.progress);
         if is_asked(observer) {
             return self.interrupted();
         }

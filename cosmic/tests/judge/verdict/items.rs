@@ -449,7 +449,7 @@ fn a_mechanism_without_muscles_does_not_pass() {
     let layout = Design::Layout(vec![Material::Skeleton; 2]);
     let controller = Controller::xavier(&scene.controller, &codesign.world().lattice, 1);
     let progress = codesign.begin_with(1, layout, controller).unwrap();
-    let delivery = codesign.evaluator().deliver(&progress);
+    let delivery = codesign.deliver(&progress);
     let lattice = &codesign.world().lattice;
     let summary = Summary::new(&scene, &progress, &delivery);
     let verdict = summary.measured(&scene, lattice).verdict();
