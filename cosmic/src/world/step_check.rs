@@ -2,7 +2,6 @@
 //! first; only if the time step is beyond it, the largest frequency itself is computed.
 
 use std::fmt;
-use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
@@ -160,41 +159,21 @@ impl StepCheck {
         match (self.grade(), physics.unstable_step) {
             (Grade::Unstable, UnstableStep::Error) => {
                 let or_leave = "; to continue anyway set physics.unstable_step = \"warn\"";
-                Err(self.error(self.remedy() + or_leave))
+                Err(self.error(or_leave))
             }
             _ => Ok(()),
         }
     }
 
-    /// Like [`accept`](Self::accept), for a run whose folder is `run`, after `iteration` iterations. `own_loss` is true
-    /// if the caller supplied the loss.
-    ///
-    /// # Errors
-    /// [`Error::UnstableRun`].
-    pub fn accept_in(
-        &self,
-        run: &Path,
-        iteration: usize,
-        own_loss: bool,
-        physics: &PhysicsSettings,
-    ) -> Result<()> {
-        self.accept(physics).map_err(|_| Error::UnstableRun {
-            run: run.to_owned(),
-            iteration,
-            own_loss,
-            step: Box::new(self.error(self.remedy())),
-        })
-    }
-
-    /// The error for an unstable time step.
-    fn error(&self, remedy: String) -> Error {
+    /// The error for an unstable time step. `or` is another remedy, or empty.
+    pub(crate) fn error(&self, or: &str) -> Error {
         let limit = self.exact.unwrap_or(self.bound);
         Error::UnstableStep {
             dt: self.dt,
             limit: limit.step(),
             frequency: limit.frequency,
             node: limit.node,
-            remedy,
+            remedy: self.remedy() + or,
         }
     }
 
@@ -234,7 +213,7 @@ impl fmt::Display for StepCheck {
             ),
             // An unstable time step gets the text of the error, but without the advice to set `unstable_step`, which is
             // already set.
-            _ => write!(out, "{}", self.error(self.remedy())),
+            _ => write!(out, "{}", self.error("")),
         }
     }
 }

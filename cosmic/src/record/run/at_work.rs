@@ -301,10 +301,15 @@ impl Run {
     /// the scene does not allow that.
     fn judge_step(&mut self, observer: &mut dyn Observer) -> Result<()> {
         let check = self.codesign.step_check(&self.progress);
-        let (iteration, own_loss) = (self.progress.iteration, self.progress.own_loss);
+        let iteration = self.progress.iteration;
         let begins = iteration == self.progress.before_first();
         let physics = &self.plan.scene.physics;
-        check.accept_in(self.lock.folder(), iteration, own_loss, physics)?;
+        check.accept(physics).map_err(|_| Error::UnstableRun {
+            run: self.lock.folder().to_owned(),
+            iteration,
+            own_loss: self.progress.own_loss,
+            step: Box::new(check.error("")),
+        })?;
         if begins && let Some(text) = check.of_other_designs() {
             observer.warning(self, &text);
         }
