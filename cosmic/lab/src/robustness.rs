@@ -1,4 +1,4 @@
-//! Domain randomization: simulates finished designs in randomly drawn domains, that is, with random changes of start,
+//! Domain randomization: simulates finished designs with randomly drawn variations: random changes of start,
 //! friction, stiffness and masses. All designs get the same draws.
 
 use std::path::{Path, PathBuf};
@@ -46,7 +46,7 @@ impl Robustness {
         if self.runs.iter().all(|run| run.loss.is_none()) {
             return table.done();
         }
-        let says = "median loss over the drawn domains, if the task is not distance";
+        let says = "median loss over the drawn variations, if the task is not distance";
         let loss = Column::new("loss", says).decimals(4, "–");
         table.add(loss, |run| run.loss).done()
     }
@@ -61,25 +61,25 @@ cosmic::keys! {
         run: String, "text";
         /// Displacement of the robot as it was designed, from a single rollout.
         nominal: Option<f64>, "number or `null`", unit "m", columns ["nominal"];
-        /// The least displacement over the drawn domains.
+        /// The least displacement over the drawn variations.
         least: Option<f64>, "number or `null`", unit "m", columns ["least"];
-        /// 10 % quantile over the drawn domains.
+        /// 10 % quantile over the drawn variations.
         p10: Option<f64>, "number or `null`", unit "m", columns ["p10"];
-        /// Median over the drawn domains.
+        /// Median over the drawn variations.
         p50: Option<f64>, "number or `null`", unit "m", columns ["p50"];
-        /// 90 % quantile over the drawn domains.
+        /// 90 % quantile over the drawn variations.
         p90: Option<f64>, "number or `null`", unit "m", columns ["p90"];
-        /// Median displacement over the drawn domains without feedback (open loop).
+        /// Median displacement over the drawn variations without feedback (open loop).
         clock_p50: Option<f64>, "number or `null`", unit "m", columns ["clock_p50"];
-        /// Median loss over the drawn domains, if the task is not distance.
+        /// Median loss over the drawn variations, if the task is not distance.
         loss: Option<f64>, "number or `null`", unit "the loss's";
     }
 }
 
-/// The settings of domain randomization: how many domains are drawn, and how far they may differ from the nominal
-/// domain.
+/// The settings of domain randomization: how many variations are drawn, and how far they may differ from the nominal
+/// robot.
 #[derive(Clone, Debug)]
-pub struct DrawnDomains {
+pub struct DrawnVariations {
     /// The number of random draws.
     pub samples: usize,
     /// The largest random changes.
@@ -94,11 +94,11 @@ pub struct DrawnDomains {
     pub registry: Registry,
 }
 
-/// Rolls out the designs of finished runs in the drawn domains. Designs on lattices of equal size get equal draws.
+/// Rolls out the designs of finished runs with the drawn variations. Designs on lattices of equal size get equal draws.
 ///
 /// # Errors
 /// If a run is not finished, its scene or design cannot be read, or the design does not fit the scene.
-pub fn measure(runs: &[PathBuf], trial: &DrawnDomains) -> Result<Robustness> {
+pub fn measure(runs: &[PathBuf], trial: &DrawnVariations) -> Result<Robustness> {
     let mut divergences = Vec::new();
     let runs = runs.iter().map(|folder| {
         let (run, divergence) = one(folder, trial)?;
@@ -115,7 +115,7 @@ pub fn measure(runs: &[PathBuf], trial: &DrawnDomains) -> Result<Robustness> {
 }
 
 /// The result of one design, and how its rollout without random changes diverged.
-fn one(folder: &Path, trial: &DrawnDomains) -> Result<(RobustRun, Option<Divergence>)> {
+fn one(folder: &Path, trial: &DrawnVariations) -> Result<(RobustRun, Option<Divergence>)> {
     // The design is read before the scene. If a folder is not a run, both are missing, and the error should name the
     // design.
     let file = result_of(folder, run::DESIGN)?;

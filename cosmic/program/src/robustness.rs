@@ -8,7 +8,7 @@ use cosmic::error::{Error, Result};
 use cosmic::parallel::pool;
 use cosmic::scene::{RobustSettings, Scatter};
 use cosmic::walk::Divergence;
-use cosmic_lab::robustness::{DrawnDomains, measure};
+use cosmic_lab::robustness::{DrawnVariations, measure};
 use std::path::PathBuf;
 
 /// Simulate finished designs with random starts, friction, stiffness and masses
@@ -65,7 +65,7 @@ impl Arguments {
             stiffness: self.stiffness,
             mass: self.mass,
         };
-        let domains = DrawnDomains {
+        let variations = DrawnVariations {
             samples: self.samples.into(),
             scatter,
             seed: self.seed,
@@ -77,7 +77,7 @@ impl Arguments {
             registry: registry.clone(),
         };
         let pool = pool(self.work.threads)?;
-        let found = pool.install(|| measure(&self.runs, &domains))?;
+        let found = pool.install(|| measure(&self.runs, &variations))?;
         answer(&self.work.output, &found, &found.table().to_text())?;
         judge(&found.divergences)
     }

@@ -4,7 +4,6 @@ use autodiff::Parameters;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::domains::{PERTURBED_ROLLOUTS, VARIED};
 use super::evaluator::Evaluator;
 use super::measurements::Measuring;
 use super::observed::ObservedRollout;
@@ -14,6 +13,7 @@ use super::reach::{Reached, first_best, robots_of};
 use super::reliability::Reliability;
 use super::sensitivity::Sensitivity;
 use super::standstill::Standstill;
+use super::variations::{PERTURBED_ROLLOUTS, VARIED};
 use crate::design::{Design, Material, Mixture};
 use crate::geometry::{Dimension, Vector};
 use crate::policy::Controller;
@@ -41,13 +41,13 @@ pub struct Delivery {
     /// The quantiles by which the controller was chosen: those of its merit over perturbed starts. The merit is the
     /// displacement along the ground in metres; for tasks other than distance, it is minus the loss.
     pub selection: Quantiles,
-    /// The score by which the best of several runs is chosen: the median of `selection`, or its 10 % quantile if the
-    /// robot is unreliable over the starts of `selection`, or if the scene selects by robust displacements. If
-    /// the robot depends on the time step or the integrator, the score is at most the lowest median merit of
-    /// `other_steps`.
+    /// The score by which the best of several runs is chosen: the median of `selection`, or its 10 % quantile if the robot
+    /// is unreliable over the starts of `selection`, or if the scene has the selection `robust`. If the robot depends on the
+    /// time step or the integrator, the score is at most the lowest median merit of `other_steps`.
     pub selection_score: f64,
-    /// Quantiles of the displacement along the ground of robots that vary a little, in metres: the figures to quote; see
-    /// [`VARIED`](super::VARIED). If goals are given, these robots have the goal of the scene.
+    /// Quantiles of the displacement along the ground of robots that vary a little, in metres: the figures to quote. How
+    /// much they vary is [`VARIED`](super::VARIED) in all scenes, with or without a section `[robust]`. If goals are given,
+    /// these robots have the goal of the scene.
     pub robust: Quantiles,
     /// Whether the median of `robust` describes the robot well. For tasks other than distance: whether the median loss
     /// of these robots does.
@@ -89,13 +89,13 @@ pub struct Delivery {
 pub struct Candidate {
     /// The iteration that produced the controller.
     pub iteration: usize,
-    /// The merit in one full rollout, or with `robust` the 10 % quantile of several: the displacement along the ground in
-    /// metres; for tasks other than distance, minus the loss.
+    /// The merit in one full rollout, or with the selection `robust` the 10 % quantile of several: the displacement along
+    /// the ground in metres; for tasks other than distance, minus the loss.
     #[serde(rename = "along")]
     pub merit: f64,
     /// The controller.
     pub controller: Controller<f64>,
-    /// Quantiles of the merit over the domains in which controllers are compared. `None` if they were not measured, or
+    /// Quantiles of the merit over the variations with which controllers are compared. `None` if they were not measured, or
     /// if the 10 % quantile is not finite because rollouts diverged.
     pub spread: Option<Quantiles>,
 }
@@ -105,7 +105,7 @@ pub(crate) struct Entrants<'a> {
     pub(crate) design: &'a Design<[f64; 3]>,
     /// The controllers: that of the last iteration first, without duplicates.
     pub(crate) controllers: Vec<Candidate>,
-    /// The seed of the domains.
+    /// The seed of the variations.
     pub(crate) seed: u64,
 }
 
@@ -146,11 +146,11 @@ impl Evaluator {
         let seen = self.observe(&design, controller);
         measuring.go_on()?;
         let merit = self.unperturbed(&design, controller, seen.moved.forward());
-        let domains = self.varied(seed, Purpose::Variation, measuring.rollouts);
+        let variations = self.varied(seed, Purpose::Variation, measuring.rollouts);
         let ([robust, varied], robust_energy) = measuring.known_or("varied", || {
-            self.of_varied(&design, controller, seed, &domains)
+            self.of_varied(&design, controller, seed, &variations)
         })?;
-        let elsewhere = self.elsewhere(&design, controller, [&starts, &domains], measuring)?;
+        let elsewhere = self.elsewhere(&design, controller, [&starts, &variations], measuring)?;
         let [own, own_of_eight] = &spreads[0];
         let unsteady = self.unsteady(own_of_eight, &elsewhere.other_steps);
         Some(Delivery {
@@ -183,13 +183,14 @@ impl Evaluator {
         })
     }
 
-    /// Measures a robot from the perturbed starts and as the varied robots of `domains` in other circumstances than its own.
+    /// Measures a robot from the perturbed starts and as the varied robots of `variations`, each in other
+    /// circumstances than its own.
     /// `None` if the measurements are stopped.
     fn elsewhere(
         &self,
         design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
-        [starts, domains]: [&[Variation]; 2],
+        [starts, variations]: [&[Variation]; 2],
         measuring: &mut Measuring,
     ) -> Option<Elsewhere> {
         let eight = &starts[..PERTURBED_ROLLOUTS];
@@ -202,12 +203,12 @@ impl Evaluator {
                 self.with_other_steps(design, controller, eight)
             })?,
             low_friction: measuring.known_or("low_friction", || {
-                self.on_low_friction(design, controller, domains)
+                self.on_low_friction(design, controller, variations)
             })?,
             half_step: measuring.known_or("half_step", || self.at_half_step(design, controller))?,
             idle_merit: measuring.known_or("idle_merit", || {
-                self.quoted(starts, domains)
-                    .map(|domains| self.spreads(design, &[&idle], domains).remove(0).merit)
+                self.quoted(starts, variations)
+                    .map(|variations| self.spreads(design, &[&idle], variations).remove(0).merit)
             })?,
             sensitivities: match design {
                 Design::Layout(_) => measuring.known_or("sensitivities", || {
@@ -224,17 +225,17 @@ impl Evaluator {
         design: &Design<Mixture<f64>>,
         controllers: &[&Controller<f64>],
         starts: &[Variation],
-    ) -> Vec<[QuantilesOverDomains; 2]> {
+    ) -> Vec<[QuantilesOverVariations; 2]> {
         let reached = self.reached_over(design, controllers, starts);
         let of = |reached: &Vec<Reached>| {
-            [&reached[..], &reached[..PERTURBED_ROLLOUTS]].map(QuantilesOverDomains::of)
+            [&reached[..], &reached[..PERTURBED_ROLLOUTS]].map(QuantilesOverVariations::of)
         };
         reached.iter().map(of).collect()
     }
 
     /// The reasons not to trust a robot that walks differently with other time steps. `own` has its results with the
     /// scene's, from the same starts.
-    fn unsteady(&self, own: &QuantilesOverDomains, other: &OtherSteps) -> Vec<String> {
+    fn unsteady(&self, own: &QuantilesOverVariations, other: &OtherSteps) -> Vec<String> {
         let integrator = self.scene.physics.integrator;
         self.merit().unsteady(own.merit.p50, other, integrator)
     }
@@ -257,7 +258,7 @@ impl Evaluator {
     /// Whether a robot is reliable. `unsteady` has the reasons that follow from other time steps.
     fn reliability(
         &self,
-        varied: &QuantilesOverDomains,
+        varied: &QuantilesOverVariations,
         unperturbed: f64,
         unsteady: Vec<String>,
         standstill: Option<Standstill>,
@@ -303,7 +304,7 @@ impl Evaluator {
         self.reach(design, controller, &self.nominal()).merit
     }
 
-    /// The score by which controllers and runs are chosen, given the quantiles of the merit over the domains of the
+    /// The score by which controllers and runs are chosen, given the quantiles of the merit over the variations of the
     /// selection, and the merit of the unperturbed rollout.
     pub(super) fn score(&self, spread: &Quantiles, unperturbed: f64) -> f64 {
         match self.scene.selection.kind {
@@ -320,82 +321,83 @@ impl Evaluator {
 
     /// Measures robots that vary a little. Returns their displacements towards the goal of the scene, and their merits with
     /// given goals; both are the same without given goals. Also returns the energy of the robot whose displacement is
-    /// nearest to the median. `domains` are those of the variation, with given goals if the scene has them.
+    /// nearest to the median. `variations` have given goals if the scene has them.
     fn of_varied(
         &self,
         design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
         seed: u64,
-        domains: &[Variation],
-    ) -> ([QuantilesOverDomains; 2], Option<Energy>) {
-        let reach = |domains: &[Variation]| self.spreads(design, &[controller], domains).remove(0);
-        let varied = reach(domains);
-        let energy = |robust: &QuantilesOverDomains, domains: &[Variation]| {
-            let domain = &domains[robust.typical?];
-            self.energy_in(design, controller, domain, robust.displacement.p50)
+        variations: &[Variation],
+    ) -> ([QuantilesOverVariations; 2], Option<Energy>) {
+        let reach =
+            |variations: &[Variation]| self.spreads(design, &[controller], variations).remove(0);
+        let varied = reach(variations);
+        let energy = |robust: &QuantilesOverVariations, variations: &[Variation]| {
+            let variation = &variations[robust.typical?];
+            self.energy_in(design, controller, variation, robust.displacement.p50)
         };
         match self.scene.controller.goals {
-            GoalKind::Fixed => ([varied; 2], energy(&varied, domains)),
+            GoalKind::Fixed => ([varied; 2], energy(&varied, variations)),
             GoalKind::Given => {
-                let domains = self.drawn(&VARIED, seed, Purpose::Variation, domains.len());
-                let robust = reach(&domains);
-                ([robust, varied], energy(&robust, &domains))
+                let variations = self.drawn(&VARIED, seed, Purpose::Variation, variations.len());
+                let robust = reach(&variations);
+                ([robust, varied], energy(&robust, &variations))
             }
         }
     }
 
-    /// Measures a robot without feedback. Returns the quantiles of its displacement over the starts of `domains`, in
+    /// Measures a robot without feedback. Returns the quantiles of its displacement over the starts of `variations`, in
     /// metres.
     fn clock_alone(
         &self,
         design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
-        domains: &[Variation],
+        variations: &[Variation],
     ) -> Quantiles {
-        let spreads = (self.in_open_loop()).spreads(design, &[controller], domains);
+        let spreads = (self.in_open_loop()).spreads(design, &[controller], variations);
         spreads[0].displacement
     }
 
     /// The quantiles of the merit of each controller in `entrants` over the [selecting
-    /// domains](Self::selecting_domains). Quantiles that are already known are not measured again.
+    /// variations](Self::selecting_variations). Quantiles that are already known are not measured again.
     pub(crate) fn selections(
         &self,
         design: &Design<Mixture<f64>>,
         entrants: &[Candidate],
         seed: u64,
     ) -> Vec<Quantiles> {
-        let domains = self.selecting_domains(seed);
+        let variations = self.selecting_variations(seed);
         let unknown = entrants.iter().filter(|e| e.spread.is_none());
         let unknown: Vec<_> = unknown.map(|e| &e.controller).collect();
-        let mut found = self.spreads(design, &unknown, &domains).into_iter();
+        let mut found = self.spreads(design, &unknown, &variations).into_iter();
         let spread = |e: &Candidate| e.spread.or_else(|| found.next().map(|s| s.merit));
         entrants.iter().map_while(spread).collect()
     }
 
-    /// Measures controllers over the same domains, in parallel rollouts. Returns the quantiles of each controller's
+    /// Measures controllers over the same variations, in parallel rollouts. Returns the quantiles of each controller's
     /// results, in the order of the controllers.
     pub(super) fn spreads(
         &self,
         design: &Design<Mixture<f64>>,
         controllers: &[&Controller<f64>],
-        domains: &[Variation],
-    ) -> Vec<QuantilesOverDomains> {
-        let reached = self.reached_over(design, controllers, domains);
-        let of = |reached: &Vec<Reached>| QuantilesOverDomains::of(reached);
+        variations: &[Variation],
+    ) -> Vec<QuantilesOverVariations> {
+        let reached = self.reached_over(design, controllers, variations);
+        let of = |reached: &Vec<Reached>| QuantilesOverVariations::of(reached);
         reached.iter().map(of).collect()
     }
 
-    /// Simulates controllers in the same domains, in parallel rollouts. Returns the results of each controller.
+    /// Simulates controllers with the same variations, in parallel rollouts. Returns the results of each controller.
     fn reached_over(
         &self,
         design: &Design<Mixture<f64>>,
         controllers: &[&Controller<f64>],
-        domains: &[Variation],
+        variations: &[Variation],
     ) -> Vec<Vec<Reached>> {
-        let count = together(controllers.len() * domains.len());
+        let count = together(controllers.len() * variations.len());
         let jobs = controllers.iter();
         let jobs: Vec<_> = jobs
-            .flat_map(|c| domains.chunks(count).map(move |group| (*c, group)))
+            .flat_map(|c| variations.chunks(count).map(move |group| (*c, group)))
             .collect();
         let reach = |(controller, group): &(&Controller<f64>, &[Variation])| {
             self.reach_many(
@@ -406,14 +408,14 @@ impl Evaluator {
         };
         let reached: Vec<Vec<Reached>> = jobs.par_iter().map(reach).collect();
         let reached = reached.concat();
-        let of_each = reached.chunks_exact(domains.len());
+        let of_each = reached.chunks_exact(variations.len());
         of_each.map(<[Reached]>::to_vec).collect()
     }
 }
 
-/// The quantiles of one controller's results over several domains.
+/// The quantiles of one controller's results over several variations.
 #[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(super) struct QuantilesOverDomains {
+pub(super) struct QuantilesOverVariations {
     pub(super) displacement: Quantiles,
     /// The displacement across; 0 for a planar robot.
     pub(super) across: Quantiles,
@@ -422,7 +424,7 @@ pub(super) struct QuantilesOverDomains {
     typical: Option<usize>,
 }
 
-impl QuantilesOverDomains {
+impl QuantilesOverVariations {
     /// The quantiles over the results of one controller.
     fn of(reached: &[Reached]) -> Self {
         let displacement = spread(reached, |r| r.moved.forward());

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::domains::PERTURBED_ROLLOUTS;
 use super::evaluator::Evaluator;
+use super::variations::PERTURBED_ROLLOUTS;
 use crate::design::{Design, Mixture};
 use crate::laws::FRICTION;
 use crate::policy::Controller;
@@ -31,9 +31,9 @@ impl Evaluator {
                 ..variation.clone()
             }
         };
-        let domains = varied.iter().take(PERTURBED_ROLLOUTS).map(slippery);
-        let domains: Vec<Variation> = domains.collect();
-        let found = self.spreads(design, &[controller], &domains).remove(0);
+        let variations = varied.iter().take(PERTURBED_ROLLOUTS).map(slippery);
+        let variations: Vec<Variation> = variations.collect();
+        let found = self.spreads(design, &[controller], &variations).remove(0);
         Some(found.displacement.p50)
     }
 }

@@ -48,17 +48,17 @@ impl OtherSteps {
 }
 
 impl Evaluator {
-    /// Simulates a robot from the starts of `domains` with half the time step and with another integrator.
+    /// Simulates a robot from the starts of `variations` with half the time step and with another integrator.
     pub(super) fn with_other_steps(
         &self,
         design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
-        domains: &[Variation],
+        variations: &[Variation],
     ) -> OtherSteps {
         let medians = |physics: &PhysicsSettings| {
             let world = self.world.with_physics(physics, &self.scene.controller);
             let other = self.in_world(world);
-            let spread = other.spreads(design, &[controller], domains).remove(0);
+            let spread = other.spreads(design, &[controller], variations).remove(0);
             Medians {
                 displacement: spread.displacement.p50,
                 merit: spread.merit.p50,

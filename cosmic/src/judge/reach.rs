@@ -35,9 +35,9 @@ impl Reached {
 
 impl Evaluator {
     /// Simulates robots in full rollouts from the unperturbed start, in the precision of gradients, and returns their
-    /// results. In a scene that [selects](SelectionKind) by robust displacements, other rollouts vary the robots a
-    /// little. The merit of a robot is the 10 % quantile over all of its rollouts, or the merit of the unperturbed one
-    /// if that is lower. The seed determines the variations.
+    /// results. In a scene with the [selection](SelectionKind) `robust`, other rollouts vary the robots a little. The merit
+    /// of a robot is the 10 % quantile over all of its rollouts, or the merit of the unperturbed one if that is lower. The
+    /// seed determines the variations.
     pub(crate) fn ranked(
         &self,
         designs: &[Design<Mixture<f64>>],
@@ -47,7 +47,7 @@ impl Evaluator {
         if self.scene.selection.kind != SelectionKind::Robust {
             return self.reached(designs, controller);
         }
-        let domains = self.ranking_domains(seed);
+        let variations = self.ranking_variations(seed);
         let precision = self.scene.gradient.precision;
         let rank = |reached: &[Reached]| {
             let merits: Vec<f64> = reached.iter().map(|r| r.merit).collect();
@@ -58,7 +58,7 @@ impl Evaluator {
             }
         };
         let alone = |design: &Design<Mixture<f64>>| {
-            rank(&self.reach_many(&robots_of(design, &domains), controller, precision))
+            rank(&self.reach_many(&robots_of(design, &variations), controller, precision))
         };
         designs.par_iter().map(alone).collect()
     }
@@ -99,7 +99,7 @@ impl Evaluator {
         groups.flat_map_iter(side_by_side).collect()
     }
 
-    /// Simulates a robot in a full rollout in one domain, and returns the result.
+    /// Simulates a robot with a variation in a full rollout, and returns the result.
     pub fn reach(
         &self,
         design: &Design<Mixture<f64>>,

@@ -47,7 +47,7 @@ impl Evaluator {
         &self,
         design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
-        domains: &[Variation],
+        variations: &[Variation],
     ) -> Vec<Sensitivity> {
         let surroundings = self.world.surroundings::<f64>();
         let numbers = surroundings.iter().filter(|(name, value)| {
@@ -58,7 +58,7 @@ impl Evaluator {
         let varied = names.flat_map(|name| FACTORS.map(|factor| (name, factor)));
         let varied: Vec<(&str, f64)> = std::iter::once(("", 1.0)).chain(varied).collect();
         let medians: Vec<Median> = (varied.par_iter())
-            .map(|&(name, factor)| self.median_with(design, controller, domains, name, factor))
+            .map(|&(name, factor)| self.median_with(design, controller, variations, name, factor))
             .collect();
         let (own, medians) = (medians[0], &medians[1..]);
         let names = varied[1..].chunks_exact(FACTORS.len());
@@ -81,7 +81,7 @@ impl Evaluator {
         &self,
         design: &Design<Mixture<f64>>,
         controller: &Controller<f64>,
-        domains: &[Variation],
+        variations: &[Variation],
         name: &str,
         factor: f64,
     ) -> Median {
@@ -92,7 +92,7 @@ impl Evaluator {
         }
         let robot = world.robot(body, controller.clone(), &self.start);
         let robot = robot.in_surroundings(surroundings);
-        let starts = domains.iter().map(|domain| &domain.start);
+        let starts = variations.iter().map(|variation| &variation.start);
         let robots: Vec<_> = starts.map(|start| robot.from(start)).collect();
         let span = (self.rollouts).observing(vec![self.scene.physics.steps]);
         let walks = world.run(&robots, &span).into_iter().zip(&robots);

@@ -65,7 +65,7 @@ impl CoDesign {
         entrants
     }
 
-    /// Measures the quantiles of every candidate's merit (displacement or minus the loss) over the domains in which a
+    /// Measures the quantiles of every candidate's merit (displacement or minus the loss) over the variations with which a
     /// controller is chosen.
     pub fn judge_candidates(&self, progress: &mut Progress) {
         let design = self.design(progress);

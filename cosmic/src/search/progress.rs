@@ -22,7 +22,7 @@ const CANDIDATES: usize = 6;
 /// The whole state of an optimisation. An optimisation that is saved and resumed continues with the same bits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    /// The seed of all random numbers: initial weights, the side of a tilted start, perturbed starts and domains.
+    /// The seed of all random numbers: initial weights, the side of a tilted start, perturbed starts and variations.
     pub seed: u64,
     /// If the optimisation began with a given robot, the iteration after which that robot entered: the iteration of the
     /// snap if its design was a layout, otherwise 0. `None` if the optimisation began with the initial design of the

@@ -1,5 +1,5 @@
 //! [`Slope`], a gradient of the loss; [`GradientPoint`], the point at which gradients are computed; and means of gradients over
-//! design passes and over domains.
+//! design passes and over variations.
 
 use rayon::prelude::*;
 
@@ -62,7 +62,7 @@ impl Slope {
         }
     }
 
-    /// The mean over domains of every field. `slopes` has one `Slope` for each domain.
+    /// The mean over variations of every field. `slopes` has one `Slope` for each variation.
     pub(super) fn mean<'a>(slopes: impl ExactSizeIterator<Item = &'a Self>) -> Self {
         let share = 1.0 / slopes.len() as f64;
         let mut mean = Self::default();

@@ -96,8 +96,8 @@ impl Evaluator {
         }
     }
 
-    /// Gradients of the loss, in the precision of the scene: means over the domains, or the gradients of the nominal
-    /// task if there are no domains. A gradient may overflow, in f32 sooner than in f64; the caller then skips the
+    /// Gradients of the loss, in the precision of the scene: means over the variations, or the gradients of the
+    /// robot as designed if there are none. A gradient may overflow, in f32 sooner than in f64; the caller then skips the
     /// update.
     ///
     /// Several gradients in one call must all be with respect to the design, because their rollouts share the
@@ -150,7 +150,7 @@ impl Evaluator {
     ///
     /// The rollout of a gradient does not check whether the robot flies apart. If the mean speed of the payload was
     /// high, the rollout is repeated with this check. Few walking robots are so fast, but all robots that fly apart
-    /// are. With domains, the displacement is a mean and is not checked.
+    /// are. With variations, the displacement is a mean and is not checked.
     pub(super) fn judged(
         &self,
         displacement: f64,

@@ -17,9 +17,9 @@ use crate::world::{Variation, draw_goal, draw_many, together};
 const PATIENCE: usize = 3;
 
 impl CoDesign {
-    /// The point at which an iteration computes its gradients: the current robot, the domains, and the horizon.
+    /// The point at which an iteration computes its gradients: the current robot, the variations, and the horizon.
     pub fn point(&self, progress: &Progress, now: &Schedule) -> GradientPoint {
-        let (first, variations) = self.domains(progress, now);
+        let (first, variations) = self.variations(progress, now);
         GradientPoint {
             variations,
             inputs: self.inputs(progress),
@@ -28,10 +28,10 @@ impl CoDesign {
         }
     }
 
-    /// The domains over which an iteration averages its gradients, and the number of steps on the clock at their starts.
-    /// Empty for a scene without domain randomisation and without given goals. They depend only on the robot, the seed and
-    /// the iteration, so that a resumed run draws the same domains.
-    pub fn domains(&self, progress: &Progress, now: &Schedule) -> (usize, Vec<Variation>) {
+    /// The variations over which an iteration averages its gradients, and the number of steps on the clock at their starts.
+    /// Empty for a scene without domain randomisation (`[robust]`) and without given goals. They depend only on the robot,
+    /// the seed and the iteration, so that a resumed run draws the same variations.
+    pub fn variations(&self, progress: &Progress, now: &Schedule) -> (usize, Vec<Variation>) {
         let scene = self.scene();
         let (robust, goals) = (&scene.robust, scene.controller.goals);
         let number = now.iteration as u64;
@@ -40,7 +40,7 @@ impl CoDesign {
             GoalKind::Fixed => robust.samples,
             GoalKind::Given => GoalsSettings::SAMPLES,
         };
-        let domains = match robust.samples {
+        let variations = match robust.samples {
             0 => vec![self.evaluator.nominal(); count],
             _ => {
                 let stream = stream(Purpose::DomainRandomisation);
@@ -48,20 +48,20 @@ impl CoDesign {
             }
         };
         match goals {
-            GoalKind::Fixed => (0, domains),
+            GoalKind::Fixed => (0, variations),
             GoalKind::Given => {
                 let rest = self.scene().physics.steps.saturating_sub(now.horizon());
-                self.with_a_goal(domains, progress, rest, stream(Purpose::Goals))
+                self.with_a_goal(variations, progress, rest, stream(Purpose::Goals))
             }
         }
     }
 
-    /// These domains, each with one goal: half of the goals are ahead, half behind. In one of
+    /// These variations, each with one goal: half of the goals are ahead, half behind. In one of
     /// [`COUNT`](GoalsSettings::COUNT) iterations, robots begin at rest, as in a sequence of goals. In the others they
     /// are on their way to a goal before, for the number of steps that is returned, at most `rest`.
     fn with_a_goal(
         &self,
-        domains: Vec<Variation>,
+        variations: Vec<Variation>,
         progress: &Progress,
         rest: usize,
         mut stream: ChaCha8Rng,
@@ -72,31 +72,31 @@ impl CoDesign {
             0 => 0,
             _ => stream.random_range(whole / 2..=whole),
         };
-        let mut with_one = |domains: Vec<Variation>, in_turn: usize| {
-            with_goals(domains, |k, domain| {
+        let mut with_one = |variations: Vec<Variation>, in_turn: usize| {
+            with_goals(variations, |k, variation| {
                 let ahead = (k / in_turn).is_multiple_of(2);
-                draw_goal(self.world(), &domain.start, goals, ahead, &mut stream)
+                draw_goal(self.world(), &variation.start, goals, ahead, &mut stream)
             })
         };
-        let mut domains = with_one(domains, 1);
+        let mut variations = with_one(variations, 1);
         if steps == 0 {
-            return (0, domains);
+            return (0, variations);
         }
         let (design, controller) = (self.design(progress), &progress.controller);
         let precision = self.scene().gradient.precision;
-        let walk = |domains: &[Variation]| {
-            let robots = robots_of(&design, domains);
+        let walk = |variations: &[Variation]| {
+            let robots = robots_of(&design, variations);
             self.evaluator
                 .watched(&robots, controller, vec![steps], precision)
         };
-        let chunks = domains.par_chunks(together(domains.len()));
+        let chunks = variations.par_chunks(together(variations.len()));
         let walked: Vec<_> = chunks.flat_map_iter(walk).collect();
-        for (domain, walked) in domains.iter_mut().zip(walked) {
+        for (variation, walked) in variations.iter_mut().zip(walked) {
             if let Some(mut walked) = walked {
-                domain.start = walked.states.remove(0);
+                variation.start = walked.states.remove(0);
             }
         }
         // The goals ahead and behind follow goals ahead and behind equally often.
-        (steps, with_one(domains, 2))
+        (steps, with_one(variations, 2))
     }
 }

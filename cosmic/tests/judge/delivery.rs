@@ -364,21 +364,21 @@ fn final_quantiles_are_over_24_rollouts() {
     assert_eq!(Some(&own), over_24.as_ref());
     assert_ne!(own.robust, eight.robust);
     assert_ne!(own.spread, eight.spread);
-    let robust = |delivery: &Delivery, domains: &[Variation]| {
+    let robust = |delivery: &Delivery, variations: &[Variation]| {
         let design = codesign.design(&progress);
-        let along = |domain: &Variation| {
+        let along = |variation: &Variation| {
             evaluator
-                .reach(&design, &delivery.controller, domain)
+                .reach(&design, &delivery.controller, variation)
                 .along()
         };
-        Quantiles::of(&domains.iter().map(along).collect::<Vec<_>>())
+        Quantiles::of(&variations.iter().map(along).collect::<Vec<_>>())
     };
     let mut stream = stream(progress.seed, Purpose::Variation);
-    let domains: Vec<_> = (0..24)
+    let variations: Vec<_> = (0..24)
         .map(|_| draw(codesign.world(), &VARIED, &mut stream))
         .collect();
-    assert_eq!(own.robust, robust(&own, &domains));
-    assert_eq!(eight.robust, robust(&eight, &domains[..8]));
+    assert_eq!(own.robust, robust(&own, &variations));
+    assert_eq!(eight.robust, robust(&eight, &variations[..8]));
     let same = |d: &Delivery| {
         (
             d.controller.clone(),

@@ -129,13 +129,16 @@ fn a_robust_rank_is_a_quantile_over_varied_robots() {
     let (codesign, progress) = begun(&scene);
     let (evaluator, reached) = (codesign.evaluator(), codesign.evaluate(&progress));
     let mut stream = stream(progress.seed, Purpose::Ranking);
-    let mut domains: Vec<_> = (0..SelectionSettings::PERTURBED_ROLLOUTS)
+    let mut variations: Vec<_> = (0..SelectionSettings::PERTURBED_ROLLOUTS)
         .map(|_| draw(&evaluator.world, &VARIED, &mut stream))
         .collect();
-    domains[0] = evaluator.world.nominal(&evaluator.start);
+    variations[0] = evaluator.world.nominal(&evaluator.start);
     let design = codesign.design(&progress);
-    let alone = |domain| evaluator.reach(&design, &progress.controller, domain);
-    let merits: Vec<f64> = domains.iter().map(|domain| alone(domain).merit).collect();
+    let alone = |variation| evaluator.reach(&design, &progress.controller, variation);
+    let merits: Vec<f64> = variations
+        .iter()
+        .map(|variation| alone(variation).merit)
+        .collect();
     let of_varied = Quantiles::of(&merits);
     assert!(of_varied.p10 < of_varied.p90, "{merits:?}");
     assert_eq!(reached.merit, of_varied.p10.min(merits[0]));

@@ -76,7 +76,7 @@ fn bars_do_not_move_the_centre_of_mass() {
         (scene.lattice.drop, scene.objective.body) = (1.0, body);
         // With `one_piece`, the masses of nodes that are only partly in use would count less.
         (scene.start.tilt, scene.design.one_piece) = (0.2, false);
-        let slope = slope_in_domains(&scene, 24);
+        let slope = slope_in_variations(&scene, 24);
         slope.gradient.iter().map(|g| g.abs()).fold(0.0, f64::max)
     };
     let [payload, mass, nodes] = [MovedBody::Payload, MovedBody::Mass, MovedBody::Nodes].map(slope);
@@ -85,8 +85,8 @@ fn bars_do_not_move_the_centre_of_mass() {
     assert!(mass < 1e-9 * payload, "{mass} {payload}");
 }
 
-/// The gradient with respect to the design over `steps` steps, averaged over the domains of the first iteration.
-fn slope_in_domains(scene: &Scene, steps: usize) -> Slope {
+/// The gradient with respect to the design over `steps` steps, averaged over the variations of the first iteration.
+fn slope_in_variations(scene: &Scene, steps: usize) -> Slope {
     let (codesign, progress) = begun(scene);
     let mut at = codesign.point(&progress, &Schedule::at(scene, 1));
     at.horizon = Span::of_steps(steps);
@@ -96,11 +96,11 @@ fn slope_in_domains(scene: &Scene, steps: usize) -> Slope {
 }
 
 #[test]
-fn displacements_are_measured_from_the_start_of_the_domain() {
+fn displacements_are_measured_from_the_start_of_the_variation() {
     let mut scene = tiny();
     (scene.robust.samples, scene.robust.spread) = (2, 5.0);
     scene.physics.dt = 1e-6;
-    let slope = slope_in_domains(&scene, 1);
+    let slope = slope_in_variations(&scene, 1);
     // The payload starts up to a centimetre away from its nominal place. In a step this short it moves far less.
     assert!(slope.displacement.abs() < 1e-6, "{}", slope.displacement);
     assert!(slope.displacement != 0.0);
@@ -143,7 +143,7 @@ fn gradients_in_f32_agree_with_gradients_in_f64() {
     }
 }
 
-/// Two gradients in one call have the same bits as two calls, also over domains.
+/// Two gradients in one call have the same bits as two calls, also over variations.
 #[test]
 fn gradients_computed_together_are_bit_identical_to_single_ones() {
     let check = |scene: &Scene| {
@@ -197,7 +197,7 @@ fn time_steps_are_checked_for_the_robots_that_are_drawn() {
     let drawing = CoDesign::new(&scene).unwrap();
     let progress = drawing.begin(0).unwrap();
     let check = drawing.step_check(&progress);
-    let (_, drawn) = drawing.domains(&progress, &Schedule::at(&scene, 1));
+    let (_, drawn) = drawing.variations(&progress, &Schedule::at(&scene, 1));
     let drawn = drawn.iter().map(|v| frequency(&drawing, &progress, v));
     let fastest = drawn.fold(0.0, f64::max);
     let faster = scene.robust.faster();
@@ -228,20 +228,20 @@ fn robots_get_their_goals_at_rest_or_on_their_way() {
         for iteration in 0..6 {
             progress.iteration = iteration;
             let now = Schedule::at(&scene, iteration + 1);
-            let (first, domains) = codesign.domains(&progress, &now);
+            let (first, variations) = codesign.variations(&progress, &now);
             assert_eq!(first == 0, iteration % 3 == 0);
             assert!(
                 first == 0 || (longest / 2..=longest).contains(&first),
                 "{first}"
             );
             let mut ahead = 0;
-            for domain in &domains {
-                let moves = domain.start.v.iter().any(|v| v.norm() > 0.0);
+            for variation in &variations {
+                let moves = variation.start.v.iter().any(|v| v.norm() > 0.0);
                 assert_eq!(moves, first > 0);
-                let goal = domain.surroundings.goals().unwrap().first;
-                ahead += usize::from(goal.forward() > domain.start.x[payload].forward());
+                let goal = variation.surroundings.goals().unwrap().first;
+                ahead += usize::from(goal.forward() > variation.start.x[payload].forward());
             }
-            assert_eq!((ahead, domains.len()), (4, 8));
+            assert_eq!((ahead, variations.len()), (4, 8));
         }
     }
 }

@@ -7,7 +7,7 @@ use cosmic::world::{Variation, World, draw};
 use std::sync::Arc;
 
 #[test]
-fn without_ranges_the_domain_is_the_nominal_one() {
+fn without_ranges_the_variation_is_the_nominal_one() {
     let none = "base = \"stability\"\n[robust]\nsamples = 1\nspread = 0\nfriction = 0";
     let scene = Scene::parse("none", none).unwrap();
     let world = &World::new(lattice(3, 2, 0.0), &scene);

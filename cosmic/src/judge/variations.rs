@@ -8,7 +8,7 @@ use crate::random::{Purpose, stream, stream_of};
 use crate::scene::{GoalKind, Scatter, SelectionKind, SelectionSettings};
 use crate::world::{Variation, draw_goals, draw_many, perturbed};
 
-/// The number of domains in which robots are ranked and controllers are chosen.
+/// The number of variations with which robots are ranked and controllers are chosen.
 pub(super) const PERTURBED_ROLLOUTS: usize = SelectionSettings::PERTURBED_ROLLOUTS;
 
 /// The variations by which the reliability of a robot is judged, and by which the selection `robust` chooses
@@ -27,19 +27,20 @@ impl Evaluator {
         self.world.nominal(&self.start)
     }
 
-    /// The domains in which robots are ranked during an optimisation: the robot as designed, and robots that
+    /// The variations with which robots are ranked during an optimisation: the robot as designed, and robots that
     /// [vary](VARIED) a little.
-    pub(super) fn ranking_domains(&self, seed: u64) -> Vec<Variation> {
-        let mut domains = self.drawn(&VARIED, seed, Purpose::Ranking, PERTURBED_ROLLOUTS);
-        domains[0] = self.nominal();
-        self.on_errands(domains, seed, Purpose::Ranking)
+    pub(super) fn ranking_variations(&self, seed: u64) -> Vec<Variation> {
+        let mut variations = self.drawn(&VARIED, seed, Purpose::Ranking, PERTURBED_ROLLOUTS);
+        variations[0] = self.nominal();
+        self.on_errands(variations, seed, Purpose::Ranking)
     }
 
-    /// The domains in which controllers are measured to choose one: for the selection `robust` robots that vary a
-    /// little, otherwise random domains if the scene has domain randomisation, or perturbed starts.
-    pub(super) fn selecting_domains(&self, seed: u64) -> Vec<Variation> {
+    /// The variations with which controllers are measured to choose one: for the selection `robust` robots that
+    /// [vary](VARIED) a little, otherwise those of the section `[robust]` (domain randomisation), or perturbed starts
+    /// without that section.
+    pub(super) fn selecting_variations(&self, seed: u64) -> Vec<Variation> {
         let robust = &self.scene.robust;
-        let (purpose, domains) = match (self.scene.selection.kind, robust.samples) {
+        let (purpose, variations) = match (self.scene.selection.kind, robust.samples) {
             (SelectionKind::Robust, _) => {
                 return self.varied(seed, Purpose::Selection, PERTURBED_ROLLOUTS);
             }
@@ -54,22 +55,27 @@ impl Evaluator {
                 (purpose, drawn)
             }
         };
-        self.on_errands(domains, seed, purpose)
+        self.on_errands(variations, seed, purpose)
     }
 
-    /// This number of domains with [varied](VARIED) robots. If goals are given, each robot has a sequence of goals.
+    /// This number of variations with [varied](VARIED) robots. If goals are given, each robot has a sequence of goals.
     pub(super) fn varied(&self, seed: u64, purpose: Purpose, count: usize) -> Vec<Variation> {
         self.on_errands(self.drawn(&VARIED, seed, purpose, count), seed, purpose)
     }
 
-    /// These domains, each with a sequence of goals; unchanged if goals are fixed.
-    fn on_errands(&self, domains: Vec<Variation>, seed: u64, purpose: Purpose) -> Vec<Variation> {
+    /// These variations, each with a sequence of goals; unchanged if goals are fixed.
+    fn on_errands(
+        &self,
+        variations: Vec<Variation>,
+        seed: u64,
+        purpose: Purpose,
+    ) -> Vec<Variation> {
         match self.scene.controller.goals {
-            GoalKind::Fixed => domains,
+            GoalKind::Fixed => variations,
             GoalKind::Given => {
                 let goals = &self.scene.goals;
                 let mut stream = stream_of(seed, Purpose::Errands, purpose as u64);
-                with_goals(domains, |k, _| {
+                with_goals(variations, |k, _| {
                     let ahead = k.is_multiple_of(2);
                     draw_goals(&self.world, goals, ahead, &mut stream)
                 })
@@ -77,7 +83,7 @@ impl Evaluator {
         }
     }
 
-    /// This number of domains that differ at random. The first ones do not depend on the number.
+    /// This number of variations that differ at random. The first ones do not depend on the number.
     pub(super) fn drawn(
         &self,
         scatter: &Scatter,
@@ -88,7 +94,7 @@ impl Evaluator {
         draw_many(&self.world, scatter, count, stream(seed, purpose))
     }
 
-    /// Copies of the nominal task, each with a perturbed start. To perturb a start,
+    /// Variations that are the robot as designed from perturbed starts. To perturb a start,
     /// [`PERTURBATION`](SelectionSettings::PERTURBATION), in units of the lattice's scale, is added to or subtracted from
     /// every coordinate, at random.
     pub(super) fn perturbed_starts(
@@ -101,22 +107,22 @@ impl Evaluator {
         let distance = SelectionSettings::PERTURBATION * self.world.lattice.scale;
         let mut start = || perturbed(&self.start, distance, &mut stream);
         let nominal = self.nominal();
-        let domain = |_| Variation {
+        let variation = |_| Variation {
             start: start(),
             ..nominal.clone()
         };
-        (0..count).map(domain).collect()
+        (0..count).map(variation).collect()
     }
 }
 
-/// These domains, each with its own goals: `draw` gets its number and the domain.
+/// These variations, each with its own goals: `draw` gets its number and the variation.
 pub(crate) fn with_goals(
-    mut domains: Vec<Variation>,
+    mut variations: Vec<Variation>,
     mut draw: impl FnMut(usize, &Variation) -> Goals,
 ) -> Vec<Variation> {
-    for (k, domain) in domains.iter_mut().enumerate() {
-        let goals = draw(k, domain);
-        domain.surroundings = Arc::new(domain.surroundings.with_goals(&goals));
+    for (k, variation) in variations.iter_mut().enumerate() {
+        let goals = draw(k, variation);
+        variation.surroundings = Arc::new(variation.surroundings.with_goals(&goals));
     }
-    domains
+    variations
 }
