@@ -17,9 +17,8 @@
 //!   differentiated. [`case`] is one walk with all its numbers in a file.
 //! - [`judge`] says what a robot is worth: how far it walks, how surely, and in plain words whether it could be built.
 //!   [`search`] is the paper's algorithm 1. [`optimiser`] is the package `cosmic-optimiser`, which does not depend on robots.
-//!   [`outcome`] has the results that are saved.
-//! - On disk: [`record`] reads and writes the folder of a run. This module (except for the text of a design) and
-//!   [`parallel`] need the feature `files`, which is on by default. Without this feature the crate needs no file system
+//!   [`outcome`] has the results that are saved, and [`format`](mod@format) the keys with which JSON files begin.
+//! - On disk: [`record`] reads and writes the folder of a run. This module and [`parallel`] need the feature `files`, which is on by default. Without this feature the crate needs no file system
 //!   and no threads, and also builds for `wasm32-unknown-unknown`.
 //!
 //! To read the source, begin with `world/robot.rs`, `world/span.rs` and `world/run.rs`: what walks, for how long, and the verb.
@@ -37,6 +36,7 @@ pub mod parallel;
 pub mod random;
 pub mod registry;
 pub mod reading;
+pub mod format;
 pub mod keys;
 pub mod lattice;
 pub mod settings;
@@ -54,6 +54,7 @@ pub mod shop;
 pub mod judge;
 pub mod search;
 pub mod outcome;
+#[cfg(feature = "files")]
 pub mod record;
 
 #[doc(inline)]

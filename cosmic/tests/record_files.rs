@@ -1,7 +1,8 @@
 //! A file is written completely or not at all, and a JSON file of another format or version is refused.
 
 use cosmic::Error;
-use cosmic::record::files::{Format, make_folder, read_json, sweep, write_atomic};
+use cosmic::format::Format;
+use cosmic::record::files::{make_folder, read_json, sweep, write_atomic};
 use serde::Deserialize;
 use std::io::Write;
 use std::path::Path;

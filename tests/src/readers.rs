@@ -8,7 +8,8 @@ use std::path::Path;
 use cosmic::Result;
 use cosmic::case::{Case, Frame};
 use cosmic::error::Error;
-use cosmic::record::{DesignFile, RunPlan, snapshot};
+use cosmic::outcome::DesignFile;
+use cosmic::record::{RunPlan, snapshot};
 use cosmic::scene::Scene;
 use serde_json::Value;
 

@@ -3,8 +3,8 @@
 use autodiff::{Parameters, Real};
 use cosmic::case::Case;
 use cosmic::lattice::State;
+use cosmic::outcome::DesignFile;
 use cosmic::policy::{Controller, TEMPO, frequency};
-use cosmic::record::DesignFile;
 use cosmic::scene::{ClockKind, Scene};
 use cosmic::search::CoDesign;
 use cosmic::walk;

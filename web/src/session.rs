@@ -7,7 +7,7 @@ use cosmic::case::Case;
 use cosmic::design::{Design, Material};
 use cosmic::error::Error;
 use cosmic::geometry::Vector;
-use cosmic::record::DesignFile;
+use cosmic::outcome::DesignFile;
 use cosmic::scene::{GoalKind, Scene};
 use cosmic::search::{CoDesign, Progress};
 use cosmic::shop::{self, Piece};

@@ -5,12 +5,12 @@ use cosmic::Registry;
 use cosmic::case::Case;
 use cosmic::design::Design;
 use cosmic::error::{Error, Result, in_shell};
+use cosmic::outcome::DesignFile;
 use cosmic::policy::Controller;
 use cosmic::reading::{MARK, placed, read_whole, text_of};
 use cosmic::record::damaged::explained;
 use cosmic::record::run::{DESIGN, read_scene};
 use cosmic::record::summary::result_of;
-use cosmic::record::{DesignFile, design_file};
 use cosmic::scene::Scene;
 use std::path::{Path, PathBuf};
 
@@ -63,7 +63,7 @@ impl Source {
         // The text is not parsed as JSON here. It may be a truncated design, for which the reader of designs has a
         // better error.
         let format = format_of(text).unwrap_or_default();
-        if format == design_file::FORMAT.name {
+        if format == DesignFile::FORMAT.name {
             return Self::of_design(path, bytes, settings, registry);
         }
         let other = OTHERS.iter().find(|(name, _)| *name == format);

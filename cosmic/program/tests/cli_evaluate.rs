@@ -3,7 +3,7 @@
 use crate::common::Bench;
 use cosmic::case::Case;
 use cosmic::design::Material;
-use cosmic::record::DesignFile;
+use cosmic::outcome::DesignFile;
 use cosmic::scene::Scene;
 use serde_json::Value;
 

@@ -5,7 +5,7 @@ use crate::cli_report::{fetches_nothing, pictures};
 use crate::common::Bench;
 use cosmic::Registry;
 use cosmic::case::Case;
-use cosmic::record::DesignFile;
+use cosmic::outcome::DesignFile;
 use cosmic_lab::walk::place;
 use serde_json::Value;
 use std::fs;

@@ -4,7 +4,7 @@ use crate::common::{Bench, scene};
 use cosmic::Registry;
 use cosmic::design::Material;
 use cosmic::lattice::Lattice;
-use cosmic::record::DesignFile;
+use cosmic::outcome::DesignFile;
 use cosmic::world::Span;
 use serde_json::Value;
 use std::collections::BTreeMap;

@@ -154,7 +154,7 @@ crate::keys! {
 
 impl Start {
     /// Makes the entry of a start in the list of starts. `summary` is `None` if the start diverged.
-    pub(crate) fn new(seed: u64, summary: Option<&Summary>) -> Self {
+    pub fn new(seed: u64, summary: Option<&Summary>) -> Self {
         Self {
             seed,
             displacement_selection_p50: summary.and_then(|s| s.displacement_selection_p50),

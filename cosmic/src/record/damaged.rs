@@ -1,7 +1,6 @@
 //! Damaged files of runs: a crash of the machine may cut a file or leave any bytes in it.
 
-use super::design_file::DESIGN;
-use super::files::{SCENE, begin_again};
+use super::files::{DESIGN, SCENE, begin_again};
 use super::history::{DESIGNS, LINES};
 use super::snapshot::SNAPSHOT;
 use super::summary::SUMMARY;

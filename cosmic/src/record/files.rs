@@ -1,10 +1,9 @@
 //! Atomic writes: a file is written under a temporary name and then renamed, so that readers never see half of the
 //! file.
 
-pub use super::format::Format;
-
-use super::format::{Stamped, parse_json};
 use crate::error::{Error, Result, in_shell};
+use crate::format::{Format, Stamped, parse_json};
+use crate::outcome::DesignFile;
 use crate::reading::read_whole;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -67,6 +66,9 @@ fn replace(path: &Path, fill: Fill) -> io::Result<()> {
 
 /// The name of the scene in the folder of a run.
 pub const SCENE: &str = "scene.toml";
+
+/// The name of the design in the folder of a run.
+pub const DESIGN: &str = "design.json";
 
 /// The end of a message: the command that begins the run in a folder again.
 pub(super) fn begin_again(folder: &Path) -> String {
@@ -192,6 +194,16 @@ pub fn write_json<T: Serialize>(path: &Path, format: Format, body: &T) -> Result
         serde_json::to_writer(&mut *file, &Stamped { format, body })?;
         writeln!(file)
     })
+}
+
+impl DesignFile {
+    /// Writes this design to a file, and replaces the file if it exists.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub fn write(&self, path: &Path) -> Result<()> {
+        write_json(path, Self::FORMAT, self)
+    }
 }
 
 /// Reads a file that [`write_json`] wrote. `T` must accept the keys `format` and `version`.

@@ -1,7 +1,6 @@
 //! Multi-start search: every seed is a run in `starts/SEED`, and the best run is the result.
 
-use super::design_file::DESIGN;
-use super::files::{copy_files, sweep, write_json};
+use super::files::{DESIGN, copy_files, sweep, write_json};
 use super::history::{DESIGNS, LINES};
 use super::run::{Lock, Observer, Run, begin, keep_scene, read_summary, take_up};
 use super::snapshot::{RunPlan, SNAPSHOT, Snapshot};

@@ -1,9 +1,9 @@
 //! `snapshot.json`: the plan and the state of a run, which is all that resuming needs.
 
 use super::files::{no_run, read_json, write_json};
-use super::format::{Format, parse_json};
 use crate::design::Design;
 use crate::error::{Error, Result};
+use crate::format::{Format, parse_json};
 use crate::lattice::Truss;
 use crate::reading::{placed, read_whole};
 use crate::registry::Registry;
@@ -16,7 +16,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// The format of a snapshot.
-pub const FORMAT: Format = Format::new("cosmic-snapshot", 1);
+const FORMAT: Format = Format::new("cosmic-snapshot", 1);
 
 /// The name of the snapshot in the folder of a run.
 pub const SNAPSHOT: &str = "snapshot.json";

@@ -1,14 +1,14 @@
 //! `summary.json`, the last file that a run writes, and what to do if a file of the result is missing.
 
 use super::files::no_run;
-use super::format::Format;
 use super::snapshot::{SNAPSHOT, Snapshot};
 use crate::error::{Error, Result, go_on, in_shell};
+use crate::format::Format;
 use std::io;
 use std::path::{Path, PathBuf};
 
 /// The format of a summary.
-pub const FORMAT: Format = Format::new("cosmic-summary", 1);
+pub(super) const FORMAT: Format = Format::new("cosmic-summary", 1);
 
 /// The name of the summary in the folder of a run. A run with a summary is finished.
 pub const SUMMARY: &str = "summary.json";

@@ -1,6 +1,6 @@
 //! `trajectory.json`: the motion of the run's final robot.
 
-use super::format::Format;
+use crate::format::Format;
 use crate::lattice::State;
 use crate::walk::BarLoad;
 use serde::{Deserialize, Serialize};

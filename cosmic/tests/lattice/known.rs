@@ -105,7 +105,7 @@ fn utf_16_is_named() {
         fs::write(&path, utf_16(&format!("{mark}{TENSEGRITY}"))).unwrap();
         let errors = [
             Truss::read(&path).unwrap_err(),
-            cosmic::record::DesignFile::read(&path).unwrap_err(),
+            cosmic::outcome::DesignFile::read(&path).unwrap_err(),
             Case::read(&path).unwrap_err(),
             Registry::default().read(&path).unwrap_err(),
         ];

@@ -1,8 +1,7 @@
 use crate::small::{StopAfter, tiny};
 use cosmic::Registry;
-use cosmic::record::multistart::folder_of;
 use cosmic::record::snapshot::SNAPSHOT;
-use cosmic::record::{Observer, RunPlan, optimise, resume};
+use cosmic::record::{Observer, RunPlan, folder_of, optimise, resume};
 use rayon::ThreadPoolBuilder;
 use std::cell::Cell;
 use std::fs;

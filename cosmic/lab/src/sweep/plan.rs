@@ -2,7 +2,8 @@
 
 use cosmic::Registry;
 use cosmic::error::{Error, Result};
-use cosmic::record::files::{Format, is_used, make_folder, read_json, write_json};
+use cosmic::format::Format;
+use cosmic::record::files::{is_used, make_folder, read_json, write_json};
 use cosmic::record::snapshot::SavedScene;
 use cosmic::record::summary::SUMMARY;
 use cosmic::record::{DIVERGED, MOST_RUNS, RunPlan};

@@ -6,5 +6,5 @@ mod rows;
 mod write;
 
 pub use frames::Frames;
-pub use rows::{DESIGNS, DESIGNS_FORMAT, DesignRow, FORMAT, HistoryRow, LINES, read, read_lines};
+pub use rows::{DESIGNS, DESIGNS_FORMAT, DesignRow, LINES, read, read_lines};
 pub use write::History;

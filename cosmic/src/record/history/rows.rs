@@ -2,15 +2,15 @@
 
 use super::frames::Frames;
 use crate::error::Result;
+use crate::format::{Format, parse_stamped};
 use crate::reading::read_whole;
-use crate::record::format::{Format, parse_stamped};
 use crate::search::Record;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// The format of every line of `history.jsonl`.
-pub const FORMAT: Format = Format::new("cosmic-history", 1);
+pub(super) const FORMAT: Format = Format::new("cosmic-history", 1);
 
 /// The name of the file with the history as JSON lines.
 pub const LINES: &str = "history.jsonl";
@@ -53,7 +53,7 @@ pub(super) fn design_rows(entered: usize, iteration: usize) -> usize {
 
 /// A line of `history.jsonl`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct HistoryRow {
+pub(super) struct HistoryRow {
     /// The record of the iteration.
     #[serde(flatten)]
     pub record: Record,

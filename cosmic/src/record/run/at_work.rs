@@ -3,9 +3,8 @@
 use super::folder::{Lock, begin, keep_scene};
 use crate::error::{Error, Result};
 use crate::judge::{Delivery, Measurements, Measuring};
-use crate::outcome::Summary;
-use crate::record::design_file::{DESIGN, DesignFile};
-use crate::record::files::{sweep, write_atomic, write_json};
+use crate::outcome::{DesignFile, Summary};
+use crate::record::files::{DESIGN, sweep, write_atomic, write_json};
 use crate::record::history::{DesignRow, Frames, History};
 use crate::record::snapshot::{RunPlan, SNAPSHOT, Snapshot};
 use crate::record::summary::{self, DIVERGED, SUMMARY};

@@ -4,7 +4,7 @@ mod claim;
 mod folder;
 mod at_work;
 
-pub use crate::record::design_file::DESIGN;
+pub use crate::record::files::DESIGN;
 pub use at_work::{Observer, Run};
 pub use claim::claimed;
 pub(super) use folder::{Lock, begin, keep_scene, take_up};

@@ -18,11 +18,11 @@ pub struct Format {
 
 /// The keys of a JSON file: `format` and `version`, then the keys of the body.
 #[derive(Serialize)]
-pub(super) struct Stamped<'b, T> {
+pub(crate) struct Stamped<'b, T> {
     #[serde(flatten)]
-    pub(super) format: Format,
+    pub(crate) format: Format,
     #[serde(flatten)]
-    pub(super) body: &'b T,
+    pub(crate) body: &'b T,
 }
 
 impl Format {
@@ -32,7 +32,7 @@ impl Format {
     }
 
     /// One line of JSON with the keys `format` and `version` and the keys of the body.
-    pub(in crate::record) fn line<T: Serialize>(self, body: &T) -> String {
+    pub(crate) fn line<T: Serialize>(self, body: &T) -> String {
         let text = serde_json::to_string(&Stamped { format: self, body });
         text.expect("numbers with string keys can be written as JSON") + "\n"
     }
@@ -60,7 +60,7 @@ pub(crate) fn parse_json<T: DeserializeOwned>(
 
 /// Like [`parse_json`], for the part of a file that begins after `lines` lines. Errors name the line within the whole
 /// file.
-pub(in crate::record) fn parse_stamped<T: DeserializeOwned>(
+pub(crate) fn parse_stamped<T: DeserializeOwned>(
     path: &Path,
     lines: usize,
     bytes: &[u8],

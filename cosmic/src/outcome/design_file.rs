@@ -1,12 +1,10 @@
 //! `design.json`: the file of a robot, from which other runs can begin. It contains no time and no name of a machine,
 //! so that equal robots give equal bytes.
 
-#[cfg(feature = "files")]
-use super::files::write_json;
-use super::format::{Format, parse_json};
 use crate::case::Case;
 use crate::design::{Design, Material};
 use crate::error::{Error, Result, fits};
+use crate::format::{Format, parse_json};
 use crate::lattice::Lattice;
 use crate::policy::{Controller, Weights, blocks_of};
 use crate::reading::read_whole;
@@ -15,12 +13,6 @@ use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::path::Path;
-
-/// The format of a design file.
-pub const FORMAT: Format = Format::new("cosmic-design", 1);
-
-/// The name of the design in the folder of a run.
-pub const DESIGN: &str = "design.json";
 
 /// The contents of a design file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -42,6 +34,9 @@ pub struct DesignFile {
 }
 
 impl DesignFile {
+    /// The format of a design file.
+    pub const FORMAT: Format = Format::new("cosmic-design", 1);
+
     /// Makes the design file of a robot. `materials` has the materials of the layout, or the dominant materials of an
     /// undecided design.
     pub fn new(
@@ -73,21 +68,12 @@ impl DesignFile {
     /// # Errors
     /// [`Error::Malformed`].
     pub fn parse(path: &Path, bytes: &[u8]) -> Result<Self> {
-        parse_json(path, bytes, FORMAT)
+        parse_json(path, bytes, Self::FORMAT)
     }
 
     /// The text of the design file. Numbers that are written and read back have the same bits.
     pub fn to_json(&self) -> String {
-        FORMAT.line(self)
-    }
-
-    /// Writes this design to a file, and replaces the file if it exists.
-    ///
-    /// # Errors
-    /// [`Error::Write`].
-    #[cfg(feature = "files")]
-    pub fn write(&self, path: &Path) -> Result<()> {
-        write_json(path, FORMAT, self)
+        Self::FORMAT.line(self)
     }
 
     /// The design: a layout if the design vectors are one-hot.
