@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use autodiff::Real;
 use serde::{Deserialize, Serialize};
 
-use crate::design::{Design, Material, Mixture, filled, is_in_use};
+use crate::design::{Design, Material, Mixture, filled, is_present};
 use crate::geometry::{Vector, mean};
 use crate::lattice::{Body, Lattice, Marker};
 use crate::scene::{MaterialSettings, MovedBody, PhysicsSettings, ProjectionSettings, VoidEdges};
@@ -207,7 +207,7 @@ impl<R: Real> Body<R> {
     /// node is 1 minus the product of the shares of void of its edges. If the layout is known, a node without a bar has
     /// presence 0, and no spring pulls it.
     #[must_use]
-    pub fn with_one_piece(
+    pub fn with_presence(
         mut self,
         design: &Design<Mixture<R>>,
         layout: Option<&[Material]>,
@@ -215,9 +215,9 @@ impl<R: Real> Body<R> {
     ) -> Self {
         self.presence = presence(design, layout, lattice);
         let Some(layout) = layout else { return self };
-        let is_in_use = is_in_use(lattice, layout);
+        let is_present = is_present(lattice, layout);
         for (edge, ends) in lattice.edges.iter().enumerate() {
-            if ends.iter().any(|&node| !is_in_use[node]) {
+            if ends.iter().any(|&node| !is_present[node]) {
                 // Laws such as end stops act by the strain alone, which tells the share of actuator.
                 (self.stiffness[edge], self.strain[edge]) = (R::zero(), R::zero());
             }
@@ -226,8 +226,8 @@ impl<R: Real> Body<R> {
     }
 
     /// Chooses the point of this body whose displacement counts. The weights of the centre of mass are the masses of
-    /// this body; a node that is not [present](Body::presence) has no weight. The weights of the mean of the nodes in
-    /// use are their presences in `design`, even if this body has none.
+    /// this body; a node that is not [present](Body::presence) has no weight. The weights of the mean of the nodes
+    /// are their presences in `design`, even if this body has none.
     #[must_use]
     pub fn with_marker(
         mut self,
@@ -248,27 +248,27 @@ impl<R: Real> Body<R> {
     }
 }
 
-/// How much each node of a design is in use, from 0 to 1. A node with payload has 1. Any other node has 1 minus the
+/// The presence of each node of a design, from 0 to 1. A node with payload has 1. Any other node has 1 minus the
 /// product of the shares of void of its edges, or 0 if the layout is known and has no bar there.
 fn presence<R: Real>(
     design: &Design<Mixture<R>>,
     layout: Option<&[Material]>,
     lattice: &Lattice,
 ) -> Vec<R> {
-    let mut absent = vec![R::zero(); lattice.nodes()];
+    let mut absence = vec![R::zero(); lattice.nodes()];
     if let Design::Undecided(mixtures) = design {
-        absent.fill(R::one());
+        absence.fill(R::one());
         for (ends, mixture) in lattice.edges.iter().zip(mixtures) {
-            (ends.iter()).for_each(|&node| absent[node] *= mixture[Material::Void]);
+            (ends.iter()).for_each(|&node| absence[node] *= mixture[Material::Void]);
         }
         for payload in &lattice.payload {
-            absent[payload.node] = R::zero();
+            absence[payload.node] = R::zero();
         }
     }
-    let mut presence: Vec<R> = absent.into_iter().map(|a| R::one() - a).collect();
+    let mut presence: Vec<R> = absence.into_iter().map(|a| R::one() - a).collect();
     if let Some(layout) = layout {
-        for (presence, is_in_use) in presence.iter_mut().zip(is_in_use(lattice, layout)) {
-            if !is_in_use {
+        for (presence, is_present) in presence.iter_mut().zip(is_present(lattice, layout)) {
+            if !is_present {
                 *presence = R::zero();
             }
         }

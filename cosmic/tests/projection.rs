@@ -19,7 +19,7 @@ fn a_void_edge_of_a_layout_has_exactly_the_void_stiffness() {
     assert!((weight - (4e-4 + 0.03 + edges)).abs() < 1e-16);
 }
 
-/// The payload is always in use. Another node is in use if it has a bar.
+/// The payload is always present. Another node is present if it has a bar.
 #[test]
 fn nodes_without_a_bar_have_no_weight() {
     let (scene, mut lattice) = (Scene::paper(), lattice(3, 2, 0.0));
@@ -31,18 +31,18 @@ fn nodes_without_a_bar_have_no_weight() {
     let marker = |moved, one_piece| {
         let mut body: Body<f64> = Body::new(&layout, &lattice, &scene.materials, &scene.physics);
         if one_piece {
-            body = body.with_one_piece(&layout, layout.layout(), &lattice);
+            body = body.with_presence(&layout, layout.layout(), &lattice);
         }
         let mass = body.mass.clone();
         let body = body.with_marker(moved, &layout, layout.layout(), &lattice);
         (body.marker, mass)
     };
-    let in_use = [0.0, 1.0, 1.0, 1.0, 0.0, 0.0];
+    let presence = [0.0, 1.0, 1.0, 1.0, 0.0, 0.0];
     for one_piece in [false, true] {
-        assert_eq!(marker(MovedBody::Nodes, one_piece).0.weights, in_use);
+        assert_eq!(marker(MovedBody::Nodes, one_piece).0.weights, presence);
         let (marker, mass) = marker(MovedBody::Mass, one_piece);
         let present = |(m, used): (&f64, f64)| if one_piece { m * used } else { *m };
-        let expected: Vec<f64> = mass.iter().zip(in_use).map(present).collect();
+        let expected: Vec<f64> = mass.iter().zip(presence).map(present).collect();
         assert_eq!(marker.weights, expected);
     }
     let (payload, mass) = marker(MovedBody::Payload, false);

@@ -56,7 +56,7 @@ fn an_evaluation_has_the_displacement_of_the_body() {
         let results = case.evaluate(true, &[64]).unwrap();
         let (start, end) = (&case.start.x, &results.trajectory[&64].x);
         let body = case.body();
-        // A node that is only partly in use weighs as much less.
+        // A node that is only partly present weighs as much less.
         let weights: Vec<f64> = (body.mass.iter().zip(&body.presence))
             .map(|(mass, presence)| mass * presence)
             .collect();

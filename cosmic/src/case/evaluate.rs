@@ -56,7 +56,7 @@ impl Case {
         self.projected(self.projection, &self.design.vectors())
     }
 
-    /// The body that the rollout simulates: stiffnesses, strains, masses, the weight (presence) of each node, and the
+    /// The body that the rollout simulates: stiffnesses, strains, masses, the presence of each node, and the
     /// marker whose displacement counts.
     pub fn body(&self) -> Body<f64> {
         self.world().body(&self.own_design())

@@ -20,7 +20,7 @@ pub use material::Material;
 pub use mixture::{Mixture, volumes};
 pub use snap::{VolumeBounds, alternatives, flipped, flips, snap, solid_and_actuators};
 pub use start::{filled, layout_materials, start};
-pub(crate) use structure::is_in_use;
+pub(crate) use structure::is_present;
 pub use structure::{LayoutRules, MOST_RANKED, Structure, joined_to_payload};
 pub use tilt::tilted;
 pub use vectors::{attract, clamp};

@@ -70,14 +70,14 @@ pub fn joined_to_payload(lattice: &Lattice, layout: &[Material]) -> Vec<bool> {
     Bars { lattice, layout }.held()
 }
 
-/// For each node, true if it has a bar or a payload.
-pub(crate) fn is_in_use(lattice: &Lattice, layout: &[Material]) -> Vec<bool> {
+/// For each node, true if it has a bar or a payload: its presence is not 0.
+pub(crate) fn is_present(lattice: &Lattice, layout: &[Material]) -> Vec<bool> {
     let degrees = Bars { lattice, layout }.degrees();
-    let mut is_in_use: Vec<bool> = degrees.into_iter().map(|degree| degree > 0).collect();
+    let mut is_present: Vec<bool> = degrees.into_iter().map(|degree| degree > 0).collect();
     for payload in &lattice.payload {
-        is_in_use[payload.node] = true;
+        is_present[payload.node] = true;
     }
-    is_in_use
+    is_present
 }
 
 /// The bars of a layout.

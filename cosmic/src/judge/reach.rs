@@ -18,8 +18,8 @@ use crate::world::{Span, Trajectory, Variation, together};
 /// The result of a full rollout. All its numbers are NaN if the rollout diverged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reached {
-    /// Displacement of the payload, or of the body that the scene names, in metres: first the component along the
-    /// ground, then the component normal to it.
+    /// Displacement of the payload, or of the body that the scene names, in metres: along the ground, across (0 for a
+    /// planar robot), and normal to the ground.
     pub moved: Vector<f64>,
     /// The number that robots are ranked by: the displacement along the ground in metres; for tasks other than
     /// distance, minus the loss. A robot that was ranked in several rollouts has a quantile of their merits.
@@ -155,7 +155,7 @@ impl Evaluator {
     }
 
     /// Displacement of the payload, or of the body that the scene names, from `start` to the end of a trajectory in
-    /// metres: first the component along the ground, then the component normal to it. Both are NaN if the last state is
+    /// metres: along the ground, across (0 for a planar robot), and normal to the ground. All are NaN if the last state is
     /// [absurd](State::is_absurd).
     pub(crate) fn between<R: Real>(&self, start: &State<f64>, seen: &Trajectory<R>) -> Vector<f64> {
         let last = seen.last_step();

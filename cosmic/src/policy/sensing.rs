@@ -60,8 +60,8 @@ impl Sight {
 ///
 /// `phase` is the phase of the clock in radians: its [frequency](super::frequency()) times the time. The time must be
 /// computed as a product `n dt`, not as a sum of steps: phases reach 164 rad, so rounding errors would matter. The state
-/// is in the world's frame. `presence` has the weight of each node in the mean and in the observation; empty means that
-/// all nodes are present.
+/// is in the world's frame. `presence` has the presence of each node: its weight in the mean and in the observation;
+/// empty means that all nodes are present.
 ///
 /// This function defines the observation. Rollouts do not call it; they [fold](super::Fold) it into the first layer of
 /// a policy.

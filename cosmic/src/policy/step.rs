@@ -65,7 +65,7 @@ pub(crate) struct Seen {
     pub(crate) rest_length: Array,
     /// The two numbers `sin(omega t)` and `cos(omega t)`.
     pub(crate) clock: Array,
-    /// The presence of each node (its weight in means and observations), from 0 to 1; `None` if all nodes are present.
+    /// The [presence](crate::lattice::Body::presence) of each node, from 0 to 1; `None` if all nodes are present.
     pub(crate) presence: Option<Array>,
     /// The components of the goal of the step; `None` if the goal is a number of the controller.
     pub(crate) goal: Option<Array>,

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::loads::{BarLoad, Loads, bar_loads};
-use crate::design::{Design, Material, Mixture, is_in_use};
+use crate::design::{Design, Material, Mixture, is_present};
 use crate::lattice::Body;
 use crate::world::{Robot, Span, Trajectory, World};
 
@@ -46,9 +46,9 @@ impl Energy {
             (actuators.map(|(bar, _)| bar.as_ref().map_or(0.0, of))).sum()
         };
         let power = of_actuators(|bar| bar.given);
-        let nodes = body.mass.iter().zip(is_in_use(&world.lattice, layout));
-        let in_use = nodes.filter(|(_, is_in_use)| *is_in_use);
-        let mass: f64 = in_use.map(|(mass, _)| mass).sum();
+        let nodes = body.mass.iter().zip(is_present(&world.lattice, layout));
+        let present = nodes.filter(|(_, is_present)| *is_present);
+        let mass: f64 = present.map(|(mass, _)| mass).sum();
         let moves = displacement.abs() >= world.lattice.least_walk();
         let per_metre = moves.then(|| power * steps as f64 * world.physics.dt / displacement.abs());
         let weight = mass * world.mechanics().gravity.abs();

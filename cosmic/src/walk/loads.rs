@@ -432,10 +432,10 @@ impl Gathered {
     }
 
     /// Sees the work that the bar gave in a step.
-    fn see_work(&mut self, given: f64) {
-        self.given += given.max(0.0);
-        self.net += given;
-        self.series[3].see(given);
+    fn see_work(&mut self, work: f64) {
+        self.given += work.max(0.0);
+        self.net += work;
+        self.series[3].see(work);
     }
 
     /// The loads. `pace` is the rest length divided by the duration of all steps, m/s. `unit` is the speed (m/s) and the

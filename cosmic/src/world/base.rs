@@ -47,8 +47,8 @@ pub struct World {
     pub materials: MaterialSettings,
     /// Projects the design vectors of designs to mixtures.
     pub projector: Projector,
-    /// True if the weight of a node in means and observations [depends on how solid its edges
-    /// are](Body::with_one_piece). Otherwise all weights are 1.
+    /// True if the [presence](Body::with_presence) of a node depends on how solid its edges are. Otherwise all nodes have
+    /// presence 1.
     one_piece: bool,
     /// The part of the robot whose displacement counts.
     moved: MovedBody,
@@ -151,7 +151,7 @@ impl World {
         let lattice = &self.lattice;
         let mut body = Body::new(design, lattice, materials, &self.physics);
         if self.one_piece {
-            body = body.with_one_piece(design, layout, lattice);
+            body = body.with_presence(design, layout, lattice);
         }
         for (name, factors) in ["bars.stiffness", "nodes.mass"].into_iter().zip(factors) {
             body.scale(name, &R::lits(factors), &lattice.rest_length);

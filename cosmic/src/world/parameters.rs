@@ -22,7 +22,7 @@ pub(super) struct StepParameters<A> {
     pub(super) largest_strain: f64,
     /// 1 / mass of every node, 1/kg.
     pub(super) inverse_mass: A,
-    /// The presence of every node (its weight in means and observations), from 0 to 1; `None` if all nodes are present.
+    /// The [presence](crate::lattice::Body::presence) of every node, from 0 to 1; `None` if all nodes are present.
     pub(super) presence: Option<A>,
     /// The activations of a step, one per slot of the graph, for robots that are driven by given activations. They take the
     /// place of a policy.

@@ -41,8 +41,8 @@ pub(super) struct RobotStep {
     goals: Option<Goals>,
     /// The names of the numbers of the surroundings that the mechanics read, and their values in the scene.
     pub(super) inputs: Arc<[StepInput]>,
-    /// True if bodies state the presence (weight) of their nodes.
-    weighs: bool,
+    /// True if bodies state the presence of their nodes.
+    has_presence: bool,
     /// True if bodies state the rest lengths of their edges.
     has_rest_lengths: bool,
     /// The largest strain of the actuator material.
@@ -90,7 +90,7 @@ impl RobotStep {
             settings: controller.clone(),
             goals: (controller.goals == GoalKind::Given).then(|| Goals::at(controller.goal)),
             inputs: Arc::new([]),
-            weighs: false,
+            has_presence: false,
             has_rest_lengths: false,
             largest_strain: 1.0,
             seen: None,
@@ -144,10 +144,10 @@ impl RobotStep {
     }
 
     /// A copy of this robot with all of its edges, and with the largest strain of these bodies. If one of them states the
-    /// presence (weight) of its nodes or the rest lengths of its edges, the steps use them.
+    /// presence of its nodes or the rest lengths of its edges, the steps use them.
     pub(super) fn for_all_edges<R: Real>(&self, bodies: &[Arc<Body<R>>]) -> Self {
         Self {
-            weighs: bodies.iter().any(|body| !body.presence.is_empty()),
+            has_presence: bodies.iter().any(|body| !body.presence.is_empty()),
             has_rest_lengths: bodies.iter().any(|body| !body.rest_length.is_empty()),
             largest_strain: bodies.first().map_or(1.0, |body| body.largest_strain),
             ..self.clone()
@@ -291,7 +291,7 @@ impl RobotStep {
             strain: p.of_body(slots, |body| graph.to_slots(&body.strain)),
             largest_strain: self.largest_strain,
             inverse_mass: p.of_body(nodes, |body| body.mass.iter().map(inverse).collect()),
-            presence: match (self.weighs, &self.goals) {
+            presence: match (self.has_presence, &self.goals) {
                 (true, _) => Some(p.of_body(nodes, |body| body.presence.clone())),
                 // A given goal is observed from the mean position, which a step computes with weights.
                 (false, Some(_)) => Some(p.shared(&vec![1.0; nodes])),
@@ -318,7 +318,7 @@ impl RobotStep {
         if self.actuated.is_empty() {
             return Vec::new();
         }
-        let mean = if self.weighs || self.goals.is_some() {
+        let mean = if self.has_presence || self.goals.is_some() {
             Mean::InStep
         } else {
             Mean::OfAll

@@ -156,8 +156,8 @@ impl<R: Real> Trajectory<R> {
     }
 }
 
-/// The nodes that do not belong to a robot, each with the position at which it stays. No bar pulls on these nodes, and
-/// the controller does not see them. In the simulation they fall, so they are put back afterwards.
+/// The nodes with presence 0, each with the position at which it stays. No bar pulls on these nodes, and the controller
+/// does not see them. In the simulation they fall, so they are put back afterwards.
 pub(super) struct AbsentNodes<R>(Vec<(usize, Vector<R>)>);
 
 impl<R: Real> AbsentNodes<R> {
@@ -168,7 +168,7 @@ impl<R: Real> AbsentNodes<R> {
         Self(still.map(|(node, (_, x))| (node, *x)).collect())
     }
 
-    /// Puts the nodes that do not belong to the robot back to their positions, at rest. The state has all nodes, or
+    /// Puts the nodes with presence 0 back to their positions, at rest. The state has all nodes, or
     /// only the first nodes.
     pub(super) fn held(&self, mut state: State<R>) -> State<R> {
         for &(node, x) in &self.0 {

@@ -52,7 +52,7 @@ fn slopes_agree_with_differences(scene: &Scene) -> [f64; 2] {
     })
 }
 
-/// The weights of the centre of mass and of the nodes in use depend on the design, and the gradients contain that.
+/// The weights of the centre of mass and of the present nodes depend on the design, and the gradients contain that.
 /// The lowest nodes stand on the ground, so that the centre of mass can move.
 #[test]
 fn gradients_for_every_body_agree_with_differences() {
@@ -74,7 +74,7 @@ fn bars_do_not_move_the_centre_of_mass() {
     let slope = |body| {
         let mut scene = tiny();
         (scene.lattice.drop, scene.objective.body) = (1.0, body);
-        // With `one_piece`, the masses of nodes that are only partly in use would count less.
+        // With `one_piece`, the masses of nodes that are only partly present would count less.
         (scene.start.tilt, scene.design.one_piece) = (0.2, false);
         let slope = slope_in_variations(&scene, 24);
         slope.gradient.iter().map(|g| g.abs()).fold(0.0, f64::max)
