@@ -175,7 +175,7 @@ impl<R: Real> Body<R> {
         let edge_masses: Vec<R> = (density.iter().zip(&lattice.rest_length))
             .map(edge_mass)
             .collect();
-        let strain = Material::Actuator.of(&materials.max_strain);
+        let strain = materials.actuator_strain();
         let drops = physics.void_edges == VoidEdges::Drop;
         Self {
             stiffness: design.each(

@@ -28,7 +28,7 @@ pub(crate) fn every(codesign: &CoDesign) -> usize {
 pub(crate) fn world(world: &World, iterations: usize) -> Value {
     let (lattice, ground) = (&world.lattice, world.ground());
     let [cos, sin] = ground.tangent().in_plane();
-    let limit = world.materials.max_strain[2];
+    let limit = world.materials.actuator_strain();
     let payloads: Vec<usize> = lattice.payload.iter().map(|payload| payload.node).collect();
     let origin = lattice.positions[payloads.first().copied().unwrap_or(0)];
     json!({

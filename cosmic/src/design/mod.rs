@@ -6,7 +6,6 @@
 //!
 //! A [`Design`] holds one of these forms for all edges.
 
-mod material;
 mod mixture;
 mod layout;
 mod vectors;
@@ -15,8 +14,8 @@ mod start;
 mod structure;
 mod snap;
 
+pub use crate::lattice::Material;
 pub use layout::Design;
-pub use material::Material;
 pub use mixture::{Mixture, volumes};
 pub use snap::{VolumeBounds, alternatives, flipped, flips, snap, solid_and_actuators};
 pub use start::{filled, layout_materials, start};

@@ -1,6 +1,7 @@
 //! The parts of a simulated robot: nodes and edges, the body that a design gives them, and the state, which changes in
 //! a rollout.
 
+mod material;
 mod state;
 mod own;
 mod check;
@@ -12,6 +13,7 @@ mod doubts;
 
 pub use body::{Body, FACTORS, Marker};
 pub(crate) use doubts::Doubt;
+pub use material::Material;
 pub use own::{EdgeRules, Mirror, Payload, Sides, Truss};
 pub(crate) use rigidity::floppy_modes;
 pub use state::State;

@@ -6,7 +6,6 @@
 use autodiff::Real;
 
 use super::{Displacement, Loss};
-use crate::design::Material;
 use crate::geometry::Vector;
 use crate::scene::{ObjectiveSettings, Scene, TaskKind};
 use crate::world::Trajectory;
@@ -35,7 +34,7 @@ impl Objective {
                 settings: scene.loss.clone(),
             },
             goal: scene.controller.goal,
-            stroke: Material::Actuator.of(&scene.materials.max_strain),
+            stroke: scene.materials.actuator_strain(),
         }
     }
 

@@ -7,7 +7,7 @@ use crate::report::RobotFiles;
 use crate::table::Table;
 use cosmic::design::Material;
 use cosmic::geometry::{Segment, Vector};
-use cosmic::scene::{PartsSettings, SkeletonPart};
+use cosmic::scene::{MaterialSettings, PartsSettings, SkeletonPart};
 use cosmic::shop::{made_of, mass, part};
 use cosmic::walk::BarLoad;
 use std::collections::BTreeSet;
@@ -96,7 +96,7 @@ pub(super) fn bars(robot: &RobotFiles, members: &[Member], loads: &[BarLoad]) ->
         .columns(["outer", "inner"], size_says, |m, k| {
             section(m, &materials.parts)[k]
         })
-        .column("stroke", stroke_says, |m| stroke(m, &materials.max_strain))
+        .column("stroke", stroke_says, |m| stroke(m, materials))
         .column("stiffness", "N/m", stiffness)
         .column("mass", "mass of the bar with its fittings, kg", |m| {
             mass(materials, m.material, m.length)
@@ -126,9 +126,9 @@ fn section(member: &Member, parts: &PartsSettings) -> [Option<f64>; 2] {
     }
 }
 
-fn stroke(member: &Member, max_strain: &[f64; 3]) -> f64 {
+fn stroke(member: &Member, materials: &MaterialSettings) -> f64 {
     match member.material {
-        Material::Actuator => member.material.of(max_strain) * member.length,
+        Material::Actuator => materials.actuator_strain() * member.length,
         Material::Void | Material::Skeleton => 0.0,
     }
 }

@@ -90,7 +90,7 @@ pub struct DrawnMotion<'r> {
 impl<'r> DrawnMotion<'r> {
     /// Prepares the rollout of a robot. If the robot takes goals, its goal is the one of the scene.
     pub fn new(robot: &'r RobotFiles, trajectory: &'r TrajectoryFile) -> Self {
-        let largest = Material::Actuator.of(&robot.scene.materials.max_strain);
+        let largest = robot.scene.materials.actuator_strain();
         let controller = &robot.scene.controller;
         let joined = joined_to_payload(&robot.lattice, &robot.design.materials);
         Self {

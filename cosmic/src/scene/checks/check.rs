@@ -386,7 +386,7 @@ fn parts(scene: &Scene, found: &mut Conflicts) {
     }
     let lengths = Lattice::new(&scene.lattice, &scene.physics).rest_length;
     let longest = lengths.into_iter().fold(0.0, f64::max);
-    let [.., strain] = scene.materials.max_strain;
+    let strain = scene.materials.actuator_strain();
     let (needed, stroke) = (2.0 * strain * longest, parts.stroke);
     found.require(
         needed <= stroke,

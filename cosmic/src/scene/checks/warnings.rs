@@ -1,7 +1,7 @@
 //! Warnings about settings that can be simulated but are probably a mistake.
 
 use crate::geometry::{Range, Vector};
-use crate::lattice::{Doubt, Lattice};
+use crate::lattice::{Doubt, Lattice, Material};
 use crate::laws::Stops;
 use crate::numbers::rounded;
 use crate::scene::{
@@ -74,22 +74,22 @@ macro_rules! warnings {
 
 const WARNINGS: &[WarningRule] = &warnings! {
     ["materials.stiffness"]: "void is at least as stiff as skeleton"
-        if |s| typical(s).stiffness[0] >= typical(s).stiffness[1];
+        if |s| stiffness(s, Material::Void) >= stiffness(s, Material::Skeleton);
     ["materials.stiffness"]: "void is at least as stiff as an actuator"
-        if |s| typical(s).stiffness[0] >= typical(s).stiffness[2];
+        if |s| stiffness(s, Material::Void) >= stiffness(s, Material::Actuator);
     ["materials.density"]: "void is heavier than a solid material"
         if |s| {
-            let [void, solids @ ..] = typical(s).density;
-            void > solids[0].min(solids[1])
+            let [void, skeleton, actuator] = typical(s).density;
+            void > skeleton.min(actuator)
         };
     ["materials.max_strain"]: "actuators do not move: their largest strain is 0"
-        if |s| s.materials.max_strain[2] == 0.0;
+        if |s| strain(s) == 0.0;
     ["stops.at", "materials.max_strain"]: "the end stops lie beyond the stroke of the actuators, so an actuator is not stopped at the end of its stroke"
         if |s| stops(s).is_some_and(|stops| 0.0 < strain(s) && strain(s) < stops.at);
     ["stops.stiffness", "materials.stiffness"]: "the end stops are softer than the actuators that run into them"
         if |s| stops(s).is_some_and(|stops| {
             // The stiffness counts for actuators with the strain of the stops.
-            stops.stiffness * strain(s) / stops.at < typical(s).stiffness[2] && 0.0 < strain(s)
+            stops.stiffness * strain(s) / stops.at < stiffness(s, Material::Actuator) && 0.0 < strain(s)
         });
     ["volume.actuator"]: "no edge may be an actuator"
         if |s| s.volume.actuator[1] == 0.0 && s.start.kind != StartKind::Layout;
@@ -130,7 +130,12 @@ fn stops(scene: &Scene) -> Option<Stops> {
 
 /// The largest strain of the actuators.
 fn strain(scene: &Scene) -> f64 {
-    scene.materials.max_strain[2]
+    scene.materials.actuator_strain()
+}
+
+/// The stiffness of a bar of this material between two neighbouring nodes, N/m.
+fn stiffness(scene: &Scene, material: Material) -> f64 {
+    material.of(&typical(scene).stiffness)
 }
 
 /// The numbers of a bar between two neighbouring nodes.

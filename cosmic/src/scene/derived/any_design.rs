@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::stable_step::{stable_step, stable_step_off_bars};
-use crate::lattice::{Body, Lattice, Marker};
+use crate::lattice::{Body, Lattice, Marker, Material};
 use crate::laws::{Force, Pose, RestingBar, Stiffness};
 use crate::scene::sections::PhysicsSettings;
 use crate::scene::sections::{BarNumbers, MaterialSettings};
@@ -18,9 +18,6 @@ const ITERATIONS: usize = 50;
 
 /// The relative accuracy of the stable step.
 const TOLERANCE: f64 = 1e-4;
-
-/// The place of the actuator material in [`MaterialSettings`].
-const ACTUATOR: usize = 2;
 
 /// Bounds that hold for every design of a lattice at rest, whether a layout or mixtures.
 pub struct AnyDesign<'a> {
@@ -190,16 +187,16 @@ fn most_of_any_mixture(
     of_bar: &OfBar,
     length: f64,
 ) -> EdgeBounds {
-    let stroke = materials.max_strain[ACTUATOR] * length;
+    let stroke = materials.actuator_strain() * length;
     let mut most = EdgeBounds::default();
-    for other in 0..bar.stiffness.len() {
+    for other in Material::ALL {
         // If the share of actuator is between two values, the ratio of stiffness and density is between the ratios at
         // these values, and a spring is at most as stiff as at the larger value.
         for part in 1..=PARTS {
             let [less, more] = [part - 1, part].map(|part| part as f64 / PARTS as f64);
             for share in [less, more] {
                 let mean = |property: &[f64; 3]| {
-                    (1.0 - share) * property[other] + share * property[ACTUATOR]
+                    (1.0 - share) * other.of(property) + share * Material::Actuator.of(property)
                 };
                 let stiffness = of_bar(RestingBar {
                     stiffness: mean(&bar.stiffness),

@@ -56,7 +56,6 @@ impl Scene {
             };
         }
         let law: Option<Actuator> = self.physics.forces.chosen();
-        let [.., strain] = self.materials.max_strain;
         DataSheet {
             force: parts.force.or(law.as_ref().map(|law| law.force)),
             is_cylinder: parts.cylinder().is_some(),
@@ -65,7 +64,7 @@ impl Scene {
             length: Some(DeviceLength {
                 least: parts.length.unwrap_or(parts.stroke),
                 is_stated: parts.length.is_some(),
-                strain,
+                strain: self.materials.actuator_strain(),
             }),
             thickness,
         }

@@ -11,7 +11,7 @@
 
 use super::any_design::AnyDesign;
 use crate::geometry::{Dimension, Ground};
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, Material};
 use crate::laws::{Actuator, Bumpers, Damper, ForceLaws, Stops};
 use crate::scene::sections::MOST_SUBSTEPS;
 use crate::scene::{
@@ -62,8 +62,8 @@ impl Scales {
         let density = 0.5 * densities.iter().sum::<f64>();
         let bars = 0.5 * density * lattice.rest_length.iter().sum::<f64>();
         let nodes = lattice.nodes() as f64 * physics.node_mass;
-        let [.., stiffness] = bar.stiffness;
-        let [.., strain] = scene.materials.max_strain;
+        let stiffness = Material::Actuator.of(&bar.stiffness);
+        let strain = scene.materials.actuator_strain();
         // Without gravity, a robot takes the time of a robot on earth.
         let gravity = match physics.gravity.abs() {
             0.0 => 9.81,
@@ -146,19 +146,18 @@ type LawRule = (&'static str, fn(&mut Scene, Bar));
 /// The rules for the settings of laws. The scales depend on these settings, so they come first.
 const LAWS: [LawRule; 4] = [
     ("stops.at", |scene, _| {
-        let at = match scene.materials.max_strain {
+        let at = match scene.materials.actuator_strain() {
             // Actuators that do not move have no stops.
-            [.., 0.0] => 0.27,
+            0.0 => 0.27,
             // Devices with a data sheet use their whole stroke.
-            [.., strain] if scene.physics.forces.chosen::<Actuator>().is_some() => strain,
-            [.., strain] => 0.27 * (strain / 0.35),
+            strain if scene.physics.forces.chosen::<Actuator>().is_some() => strain,
+            strain => 0.27 * (strain / 0.35),
         };
         let laws = &mut scene.physics.forces;
         laws.change(|stops: &mut Stops| stops.at = at);
     }),
     ("stops.stiffness", |scene, bar| {
-        let [.., actuator] = bar.numbers.stiffness;
-        let stiffness = 1300.0 * (actuator / 30.0);
+        let stiffness = 1300.0 * (Material::Actuator.of(&bar.numbers.stiffness) / 30.0);
         let laws = &mut scene.physics.forces;
         laws.change(|stops: &mut Stops| stops.stiffness = stiffness);
     }),
@@ -167,13 +166,14 @@ const LAWS: [LawRule; 4] = [
         // factor. First that of `earth`.
         const OF_EARTH: f64 = (1e-4 + 0.5 * 0.03 * 0.1) / 400.0;
         let BarNumbers { stiffness, density } = bar.numbers;
-        let mass = scene.physics.node_mass + 0.5 * density[1] * bar.length;
-        let slower = (mass / stiffness[1] / OF_EARTH).sqrt();
+        let [stiffness, density] = [stiffness, density].map(|of| Material::Skeleton.of(&of));
+        let mass = scene.physics.node_mass + 0.5 * density * bar.length;
+        let slower = (mass / stiffness / OF_EARTH).sqrt();
         let laws = &mut scene.physics.forces;
         laws.change(|damper: &mut Damper| damper.time = (2.5e-4 * slower).min(1.0));
     }),
     ("bumpers.stiffness", |scene, bar| {
-        let [_, skeleton, _] = bar.numbers.stiffness;
+        let skeleton = Material::Skeleton.of(&bar.numbers.stiffness);
         let laws = &mut scene.physics.forces;
         laws.change(|bumpers: &mut Bumpers| bumpers.stiffness = (5.0 * skeleton).max(1e-9));
     }),
@@ -236,8 +236,7 @@ const RULES: [Rule; 23] = [
     }),
     ("controller.omega", |scene, world| {
         // A muscle with a shorter stroke makes up for it by more strokes.
-        let [.., strain] = scene.materials.max_strain;
-        let faster = (0.35 / strain).clamp(0.25, 4.0);
+        let faster = (0.35 / scene.materials.actuator_strain()).clamp(0.25, 4.0);
         let omega = if world.gets_far(scene) { 20.0 } else { 10.0 };
         scene.controller.omega = omega / world.time * faster;
     }),

@@ -2,7 +2,7 @@
 //! can lift.
 
 use crate::geometry::{Ground, Vector};
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, Material};
 use crate::laws::Actuator;
 use crate::scene::{PhysicsSettings, Scene};
 
@@ -70,12 +70,12 @@ impl Scene {
     /// force. The bound is the smallest of these sums. It is infinite for a lattice whose nodes all lie at one height.
     pub fn lift(&self, lattice: &Lattice) -> f64 {
         let law: Option<Actuator> = self.physics.forces.chosen();
-        let [.., strain] = self.materials.max_strain;
+        let strain = self.materials.actuator_strain();
         let force = |edge: usize| match &law {
             Some(law) => law.force,
             None => {
-                let [.., stiffness] = self.materials.of_edge(lattice, edge).stiffness;
-                stiffness * strain * lattice.rest_length[edge]
+                let bar = self.materials.of_edge(lattice, edge);
+                Material::Actuator.of(&bar.stiffness) * strain * lattice.rest_length[edge]
             }
         };
         let up = |node: usize| lattice.places[node].up();

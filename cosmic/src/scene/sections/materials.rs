@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, Material};
 use crate::scene::Scene;
 use crate::settings;
 use crate::settings::{Filled, Limits, Named, SettingValue, above, within};
@@ -317,12 +317,17 @@ pub struct BarNumbers {
 }
 
 impl MaterialSettings {
+    /// The largest strain of an actuator; 0 if actuators do not move.
+    pub fn actuator_strain(&self) -> f64 {
+        Material::Actuator.of(&self.max_strain)
+    }
+
     /// The largest strain of an actuator, by which laws tell the share of actuator in an edge. It is 1 if actuators do not
     /// move.
     pub fn largest_strain(&self) -> f64 {
-        match self.max_strain {
-            [.., 0.0] => 1.0,
-            [.., strain] => strain,
+        match self.actuator_strain() {
+            0.0 => 1.0,
+            strain => strain,
         }
     }
 
