@@ -6,6 +6,14 @@ use std::sync::Arc;
 
 use autodiff::Parameters;
 
+/// The names of the blocks of a network in order: weights and biases of the hidden layer, weights and biases of the output
+/// layer.
+pub const NETWORK: [&str; 4] = [W1, B1, W2, B2];
+pub(super) const W1: &str = "w1";
+pub(super) const B1: &str = "b1";
+pub(super) const W2: &str = "w2";
+pub(super) const B2: &str = "b2";
+
 /// The shape of a block: a vector or a matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {

@@ -3,7 +3,7 @@
 use autodiff::Real;
 use autodiff_programs::{Array, Compiled, Kernel};
 
-use super::block::Block;
+use super::block::{B2, Block, W2};
 use super::sensing::Sight;
 use super::step::{Policy, PolicyStep, Sizes};
 use crate::geometry::Dimension;
@@ -109,8 +109,8 @@ impl Policy for Gaits {
         };
         let mut blocks: Vec<Block> = groups.iter().flat_map(of_group).collect();
         let units = groups.len() * hidden;
-        blocks.push(Block::weights("w2", robot.edges, units, second));
-        blocks.push(Block::biases("b2", robot.edges));
+        blocks.push(Block::weights(W2, robot.edges, units, second));
+        blocks.push(Block::biases(B2, robot.edges));
         blocks
     }
 
@@ -126,9 +126,9 @@ impl Policy for Gaits {
             }
         }
         if mirrored.is_some() {
-            step.output_layer_with_images("w2", "b2", &units)
+            step.output_layer_with_images(W2, B2, &units)
         } else {
-            step.output_layer_of("w2", "b2", &units)
+            step.output_layer_of(W2, B2, &units)
         }
     }
 }

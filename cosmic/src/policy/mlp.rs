@@ -3,7 +3,7 @@
 use autodiff::Real;
 use autodiff_programs::Array;
 
-use super::block::{Block, Controller};
+use super::block::{B1, B2, Block, Controller, W1, W2};
 use super::fold::{Fold, Mean};
 use super::gaits::{Gate, groups};
 use super::image;
@@ -13,14 +13,6 @@ use super::tempo::TEMPO;
 use crate::geometry::{Dimension, Ground};
 use crate::lattice::{Lattice, Sides};
 use crate::scene::ControllerSettings;
-
-/// The names of the network's blocks in order: weights and biases of the hidden layer, weights and biases of the output
-/// layer.
-pub const NETWORK: [&str; 4] = ["w1", "b1", "w2", "b2"];
-const W1: &str = NETWORK[0];
-const B1: &str = NETWORK[1];
-const W2: &str = NETWORK[2];
-const B2: &str = NETWORK[3];
 
 /// A network with one hidden layer that observes the robot: `tanh(W2 tanh(W1 o + b1) + b2)` of the observation `o`.
 #[derive(Clone, Copy, Debug, Default)]

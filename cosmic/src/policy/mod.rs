@@ -19,14 +19,14 @@ mod clock;
 mod saved;
 mod choice;
 
-pub use block::{Block, Controller, Role, Shape};
+pub use block::{Block, Controller, NETWORK, Role, Shape};
 pub use choice::{blocks_of, of_settings};
 pub use clock::Clock;
 pub use fold::{Fold, Mean};
 pub use gaits::Gaits;
 pub use goals::Goals;
 pub(crate) use goals::{Hold, Pick};
-pub use mlp::{Layer, Mlp, NETWORK, Network};
+pub use mlp::{Layer, Mlp, Network};
 pub use saved::Weights;
 pub use sensing::{Sight, clock, observation};
 pub(crate) use source::{Outputs, Source};

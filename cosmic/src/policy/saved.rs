@@ -7,14 +7,14 @@ use std::ops::Range;
 use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::block::{Block, Controller, Part, Shape};
-use super::mlp::{Layer, NETWORK, Network};
+use super::block::{B1, Block, Controller, NETWORK, Part, Shape};
+use super::mlp::{Layer, Network};
 use super::tempo::TEMPO;
 use crate::error::{self, Error, fits, some};
 use crate::scene::ControllerSettings;
 
 /// The block of the network that has one number for each hidden unit: its biases.
-const HIDDEN: &str = NETWORK[1];
+const HIDDEN: &str = B1;
 
 /// The parameters of a controller as files store them: block by block, with a matrix as a list of rows.
 /// Gradients with respect to the parameters have this form too.
