@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use autodiff::Real;
 use serde::{Deserialize, Serialize};
 
-use crate::design::{Design, Material, Mixture, filled, is_present};
+use crate::design::{Design, Material, Mixture, average_tied, filled, is_present};
 use crate::geometry::{Vector, mean};
 use crate::lattice::{Body, Lattice, Marker};
 use crate::scene::{MaterialSettings, MovedBody, PhysicsSettings, ProjectionSettings, VoidEdges};
@@ -133,11 +133,8 @@ impl Projector {
     /// The design vectors `z`. The vectors of edges that are tied together are replaced by their mean.
     fn tied<'z, R: Real>(&self, z: &'z [[R; 3]]) -> Cow<'z, [[R; 3]]> {
         let mut z = Cow::Borrowed(z);
-        for tie in &self.ties {
-            let own: Vec<[R; 3]> = tie.iter().map(|&edge| z[edge]).collect();
-            let shared = mean(&own).array();
-            let z = z.to_mut();
-            tie.iter().for_each(|&edge| z[edge] = shared);
+        if !self.ties.is_empty() {
+            average_tied(z.to_mut(), &self.ties);
         }
         z
     }
@@ -280,8 +277,7 @@ fn presence<R: Real>(
 fn node_masses<R: Real>(edge_masses: &[R], lattice: &Lattice, physics: &PhysicsSettings) -> Vec<R> {
     let mut shares = vec![vec![R::lit(physics.node_mass)]; lattice.nodes()];
     for payload in &lattice.payload {
-        let mass = payload.mass.unwrap_or(physics.payload_mass);
-        shares[payload.node].push(R::lit(mass));
+        shares[payload.node].push(R::lit(physics.mass_of(payload)));
     }
     for (&[i, j], &mass) in lattice.edges.iter().zip(edge_masses) {
         let half = R::lit(0.5) * mass;

@@ -83,8 +83,7 @@ pub fn pieces(scene: &Scene, lattice: &Lattice, materials: &[Material]) -> Vec<P
         count("node", None, physics.node_mass, node);
     }
     for payload in &lattice.payload {
-        let mass = payload.mass.unwrap_or(physics.payload_mass);
-        count("payload", None, mass, payload.node);
+        count("payload", None, physics.mass_of(payload), payload.node);
     }
     let exact = |whole: u64| whole as f64 * 1e-9;
     let pieces = pieces.into_iter();

@@ -22,4 +22,5 @@ pub use start::{filled, layout_materials, start};
 pub(crate) use structure::is_present;
 pub use structure::{LayoutRules, MOST_RANKED, Structure, joined_to_payload};
 pub use tilt::tilted;
+pub(crate) use vectors::average_tied;
 pub use vectors::{attract, clamp};

@@ -1,10 +1,10 @@
 //! The initial design of an optimisation.
 
 use super::tilt::tilted;
-use super::vectors::vectors_of_mixture;
+use super::vectors::{average_tied, vectors_of_mixture};
 use super::{Design, Material, Mixture};
 use crate::error::{Error, Result};
-use crate::geometry::{Vector, mean};
+use crate::geometry::Vector;
 use crate::lattice::{EdgeRules, Lattice};
 use crate::scene::edges;
 use crate::scene::{LAYOUT_SIDE, Layout, StartKind, StartSettings};
@@ -45,10 +45,7 @@ pub fn start(
     let mixture = |&void: &f64| Mixture([void, rest(void), rest(void)]);
     let mixtures: Vec<_> = void.iter().map(mixture).collect();
     let mut z = vectors_of_mixture(&mixtures, beta);
-    for tie in &lattice.rules.tie {
-        let own: Vec<[f64; 3]> = tie.iter().map(|&edge| z[edge]).collect();
-        tie.iter().for_each(|&edge| z[edge] = mean(&own).array());
-    }
+    average_tied(&mut z, &lattice.rules.tie);
     Ok(Design::Undecided(z))
 }
 

@@ -1,6 +1,9 @@
 //! Operations on design vectors, the variables of the design's optimiser.
 
+use autodiff::Real;
+
 use super::{Material, Mixture};
+use crate::geometry::mean;
 
 /// The design vectors that give these mixtures after the performance projection with sharpness `beta`: `z_k = 1/3 + (ln
 /// m_k - mean ln m) / beta`, clamped to `[0, 1]`. All shares must be above 0.
@@ -13,6 +16,15 @@ pub(super) fn vectors_of_mixture(mixtures: &[Mixture<f64>], beta: f64) -> Vec<[f
     let mut z: Vec<_> = mixtures.iter().map(vector).collect();
     clamp(&mut z);
     z
+}
+
+/// Gives the edges of each group in `ties` the mean of their design vectors.
+pub(crate) fn average_tied<R: Real>(z: &mut [[R; 3]], ties: &[Vec<usize>]) {
+    for tie in ties {
+        let own: Vec<[R; 3]> = tie.iter().map(|&edge| z[edge]).collect();
+        let shared = mean(&own).array();
+        tie.iter().for_each(|&edge| z[edge] = shared);
+    }
 }
 
 /// Clamps every entry to `[0, 1]`.

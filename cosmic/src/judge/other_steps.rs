@@ -6,16 +6,12 @@ use serde::{Deserialize, Serialize};
 use super::evaluator::Evaluator;
 use crate::design::{Design, Mixture};
 use crate::policy::Controller;
-use crate::scene::{Integrator, PhysicsSettings};
+use crate::scene::{Integrator, PhysicsSettings, STABLE_SHARE};
 use crate::world::Variation;
 
 /// The largest number of substeps with which another integrator is tried. Bars that need more make it too slow, and a
 /// scene that solves them implicitly has reasons to do so.
 const MOST_SUBSTEPS: f64 = 64.0;
-
-/// The largest share of the stable step that a substep of another integrator takes: bars that are stretched vibrate a
-/// little faster than at rest.
-const MARGIN: f64 = 0.97;
 
 /// Medians over eight of the starts of [`Delivery::spread`](super::Delivery::spread) with other time steps. Minus infinity if too
 /// many rollouts diverge.
@@ -98,7 +94,7 @@ impl Evaluator {
         // The 0 claims that no step is stable for every design, so the limit of this design is computed.
         let check = world.step_check(design, &self.start.x, 1.0, 0.0);
         let limit = check.exact.unwrap_or(check.bound);
-        let needed = substeps as f64 * (limit.share(own.dt) / MARGIN).max(1.0);
+        let needed = substeps as f64 * (limit.share(own.dt) / STABLE_SHARE).max(1.0);
         let needed = needed.ceil();
         (needed <= MOST_SUBSTEPS.max(substeps as f64)).then(|| PhysicsSettings {
             substeps: needed as usize,

@@ -212,7 +212,7 @@ impl Summary {
             payload: scene.payload_mass(lattice),
             load: scene.share_of_lift(lattice),
             friction_margin: scene.friction_margin(),
-            stroke: Material::Actuator.of(&scene.materials.max_strain),
+            stroke: scene.materials.actuator_strain(),
             sheet: scene.data_sheet(),
         }
     }

@@ -27,7 +27,7 @@ pub use builtin::{BUILTIN, Builtin};
 pub use checks::Finding;
 pub use departures::Departure;
 pub use derived::{AnyDesign, DataSheet, DeviceLength, Riser, phase_limit, stable_step};
-pub(crate) use derived::{SLENDERNESS, stable_step_off_bars};
+pub(crate) use derived::{SLENDERNESS, STABLE_SHARE, stable_step_off_bars};
 pub use keys::{Setting, reference};
 pub use sections::{
     ActuatorPart, AdamSettings, BarNumbers, BinarisationMethod, BinarisationSettings, ClockKind,

@@ -68,7 +68,7 @@ fn nodes(robot: &RobotFiles, members: &[Member]) -> Table {
     let physics = &robot.scene.physics;
     let payload = |node: usize| -> f64 {
         let here = robot.lattice.payload.iter().filter(|p| p.node == node);
-        here.fold(0.0, |sum, p| sum + p.mass.unwrap_or(physics.payload_mass))
+        here.fold(0.0, |sum, p| sum + physics.mass_of(p))
     };
     let truss = robot.scene.lattice.file.truss();
     let given = "number of the node in the truss file that the user wrote, from 0";

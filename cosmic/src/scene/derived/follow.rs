@@ -10,6 +10,7 @@
 //! `physics.substeps` takes care of them.
 
 use super::any_design::AnyDesign;
+use super::stable_step::STABLE_SHARE;
 use crate::geometry::{Dimension, Ground};
 use crate::lattice::{Lattice, Material};
 use crate::laws::{Actuator, Bumpers, Damper, ForceLaws, Stops};
@@ -18,10 +19,6 @@ use crate::scene::{
     BarNumbers, GoalKind, GoalsSettings, PhysicsSettings, Scene, Setting, StartKind,
 };
 use autodiff::Real;
-
-/// The largest share of the stable step that a mechanical step takes. The stable step is that of vibrations about the
-/// state at rest; stretched and compressed bars vibrate a little faster.
-const MARGIN: f64 = 0.97;
 
 /// The numbers of a robot and its world on which the rules are based.
 struct Scales {
@@ -187,11 +184,11 @@ const RULES: [Rule; 23] = [
             true => MOST_SUBSTEPS,
             false => physics.substeps as f64,
         };
-        physics.dt = (0.002 * world.time).min(MARGIN * world.stable * substeps);
+        physics.dt = (0.002 * world.time).min(STABLE_SHARE * world.stable * substeps);
     }),
     ("physics.substeps", |scene, world| {
         let physics = &mut scene.physics;
-        let least = (physics.dt / (MARGIN * world.stable)).ceil();
+        let least = (physics.dt / (STABLE_SHARE * world.stable)).ceil();
         physics.substeps = least.clamp(1.0, MOST_SUBSTEPS) as usize;
     }),
     ("physics.steps", |scene, world| {

@@ -2,7 +2,7 @@
 //! can lift.
 
 use crate::geometry::{Ground, Vector};
-use crate::lattice::{Lattice, Material};
+use crate::lattice::{Lattice, Material, Payload};
 use crate::laws::Actuator;
 use crate::scene::{PhysicsSettings, Scene};
 
@@ -40,6 +40,11 @@ impl PhysicsSettings {
         }
         risers
     }
+
+    /// The mass of a payload, kg.
+    pub fn mass_of(&self, payload: &Payload) -> f64 {
+        payload.mass.unwrap_or(self.payload_mass)
+    }
 }
 
 impl Scene {
@@ -53,8 +58,8 @@ impl Scene {
 
     /// The mass of all payloads, kg.
     pub fn payload_mass(&self, lattice: &Lattice) -> f64 {
-        let mass = |mass: Option<f64>| mass.unwrap_or(self.physics.payload_mass);
-        lattice.payload.iter().map(|p| mass(p.mass)).sum()
+        let payloads = lattice.payload.iter();
+        payloads.map(|payload| self.physics.mass_of(payload)).sum()
     }
 
     /// The weight of all payloads as a share of what actuators can [lift](Self::lift) at most.

@@ -12,5 +12,5 @@ pub use any_design::AnyDesign;
 pub(crate) use data_sheet::SLENDERNESS;
 pub use data_sheet::{DataSheet, DeviceLength};
 pub use margins::Riser;
-pub(crate) use stable_step::stable_step_off_bars;
+pub(crate) use stable_step::{STABLE_SHARE, stable_step_off_bars};
 pub use stable_step::{phase_limit, stable_step};

@@ -13,6 +13,10 @@
 
 use crate::scene::sections::{Integrator, PhysicsSettings};
 
+/// The largest share of the stable step that a mechanical step takes. The stable step is that of vibrations about the
+/// state at rest; stretched and compressed bars vibrate a little faster.
+pub(crate) const STABLE_SHARE: f64 = 0.97;
+
 /// The largest number of iterations for the limit of leapfrog. Far fewer are almost always enough.
 const ITERATIONS: usize = 20_000;
 

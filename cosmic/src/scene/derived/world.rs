@@ -44,15 +44,13 @@ impl Scene {
         };
         let bars: f64 = lattice.rest_length.iter().map(of_bar).sum();
         let nodes = lattice.nodes() as f64 * self.physics.node_mass;
-        let payload = lattice.payload.iter();
-        let payload: f64 = (payload.map(|p| p.mass.unwrap_or(self.physics.payload_mass))).sum();
         format!(
             "{}, {} nodes, {} edges; {long} m long{wide}, {high} m high; about {} kg and a payload of {} kg",
             self.lattice.name(),
             lattice.nodes(),
             lattice.edges.len(),
             rounded(nodes + solid * bars, 3),
-            rounded(payload, 3),
+            rounded(self.payload_mass(&lattice), 3),
         )
     }
 
