@@ -13,7 +13,7 @@ use crate::scene::{
 use crate::walk;
 use crate::world::Trajectory;
 
-/// The number of rows of a [`Drive`] in a period, without the last, which repeats the first.
+/// The number of rows of a [`SetPoints`] in a period, without the last, which repeats the first.
 const ROWS: usize = 100;
 /// How much an activation at the end of a period may differ from that at its start: the clock's phase is rounded.
 const ROUNDING: f64 = 1e-9;
@@ -99,7 +99,7 @@ pub fn pieces(scene: &Scene, lattice: &Lattice, materials: &[Material]) -> Vec<P
 
 /// The set points of a robot's actuators over one period of its clock.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Drive {
+pub struct SetPoints {
     /// The time between two rows, s. The last row is the first again.
     pub every: f64,
     /// The actuators: the edge, and the length that it shall have in each row, m.
@@ -108,7 +108,7 @@ pub struct Drive {
 
 /// Returns the set points of a robot whose controller sees it as it is at the start (open loop). `None` if they do not repeat,
 /// for goals that are given, and without actuators. `materials` has a material for each edge.
-pub fn drive(case: &Case, materials: &[Material]) -> Option<Drive> {
+pub fn set_points(case: &Case, materials: &[Material]) -> Option<SetPoints> {
     let every = TAU / frequency(&case.scene.controller, &case.controller) / ROWS as f64;
     if !every.is_finite() || case.scene.controller.goals == GoalKind::Given {
         return None;
@@ -130,5 +130,5 @@ pub fn drive(case: &Case, materials: &[Material]) -> Option<Drive> {
     let actuators = edges.filter(|&edge| materials[edge] == Material::Actuator);
     let lengths = |edge| (edge, rows.iter().map(|&row| length(edge, row)).collect());
     let lengths: Vec<_> = actuators.map(lengths).collect();
-    (!lengths.is_empty()).then_some(Drive { every, lengths })
+    (!lengths.is_empty()).then_some(SetPoints { every, lengths })
 }

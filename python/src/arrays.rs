@@ -39,7 +39,7 @@ pub(crate) struct Others {
     /// The number of numbers of the goals; 0 if robots have the scene's goal.
     pub(crate) goals: usize,
     /// The names and lengths of arrays that change the physics: numbers of the surroundings, or the factors
-    /// [`FACTORS`](cosmic::lattice::FACTORS) of the body.
+    /// [`SCALABLE`](cosmic::lattice::SCALABLE) of the body.
     pub(crate) physics: Vec<(String, usize)>,
 }
 

@@ -4,7 +4,7 @@ use crate::arrays::{Number, Others, Row, Sizes};
 use crate::errors::InputError;
 use autodiff::Real;
 use cosmic::design::{Design, Material};
-use cosmic::lattice::{Body, FACTORS};
+use cosmic::lattice::{Body, SCALABLE};
 use cosmic::policy::Controller;
 use cosmic::projection::Projection;
 use cosmic::scene::ControllerSettings;
@@ -167,7 +167,7 @@ impl Kind {
             goals => scene.with_goals(&self.sizes.goals(goals)),
         };
         let numbers = row.physics.iter();
-        let numbers = numbers.filter(|(name, _)| !FACTORS.contains(name));
+        let numbers = numbers.filter(|(name, _)| !SCALABLE.contains(name));
         numbers.fold(with_goals, |surroundings, (name, numbers)| {
             surroundings.with(name, numbers[0])
         })

@@ -9,7 +9,7 @@ use crate::scene::Scene;
 use autodiff_programs::CotangentBound;
 use cosmic::design::{LayoutRules, Material, VolumeBounds, snap};
 use cosmic::inputs::ALL;
-use cosmic::lattice::FACTORS;
+use cosmic::lattice::SCALABLE;
 use cosmic::projection::Projection;
 use cosmic::scene::{self, VolumeSettings};
 use cosmic::search::CoDesign;
@@ -103,7 +103,7 @@ impl Simulator {
             let numbers = numbers.filter(|(name, _)| !name.starts_with("goal."));
             let numbers = numbers.map(|(name, value)| (name.to_owned(), value, 0));
             let Sizes { edges, nodes, .. } = self.kind.sizes;
-            let factors = FACTORS.iter().zip([edges, edges, edges, nodes]);
+            let factors = SCALABLE.iter().zip([edges, edges, edges, nodes]);
             let factors = factors.map(|(name, count)| ((*name).to_owned(), 1.0, count));
             Ok(numbers.chain(factors).collect())
         })

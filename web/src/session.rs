@@ -220,7 +220,7 @@ impl Session {
         let case = Case::of_robot(scene, robot.design.clone(), robot.controller.clone());
         let pieces = shop::pieces(scene, &case.lattice, &materials);
         let piece = |piece: &Piece| json!({ "part": piece.name, "length": piece.length, "mass": piece.mass, "places": piece.places });
-        let drive = shop::drive(&case, &materials);
+        let drive = shop::set_points(&case, &materials);
         let drive = drive.map(|drive| json!({ "every": drive.every, "lengths": drive.lengths }));
         Ok(json!({ "pieces": pieces.iter().map(piece).collect::<Vec<_>>(), "drive": drive }))
     }

@@ -50,8 +50,8 @@ pub(super) struct Arguments {
 /// Returns the lines to print before a run: a description of the robot, of the world and of the cost, each in one line,
 /// and warnings about settings that are probably a mistake.
 fn introduction(plan: &RunPlan) -> Result<Vec<String>> {
-    let robot = format!("robot: {}", plan.scene.robot());
-    let world = format!("world: {}", plan.scene.world());
+    let robot = format!("robot: {}", plan.scene.describe_robot());
+    let world = format!("world: {}", plan.scene.describe_world());
     let cost = format!("cost: {}", Cost::of_plan(plan)?);
     let warnings = plan.scene.warnings().into_iter();
     let warnings = warnings.map(|warning| format!("warning: {warning}"));

@@ -93,8 +93,8 @@ fn check(name: &str, settings: &Settings, output: &Output, registry: &Registry) 
             "ok": review.refusals.is_empty(),
             "departures": scene.departures(),
             "following": following,
-            "robot": scene.robot(),
-            "world": scene.world(),
+            "robot": scene.describe_robot(),
+            "world": scene.describe_world(),
             "refusals": review.refusals,
             "warnings": review.warnings,
         }))?;
@@ -122,8 +122,8 @@ fn description(name: &str, scene: &Scene) -> Result<String> {
     Ok(format!(
         "{}robot: {}\nworld: {}\ncost: {}\n{name}: ok\n",
         lines.collect::<String>(),
-        scene.robot(),
-        scene.world(),
+        scene.describe_robot(),
+        scene.describe_world(),
         Cost::of(scene)?,
     ))
 }

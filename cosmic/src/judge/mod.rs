@@ -28,7 +28,7 @@ pub use other_steps::{Medians, OtherSteps};
 pub use quantiles::Quantiles;
 pub(crate) use reach::robots_of;
 pub use reach::{Reached, first_best};
-pub use reliability::{LEAST_WALK, Merit, Reliability, STEADY};
+pub use reliability::{LEAST_MEDIAN, Merit, Reliability, STEADY};
 pub use sensitivity::Sensitivity;
 pub use standstill::Standstill;
 pub use variations::VARIED;

@@ -51,7 +51,7 @@ const LEAST_SHARE: f64 = 0.5;
 
 /// A median distance that is shorter than this share of the lattice's scale counts as this distance when medians are
 /// compared: a robot that stays in place does not depend on the time step.
-pub const LEAST_WALK: f64 = 0.05;
+pub const LEAST_MEDIAN: f64 = 0.05;
 
 /// The kind of number that robots are ranked by.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -125,7 +125,7 @@ impl Merit {
     /// other steps; empty if these medians are close. `integrator` is that of the scene.
     pub fn unsteady(self, own: f64, other: &OtherSteps, integrator: Integrator) -> Vec<String> {
         let least = match self {
-            Self::Distance { scale } => LEAST_WALK * scale,
+            Self::Distance { scale } => LEAST_MEDIAN * scale,
             Self::MinusLoss => 0.0,
             Self::MinusShare => LEAST_SHARE,
         };

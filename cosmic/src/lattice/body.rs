@@ -39,7 +39,7 @@ pub struct Marker<R> {
 }
 
 /// The names of the numbers that [`Body::scale`] multiplies: those of all edges (`bars`) and of all nodes.
-pub const FACTORS: [&str; 4] = [
+pub const SCALABLE: [&str; 4] = [
     "bars.stiffness",
     "bars.strain",
     "bars.rest_length",
@@ -48,7 +48,7 @@ pub const FACTORS: [&str; 4] = [
 
 impl<R: Real> Body<R> {
     /// Multiplies the numbers of this name by factors: one for each edge or node, or a single one for all. `rest_length` has
-    /// the rest lengths of the lattice, m. Returns false, and does nothing, if the name is not one of [`FACTORS`].
+    /// the rest lengths of the lattice, m. Returns false, and does nothing, if the name is not one of [`SCALABLE`].
     pub fn scale(&mut self, name: &str, factors: &[R], rest_length: &[f64]) -> bool {
         let numbers = match name {
             "bars.stiffness" => &mut self.stiffness,

@@ -11,7 +11,7 @@ mod mirror;
 mod rigidity;
 mod doubts;
 
-pub use body::{Body, FACTORS, Marker};
+pub use body::{Body, Marker, SCALABLE};
 pub(crate) use doubts::Doubt;
 pub use material::Material;
 pub use own::{EdgeRules, Mirror, Payload, Sides, Truss};

@@ -21,7 +21,7 @@ pub struct Objective {
     /// The fixed goal in the ground's frame, from the world's origin, in metres. Its height does not count.
     pub goal: Vector<f64>,
     /// The largest actuation strain of an actuator. It tells the share of actuator in a mixture.
-    pub stroke: f64,
+    pub actuator_strain: f64,
 }
 
 impl Objective {
@@ -34,7 +34,7 @@ impl Objective {
                 settings: scene.loss.clone(),
             },
             goal: scene.controller.goal,
-            stroke: scene.materials.actuator_strain(),
+            actuator_strain: scene.materials.actuator_strain(),
         }
     }
 
@@ -56,10 +56,10 @@ impl Objective {
             trajectory.effort(trajectory.last_step()),
             trajectory.robot(),
         );
-        if self.stroke == 0.0 {
+        if self.actuator_strain == 0.0 {
             return R::zero();
         }
-        let given = R::dot(&effort.work, &body.strain) * R::lit(1.0 / self.stroke);
+        let given = R::dot(&effort.work, &body.strain) * R::lit(1.0 / self.actuator_strain);
         let mass = match body.presence.is_empty() {
             true => R::sum_of(&body.mass),
             false => R::dot(&body.mass, &body.presence),

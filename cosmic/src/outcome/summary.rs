@@ -212,7 +212,7 @@ impl Summary {
             payload: scene.payload_mass(lattice),
             load: scene.share_of_lift(lattice),
             friction_margin: scene.friction_margin(),
-            stroke: scene.materials.actuator_strain(),
+            actuator_strain: scene.materials.actuator_strain(),
             sheet: scene.data_sheet(),
         }
     }

@@ -29,7 +29,7 @@ pub(crate) use goals::{Hold, Pick};
 pub use mlp::{Layer, Mlp, Network};
 pub use saved::Weights;
 pub use sensing::{Sight, clock, observation};
-pub(crate) use source::{Outputs, Source};
+pub(crate) use source::{BlockSource, Outputs};
 pub(crate) use step::Seen;
 pub use step::{Policy, PolicyStep, Sizes};
 pub use tempo::{TEMPO, frequency};

@@ -65,7 +65,7 @@ impl ObservedLayer {
 
 /// The source of the numbers of one parameter of a step. The strings are names of blocks of the controller.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Source {
+pub(crate) enum BlockSource {
     /// The [folded](Fold) weights of a layer that reads the observation.
     Weights(ObservedLayer),
     /// The folded biases of a layer that reads the observation.
@@ -84,7 +84,7 @@ pub(crate) enum Source {
     MeanWithImages(&'static str),
 }
 
-impl Source {
+impl BlockSource {
     /// Computes the numbers of this parameter, given a controller.
     pub(crate) fn numbers<R: Real>(
         self,

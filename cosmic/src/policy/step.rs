@@ -7,7 +7,7 @@ use autodiff_programs::{Array, Program};
 use super::block::{Block, Shape};
 use super::goals::{Offset, Towards};
 use super::sensing::Sight;
-use super::source::{ObservedLayer, Outputs, Source};
+use super::source::{BlockSource, ObservedLayer, Outputs};
 use super::weighted::weighted;
 use crate::geometry::{Axes, Dimension};
 use crate::in_dimension;
@@ -85,7 +85,7 @@ pub struct PolicyStep<'a> {
     /// The arrays of the observation, once they are recorded.
     observation: Option<Vec<Array>>,
     /// The sources of the parameters declared so far, in the order of their declaration.
-    sources: Vec<Source>,
+    sources: Vec<BlockSource>,
 }
 
 impl<'a> PolicyStep<'a> {
@@ -111,7 +111,7 @@ impl<'a> PolicyStep<'a> {
     }
 
     /// The sources of the parameters, in the order of their declaration.
-    pub(crate) fn into_sources(self) -> Vec<Source> {
+    pub(crate) fn into_sources(self) -> Vec<BlockSource> {
         self.sources
     }
 
@@ -154,7 +154,7 @@ impl<'a> PolicyStep<'a> {
             biases,
             sees_image,
         };
-        let sources = [Source::Weights(layer), Source::Biases(layer)];
+        let sources = [BlockSource::Weights(layer), BlockSource::Biases(layer)];
         self.sources.extend(sources);
         self.program.dense_tanh(matrix, &observation, bias)
     }
@@ -172,7 +172,7 @@ impl<'a> PolicyStep<'a> {
     pub fn layer(&mut self, weights: &'static str, biases: &'static str, x: Array) -> Array {
         let (rows, columns) = self.matrix_of(weights);
         let matrix = self.program.matrix(rows, columns);
-        self.sources.push(Source::Whole(weights));
+        self.sources.push(BlockSource::Whole(weights));
         let bias = self.block(biases);
         self.program.dense_tanh(matrix, &[x], bias)
     }
@@ -197,7 +197,7 @@ impl<'a> PolicyStep<'a> {
         x: &[Array],
     ) -> Array {
         let (_, columns) = self.matrix_of(weights);
-        let sources = [weights, biases].map(Source::OfActuators);
+        let sources = [weights, biases].map(BlockSource::OfActuators);
         self.layer_of_actuators(columns, sources, x)
     }
 
@@ -216,13 +216,18 @@ impl<'a> PolicyStep<'a> {
         let (_, columns) = self.matrix_of(weights);
         let part = 2 * columns / x.len();
         let sources = [
-            Source::WithImages(weights, part),
-            Source::MeanWithImages(biases),
+            BlockSource::WithImages(weights, part),
+            BlockSource::MeanWithImages(biases),
         ];
         self.layer_of_actuators(2 * columns, sources, x)
     }
 
-    fn layer_of_actuators(&mut self, columns: usize, sources: [Source; 2], x: &[Array]) -> Array {
+    fn layer_of_actuators(
+        &mut self,
+        columns: usize,
+        sources: [BlockSource; 2],
+        x: &[Array],
+    ) -> Array {
         let rows = self.outputs.actuated.len();
         let matrix = self.program.matrix(rows, columns);
         let bias = self.program.parameter(rows);
@@ -241,14 +246,14 @@ impl<'a> PolicyStep<'a> {
     /// If the block is unknown.
     pub fn block(&mut self, name: &'static str) -> Array {
         let len = self.shape_of(name).len();
-        self.sources.push(Source::Whole(name));
+        self.sources.push(BlockSource::Whole(name));
         self.program.parameter(len)
     }
 
     /// Declares a block with one number per edge as a parameter of the step. The array that it returns has the order of
     /// the activations.
     pub fn per_edge(&mut self, name: &'static str) -> Array {
-        self.sources.push(Source::OfEdges(name));
+        self.sources.push(BlockSource::OfEdges(name));
         self.program.parameter(self.outputs.graph.slots())
     }
 

@@ -13,8 +13,8 @@ use crate::geometry::{Axes, Dimension, Ground};
 use crate::lattice::{Body, Lattice, Mirror};
 use crate::laws::{Motion, StepInput};
 use crate::policy::{
-    self, Block, Controller, Fold, Goals, Hold, Mean, Outputs, Pick, Policy, PolicyStep, Seen,
-    Source, Turn, ahead, blocks_of, ticks,
+    self, Block, BlockSource, Controller, Fold, Goals, Hold, Mean, Outputs, Pick, Policy,
+    PolicyStep, Seen, Turn, ahead, blocks_of, ticks,
 };
 use crate::scene::{ControllerSettings, GoalKind, PhysicsSettings};
 
@@ -69,7 +69,7 @@ pub(super) struct Driver {
     policy: Arc<dyn Policy>,
     pub(super) blocks: Arc<[Block]>,
     /// The sources of the parameters that the policy declares when it is recorded.
-    sources: Arc<[Source]>,
+    sources: Arc<[BlockSource]>,
 }
 
 impl RobotStep {
@@ -395,7 +395,7 @@ impl Driver {
         settings: &ControllerSettings,
         seen: Seen,
         outputs: Outputs,
-    ) -> (Array, Vec<Source>) {
+    ) -> (Array, Vec<BlockSource>) {
         let sees = (self.policy.observe(), settings);
         let mut step = PolicyStep::new(p, &self.blocks, sees, seen, outputs);
         let activation = self.policy.record(&mut step);

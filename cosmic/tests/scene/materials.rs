@@ -175,7 +175,7 @@ fn robots_with_real_actuators_move() {
         assert_eq!(warnings, [""; 0], "{name}");
         assert!(
             scene
-                .world()
+                .describe_world()
                 .contains("skeleton carbon tube; actuators of 0.0")
         );
         CoDesign::new(&scene).unwrap();

@@ -9,7 +9,7 @@ use crate::report::sheet::{Chart, Line, Section};
 use crate::table::{Cell, Emphasis, Table};
 use cosmic::case::Case;
 use cosmic::judge::verdict::{Item, Level};
-use cosmic::judge::{LEAST_WALK, Quantiles, STEADY};
+use cosmic::judge::{LEAST_MEDIAN, Quantiles, STEADY};
 use cosmic::lattice::State;
 use cosmic::numbers::{brief, fixed};
 use cosmic::world::together;
@@ -50,7 +50,7 @@ pub fn distance(case: &Case, is_delivered: bool) -> Section {
     };
     let median = steps[0].spread.p50;
     section.check(median.is_finite(), "the robot diverges");
-    let least = LEAST_WALK * case.lattice.scale;
+    let least = LEAST_MEDIAN * case.lattice.scale;
     let reference = Reference { median, least };
     if is_delivered && median.is_finite() {
         let half = std::iter::once((&steps[1], "half the time step".to_owned()));

@@ -16,7 +16,7 @@ use crate::table::Table;
 use cosmic::error::{Error, Result};
 use cosmic::record::files::make_folder;
 use member::{DECIMALS, Member, axes, bars, members, nodes_of, place};
-use shop::{drive, parts};
+use shop::{parts, set_points};
 use std::path::{Path, PathBuf};
 
 /// Writes tables into a folder: `bars.csv` and `nodes.csv`, the bars and nodes with peak forces and masses; `parts.csv`, what
@@ -30,7 +30,7 @@ pub fn write_tables(run: &RunFiles, folder: &Path) -> Result<Vec<PathBuf>> {
         ("bars.csv", Some(bars(&run.robot, &members, &gait.loads))),
         ("nodes.csv", Some(nodes(&run.robot, &members))),
         ("parts.csv", Some(parts(run))),
-        ("drive.csv", drive(run, &gait)),
+        ("drive.csv", set_points(run, &gait)),
     ];
     make_folder(folder)?;
     let tables = tables.into_iter();

@@ -4,7 +4,7 @@ use super::member::DECIMALS;
 use crate::report::RunFiles;
 use crate::report::gait::Gait;
 use crate::table::Table;
-use cosmic::shop::{self, Drive};
+use cosmic::shop::{self, SetPoints};
 
 /// Returns the table of parts: see [`shop::pieces`].
 pub(super) fn parts(run: &RunFiles) -> Table {
@@ -27,9 +27,9 @@ pub(super) fn parts(run: &RunFiles) -> Table {
         .done()
 }
 
-/// Returns the table of set points: see [`shop::drive`].
-pub(super) fn drive(run: &RunFiles, gait: &Gait) -> Option<Table> {
-    let Drive { every, lengths } = shop::drive(&gait.case, &run.robot.design.materials)?;
+/// Returns the table of set points: see [`shop::set_points`].
+pub(super) fn set_points(run: &RunFiles, gait: &Gait) -> Option<Table> {
+    let SetPoints { every, lengths } = shop::set_points(&gait.case, &run.robot.design.materials)?;
     let rows: Vec<usize> = (0..lengths.first()?.1.len()).collect();
     let mut table = Table::of("", "", &rows).column("time", "s", |row| *row as f64 * every);
     for (edge, lengths) in &lengths {

@@ -28,7 +28,7 @@ fn draw(tiles: &[[String; 2]]) -> String {
 
 /// Returns the tiles of a run: world, size, mass, speed, objective, energy, and the bars that pass through each other.
 pub(super) fn of_run(run: &RunFiles, motion: &DrawnMotion) -> String {
-    let world = escape(&run.robot.scene.world());
+    let world = escape(&run.robot.scene.describe_world());
     let tiles = [
         speed(run),
         objective(run),

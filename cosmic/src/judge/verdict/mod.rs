@@ -245,7 +245,7 @@ pub struct Measured<'m> {
     /// The friction as a multiple of what holds a robot on the slope; `None` on level ground.
     pub friction_margin: Option<f64>,
     /// The largest target strain of a muscle.
-    pub stroke: f64,
+    pub actuator_strain: f64,
     /// What the parts can do.
     pub sheet: DataSheet,
 }
@@ -397,9 +397,9 @@ impl Measured<'_> {
         let says = format!(
             "muscles move by {} (their stroke is {})",
             percent(strain),
-            percent(self.stroke)
+            percent(self.actuator_strain)
         );
-        let level = Level::up_to(STROKES.map(|limit| limit * self.stroke), strain);
+        let level = Level::up_to(STROKES.map(|limit| limit * self.actuator_strain), strain);
         (strain > 0.0).then(|| Item::limit(says, level))
     }
 

@@ -7,7 +7,7 @@ use crate::scene::keys::Setting;
 use crate::scene::{ActuatorPart, ProfileKind, Scene, SkeletonPart};
 use crate::settings::Named;
 
-/// The keys of `[physics]` that [`Scene::world`] describes, and then those that are not of the world: the masses, which the
+/// The keys of `[physics]` that [`Scene::describe_world`] describes, and then those that are not of the world: the masses, which the
 /// description of the robot has, and how a rollout is computed.
 const KNOWN: [&str; 15] = [
     "gravity",
@@ -30,7 +30,7 @@ const KNOWN: [&str; 15] = [
 impl Scene {
     /// A description of the robot in one line: its lattice, its size, its mass, and its payload. The mass is that of a
     /// robot whose volume is in the middle of the bounds on the volume.
-    pub fn robot(&self) -> String {
+    pub fn describe_robot(&self) -> String {
         let lattice = Lattice::new(&self.lattice, &self.physics);
         let [long, wide, high] = self.extent().map(|x| rounded(x, 3)).array();
         let wide = match lattice.dimension {
@@ -62,7 +62,7 @@ impl Scene {
 
     /// A description of the world in one line: gravity, contact and friction, drag, damping of the bars, and end stops.
     /// Other forces, an incline, a ground profile, parts and any other physics are named if the scene has them.
-    pub fn world(&self) -> String {
+    pub fn describe_world(&self) -> String {
         let physics = &self.physics;
         let mut parts = vec![format!("gravity {} m/s\u{b2}", physics.gravity)];
         parts.push(match physics.contact.name() {

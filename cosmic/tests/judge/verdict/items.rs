@@ -94,7 +94,7 @@ pub(super) fn robot(loads: &Loads) -> Measured<'_> {
         }),
         bars: 10,
         payload: 0.03,
-        stroke: 0.35,
+        actuator_strain: 0.35,
         ..unmeasured(&scene, &lattice)
     }
 }
