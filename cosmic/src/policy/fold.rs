@@ -27,12 +27,16 @@ pub enum Mean<'a, R> {
 ///
 /// This is possible because an observation is a linear function of the state and of one sine and one cosine: the
 /// scales, the goal and the rotation of an incline are constant, and all clocks have one frequency. The folded layer
-/// has these columns: x of all nodes, y of all nodes, x velocity of all nodes, y velocity of all nodes, `sin(omega t)`,
-/// `cos(omega t)`. A goal that does not move with the robot is folded into the biases. With [`Mean::InStep`] the
-/// columns for positions read the weighted offsets of the nodes from their weighted mean, and the columns for
-/// velocities read the weighted velocities. If the goal is relative to the mean position, there are more columns, one for
-/// each component, which read the mean position. If the goal is given to the rollout, there are as many more columns for
-/// all kinds of mean, which read the observed goal.
+/// has these columns:
+///
+/// - the positions: the first component of all nodes, then the second one, and in space the third one,
+/// - the velocities in the same order,
+/// - `sin(omega t)` and `cos(omega t)`,
+/// - the mean position, one column for each component, if the goal is relative to it and the mean is [`Mean::InStep`],
+/// - the observed goal, one column for each component, if it is given to the rollout.
+///
+/// With [`Mean::InStep`] the columns for positions read the weighted offsets of the nodes from their weighted mean, and
+/// the columns for velocities read the weighted velocities. The constant part of the goal is folded into the biases.
 #[derive(Clone, Debug)]
 pub struct Fold<'a, R> {
     settings: &'a ControllerSettings,

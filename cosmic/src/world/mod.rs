@@ -3,7 +3,7 @@
 //!
 //! The physics is in [`laws`](crate::laws). The modules `step` and `mechanics` combine the laws to a step, which is
 //! written once for all number types. A walk computes in the ground's frame: there, a node is below flat ground if
-//! its second coordinate is negative. Callers pass and get states in the world's frame.
+//! its height is negative. Callers pass and get states in the world's frame.
 
 mod surroundings;
 mod parameters;

@@ -54,7 +54,7 @@ impl Scene {
         )
     }
 
-    /// The length and the height of the robot at rest, m.
+    /// The length, the width and the height of the robot at rest, m; in the plane the width is 0.
     pub(in crate::scene) fn extent(&self) -> Vector<f64> {
         let lattice = Lattice::new(&self.lattice, &self.physics);
         lattice.extent() * lattice.spacing
