@@ -18,7 +18,7 @@ const ROWS: usize = 100;
 /// How much an activation at the end of a period may differ from that at its start: the clock's phase is rounded.
 const ROUNDING: f64 = 1e-9;
 
-/// Returns the name of the part of which bars of a material are made; `None` for bars of plain numbers.
+/// Returns the name of the part that is used for bars of a material; `None` for bars of plain numbers.
 pub fn part(parts: &PartsSettings, material: Material) -> Option<&'static str> {
     match material {
         Material::Actuator if parts.actuator == ActuatorPart::Numbers => None,

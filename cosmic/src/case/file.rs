@@ -100,8 +100,8 @@ impl From<&Case> for CaseFile {
 }
 
 impl Case {
-    /// The text of a case file that holds all inputs of this case, but no results. The file is in the world's frame,
-    /// whatever the [frame](Case::frame) of this case is.
+    /// The text of a case file that holds all inputs of this case, but no results. The file is always in the world's frame,
+    /// even if the [frame](Case::frame) of this case is another.
     pub fn to_json(&self) -> String {
         CaseFile::from(self).text()
     }

@@ -267,8 +267,8 @@ impl Counts {
         }
     }
 
-    /// The number of edges by which the volumes of a layout with so many solid edges and actuators are out of bounds. Solid
-    /// edges and actuators are counted separately, both if there are too few and if there are too many.
+    /// The number of edges by which the volumes of a layout with these numbers of solid edges and actuators are out of bounds.
+    /// Solid edges and actuators are counted separately, both if there are too few and if there are too many.
     fn excess(&self, [solid, actuators]: [usize; 2]) -> usize {
         let outside =
             |n: usize, [least, most]: [usize; 2]| least.saturating_sub(n) + n.saturating_sub(most);

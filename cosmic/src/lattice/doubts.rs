@@ -10,8 +10,8 @@ use super::rigidity::floppy_modes;
 use crate::geometry::{Bounds, Dimension, Range, Vector};
 use crate::numbers::counted;
 
-/// Bars that are inclined by less than this (rad, root of the mean square) to the plane across a direction give hardly any
-/// stiffness in that direction: a four-hundredth of what bars along it would give.
+/// Bars that are inclined by less than this (rad, root of the mean square) to the plane across a direction give almost no
+/// stiffness in that direction: a four-hundredth of the stiffness of bars along it.
 const WEAK: f64 = 0.05;
 /// Two places that are nearer than this share of the size of the truss are the same. Drawings are rounded.
 const SAME: f64 = 1e-3;

@@ -68,8 +68,8 @@ impl Lattice {
         })
     }
 
-    /// This lattice as a robot that stays its own mirror image: edges that mirror one another are tied. Without an image
-    /// of its own, the lattice is returned as it is.
+    /// Ties edges that mirror one another, so that the robot stays its own mirror image. A lattice that is not its own image
+    /// does not change.
     #[must_use]
     pub fn mirrored(mut self) -> Self {
         if let Some(mirror) = self.image() {

@@ -1,4 +1,4 @@
-//! The loss for robots that go where they are told.
+//! The loss for robots that go to the goals that they are given.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -10,14 +10,14 @@ use crate::geometry::Ground;
 use crate::scene::{GoalsSettings, LossSettings, Scene};
 use crate::world::Trajectory;
 
-/// The loss of the task "reach" if goals are inputs of a rollout: the share of the way to a goal that is left when its
-/// time ends, as a mean over the goals of a rollout. 0 means that the robot is at its goal and stays there, 1 that it
-/// came no nearer.
+/// The loss of the task "reach" if goals are inputs of a rollout: the share of the way to a goal that the robot has not
+/// covered when the time of the goal ends, as a mean over the goals of a rollout. 0 means that the robot is at its goal and
+/// stays there, 1 that it came no nearer.
 ///
-/// The way to a goal is its distance along the ground, in space along and across, from the goal before it; the way to the
-/// first goal is its distance from the payload at the start of the rollout. What is left is the distance of the payload
-/// from the goal, plus its speed along the ground multiplied by a time. Both are means over the last part of the goal's
-/// time, for which `loss.window` and `loss.every` hold. At most half of the time counts.
+/// The way to a goal is its distance from the goal before it, along the ground and in space also across. The way to the
+/// first goal is its distance from the payload at the start of the rollout. The remaining way is the distance of the payload
+/// from the goal, plus its speed along the ground multiplied by a time. It is a mean over the last `loss.window` steps of the
+/// goal's time, at most half of this time, taken at every `loss.every`-th step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Errand {
     ground: Ground,
@@ -48,7 +48,7 @@ impl Errand {
 }
 
 impl Loss for Errand {
-    /// The start, and the states that are needed for a single goal, and for goals that change where those of the scene do.
+    /// The start, the states for a single goal, and the states for goals that change at the same steps as those of the scene.
     fn observed(&self, steps: usize) -> Vec<usize> {
         let changes = self.changes.iter().copied().filter(|&step| step < steps);
         let changes: Vec<usize> = changes.collect();

@@ -11,12 +11,13 @@ use crate::world::Trajectory;
 /// minimise the loss, on several threads at once. `cosmic_lab::check::check_gradients_of` checks that the gradient is
 /// the derivative of the values. A `floor` or a branch on a value can make the gradient wrong.
 pub trait Loss: Send + Sync {
-    /// The states that the loss reads in a rollout of `steps` steps. A state is given by its number of steps: the steps
-    /// that were done when it is reached. The numbers must ascend, and the last one must be `steps`.
+    /// The states that the loss reads in a rollout of `steps` steps: for each state, the number of steps after which it is
+    /// reached (0 for the start). The numbers must ascend, and the last one must be `steps`.
     fn observed(&self, steps: usize) -> Vec<usize>;
 
-    /// The number of nodes that the loss reads: it reads the first ones. When a gradient is computed, states hold only
-    /// these nodes, and those that [`Trajectory::payload`] and [`Trajectory::position`] need. By default the loss reads all nodes.
+    /// The number of nodes that the loss reads, beginning with node 0. When a gradient is computed, states hold only these
+    /// nodes, and those that [`Trajectory::payload`] and [`Trajectory::position`] need. By default the loss reads all
+    /// nodes.
     fn nodes(&self) -> usize {
         usize::MAX
     }

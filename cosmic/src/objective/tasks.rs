@@ -1,7 +1,7 @@
 //! The losses of the tasks that a scene can choose. Each takes a few lines.
 //!
-//! Where they read the position of the payload, they read the [position](Trajectory::position) of the body that the
-//! scene names in `objective.body`. They are also examples for users who write a loss.
+//! For "position of the payload" read the [position](Trajectory::position) of the body that the scene names in
+//! `objective.body`. The losses are also examples for users who write one.
 
 use autodiff::Real;
 
@@ -18,7 +18,7 @@ pub struct Objective {
     /// The loss of the task "far". It also has the ground, and the settings that decide which states all of these
     /// losses read.
     pub far: Displacement,
-    /// The fixed goal in the ground's frame, from the world's origin, in metres. Its height does not count.
+    /// The fixed goal in the ground's frame, measured from the world's origin, in metres. Its height does not count.
     pub goal: Vector<f64>,
     /// The largest actuation strain of an actuator. It tells the share of actuator in a mixture.
     pub actuator_strain: f64,

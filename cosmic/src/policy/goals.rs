@@ -44,7 +44,7 @@ impl<R: Copy> Goals<R> {
         }
     }
 
-    /// These goals, and one more, which replaces the last one after this number of steps.
+    /// Adds a goal, which replaces the last one after this number of steps.
     ///
     /// # Panics
     /// If the last goal began later or at the same step.
@@ -70,7 +70,7 @@ impl<R: Copy> Goals<R> {
         1 + self.later.len()
     }
 
-    /// These goals as they are after this number of steps: the first one is the goal that holds then.
+    /// The goals from this number of steps on. The first one is the goal that holds then.
     pub(crate) fn after(&self, steps: usize) -> Self {
         let place = self.place(steps);
         let first = self.iter().nth(place).expect("a goal holds at any time");
@@ -81,7 +81,7 @@ impl<R: Copy> Goals<R> {
         }
     }
 
-    /// The place, among the goals, of the goal that holds in the step after `steps` steps.
+    /// The index, among all goals, of the goal that holds in the step after `steps` steps.
     pub fn place(&self, steps: usize) -> usize {
         self.later.iter().filter(|(from, _)| *from <= steps).count()
     }
@@ -99,7 +99,7 @@ impl<R: Copy> Goals<R> {
 }
 
 impl Goals {
-    /// True if the other goals are as many and change at the same steps.
+    /// True if both have the same number of goals, which change at the same steps.
     pub(crate) fn change_with(&self, other: &Self) -> bool {
         let changes = |goals: &Self| {
             goals

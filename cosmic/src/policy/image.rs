@@ -6,9 +6,9 @@ use super::sensing::Parts;
 use crate::geometry::Dimension;
 use crate::lattice::Mirror;
 
-/// The weights of a layer that sees the image of a robot and of its goal. For every observation, they give what `weights`
-/// give for the observation of the image, which has this number of `inputs`, those of the clocks first. The ground does not
-/// tell the sides of the robot apart.
+/// The weights of a layer that sees the image of a robot and of its goal: for every observation, they give the same as
+/// `weights` give for the observation of the image. An observation has this number of `inputs`, those of the clocks first. The
+/// ground does not tell the sides of the robot apart.
 pub(super) fn observed<R: Real>(
     weights: &[R],
     (inputs, clocks): (usize, usize),
@@ -36,7 +36,7 @@ pub(super) fn observed<R: Real>(
     weights.chunks_exact(inputs).flat_map(row).collect()
 }
 
-/// The weights of a layer that moves these edges, and that reads hidden units of the robot and of its image: behind each
+/// The weights of a layer that moves these edges, and that reads hidden units of the robot and of its image: after each
 /// `part` of a row of `weights` comes the same part of the row that belongs to the image of the edge.
 pub(super) fn moved<R: Real>(
     weights: &[R],
@@ -55,7 +55,7 @@ pub(super) fn moved<R: Real>(
         .collect()
 }
 
-/// The biases of such a layer: the mean of the bias of each edge and of the bias of its image.
+/// The biases of the layer that has the weights [`moved`]: for each edge, the mean of its bias and of the bias of its image.
 pub(super) fn biases<R: Real>(biases: &[R], edges: &[usize], mirror: &Mirror) -> Vec<R> {
     let mean = |&edge: &usize| R::lit(0.5) * (biases[edge] + biases[mirror.edges[edge]]);
     edges.iter().map(mean).collect()

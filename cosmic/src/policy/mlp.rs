@@ -66,17 +66,17 @@ pub struct Network<R> {
     /// The layer from the inputs to the hidden units. The groups of units of [`Gaits`](super::Gaits) come one after the
     /// other.
     pub first: Layer<R>,
-    /// For each hidden unit of [`Gaits`](super::Gaits), the coefficients of the factor `a + b g + c g^2 + d h + e h^2` on it,
-    /// where `g` is the observed goal along the ground, and `h` the one across it, which is 0 in the plane; empty for other
-    /// policies.
+    /// For each hidden unit of [`Gaits`](super::Gaits), the coefficients `[a, b, c, d, e]` of the factor by which the unit is
+    /// multiplied: `a + b g + c g^2 + d h + e h^2`. Here `g` is the observed goal along the ground, and `h` the one across it,
+    /// which is 0 in the plane. Empty for other policies.
     pub gates: Vec<[f64; 5]>,
     /// The layer from the hidden units to the activations.
     pub second: Layer<R>,
 }
 
 impl<R: Real> Network<R> {
-    /// The network whose parameters a controller of a robot on this lattice holds; `None` if the controller belongs to
-    /// another policy. The tempo of a learned clock is not a part of the network.
+    /// The network of a controller for a robot on this lattice; `None` if the controller belongs to another policy. The tempo
+    /// of a learned clock is not a part of the network.
     pub fn of(
         controller: &Controller<R>,
         settings: &ControllerSettings,

@@ -9,7 +9,7 @@ use crate::geometry::{Dimension, Ground, Vector, mean, weighted_mean};
 use crate::lattice::State;
 use crate::scene::{ControllerSettings, GoalKind, Senses};
 
-/// The things that the observation of a policy contains.
+/// What a policy observes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sight {
     /// The clocks, the goal, and the positions and velocities of the robot.

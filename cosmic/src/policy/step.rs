@@ -46,7 +46,7 @@ pub trait Policy: Debug + Send + Sync {
     /// and underscores. [`TEMPO`](super::TEMPO) is the name of the block of a learned clock.
     fn parameters(&self, robot: &Sizes) -> Vec<Block>;
 
-    /// What the policy observes: the content of the input of [an observed layer](PolicyStep::observed_layer).
+    /// What the policy observes: the input of [an observed layer](PolicyStep::observed_layer).
     fn observe(&self) -> Sight {
         Sight::Robot
     }
@@ -201,9 +201,9 @@ impl<'a> PolicyStep<'a> {
         self.layer_of_actuators(columns, sources, x)
     }
 
-    /// Like [`output_layer_of`](Self::output_layer_of), for arrays in pairs of equal length: of the robot, and of its mirror
-    /// image. The second array of a pair has the weights of the first one, but acts on the images of the edges. Each bias
-    /// is the mean of the biases of an edge and of its image.
+    /// Like [`output_layer_of`](Self::output_layer_of), for pairs of arrays of equal length: the first array of a pair belongs
+    /// to the robot, the second one to its mirror image. The second array is multiplied by the weights of the first one, but
+    /// acts on the images of the edges. Each bias is the mean of the biases of an edge and of its image.
     ///
     /// # Panics
     /// The panics of [`layer`](Self::layer); if the robot is not its own mirror image (`lattice.mirror`).
@@ -263,9 +263,8 @@ impl<'a> PolicyStep<'a> {
         self.program().gather(x, &vec![Some(index); slots])
     }
 
-    /// Gathers positions (m) and velocities (m/s) of the two ends of
-    /// every edge, in the ground's frame. The arrays have the order of the activations. Where an array has no edge, these
-    /// numbers and the rest length are 0.
+    /// Gathers positions (m) and velocities (m/s) of the two ends of every edge, in the ground's frame. The arrays have the
+    /// order of the activations. In entries that belong to no edge, these numbers and the rest length are 0.
     pub fn ends(&mut self) -> [Motion; 2] {
         let nodes = self.outputs.graph.nodes_of_slot();
         [0, 1].map(|end| {

@@ -182,7 +182,7 @@ impl Registry {
         })
     }
 
-    /// A hint for a name that is not that of a scene: a similar name, or all names.
+    /// A hint for a name that no scene has: the most similar name, or all names.
     pub fn hint(&self, name: &str) -> String {
         let names: Vec<_> = self.scenes().map(|builtin| builtin.name).collect();
         suggest(name, names.into_iter())

@@ -40,8 +40,8 @@ impl Scene {
         self.settings().into_iter().filter_map(departure).collect()
     }
 
-    /// The [departures](Self::departures) in the section `physics` whose keys are not among `known`. Whatever tells of a
-    /// scene in another form, such as a model for another simulator, and knows only these keys, must not leave them out.
+    /// The [departures](Self::departures) in the section `physics` whose keys are not among `known`. A description of the
+    /// scene that knows only these keys, such as a model for another simulator, must refuse or name the others.
     pub fn physics_beyond(&self, known: &[&str]) -> Vec<Departure> {
         let mut beyond = self.departures();
         beyond.retain(|departure| {

@@ -26,9 +26,9 @@ const PHASES: [(&str, Iterations); 4] = [
 ];
 
 impl Scene {
-    /// This scene with the phases of its schedule fitted into so many iterations. Every iteration in its settings keeps
-    /// its share of the run, rounded down, but only a 0 becomes 0. Values that follow from others ("auto") follow the
-    /// new number. With the scene's own number of iterations, nothing changes.
+    /// This scene with the phases of its schedule fitted into this number of iterations. Every iteration in its settings
+    /// keeps its share of the run, rounded down, but at least 1 if it was above 0. Values that follow from others ("auto")
+    /// follow the new number. With the scene's own number of iterations, nothing changes.
     ///
     /// # Errors
     /// [`Error::Usage`] for more iterations than `schedule.iterations` allows.
@@ -36,7 +36,7 @@ impl Scene {
         self.stretched(0, iterations)
     }
 
-    /// Like [`fitted`](Self::fitted), for a run that begins after the snap: its fine-tuning gets so many iterations.
+    /// Like [`fitted`](Self::fitted), for a run that begins after the snap: its fine-tuning gets this number of iterations.
     /// The phases before it keep their iterations, so those that follow from others become numbers.
     ///
     /// # Errors
@@ -45,7 +45,7 @@ impl Scene {
         self.stretched(self.schedule.snap_at, iterations)
     }
 
-    /// This scene with so many iterations after the iteration `fixed`. Earlier iterations stay where they are.
+    /// This scene with this number of iterations after the iteration `fixed`. Earlier iterations stay where they are.
     fn stretched(&self, fixed: usize, iterations: NonZeroUsize) -> Result<Self> {
         let last = fixed.saturating_add(iterations.get());
         if last == self.schedule.iterations {
@@ -75,7 +75,7 @@ impl Scene {
     }
 }
 
-/// Where the iteration `at` is after the part of a run behind the iteration `fixed` got a new length.
+/// The new number of the iteration `at` if the part of a run after the iteration `fixed` gets a new length.
 fn moved(at: usize, fixed: usize, [old, new]: [usize; 2]) -> usize {
     if at <= fixed || old == 0 {
         return at;

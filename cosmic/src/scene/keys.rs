@@ -137,8 +137,7 @@ pub(super) fn sections(scene: &mut Scene) -> Vec<SectionKeys> {
     })
 }
 
-/// If the key at `path`, such as `physics.dt`, does not allow `number`, returns the allowed values as a phrase. Returns
-/// `None` if it allows the number.
+/// Returns the allowed values of the key at `path`, such as `physics.dt`, as a phrase, or `None` if `number` is one of them.
 ///
 /// # Panics
 /// If no scene has the key.

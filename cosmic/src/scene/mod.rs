@@ -1,6 +1,7 @@
 //! Scenes: all numbers of an experiment, as plain data in one small struct per section.
 //!
-//! A function takes only the section that it needs. Only what reads many sections takes the whole [`Scene`]. Units are SI. "Paper silent" marks a value that the paper does not give.
+//! A function takes only the section that it needs. Only a function that reads many sections takes the whole [`Scene`].
+//! Units are SI. "Paper silent" marks a value that the paper does not give.
 //!
 //! [`settings!`](crate::settings!) declares every key once, with type, default, range, unit, source and meaning. The
 //! reader of scenes, the commented template and the tables of keys in the documentation are made from these

@@ -233,8 +233,8 @@ fn misfits(scene: &Scene) -> Vec<Finding> {
     found
 }
 
-/// The smallest plausible size of a robot, and a size that no robot of this kind has reached, m. Their ratio is 1000: lengths
-/// in millimetres are noticed whatever the size of the robot.
+/// The smallest plausible size of a robot, and a size that no robot of this kind has reached, m. Their ratio is 1000, so
+/// lengths in millimetres are noticed for a robot of any size.
 const SIZES: Range = Range {
     low: 0.005,
     high: 5.0,

@@ -1,4 +1,4 @@
-//! What the parts of a scene can do by their data sheets.
+//! What the parts of a scene can do according to their data sheets.
 
 use crate::laws::Actuator;
 use crate::scene::{ActuatorPart, Scene, SkeletonPart};
@@ -24,7 +24,7 @@ pub struct DataSheet {
     pub thickness: Option<f64>,
 }
 
-/// The smallest length of a device, and what a bar does with it.
+/// The smallest length of a device, and how much shorter than at rest its bar becomes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeviceLength {
     /// The smallest length (m). If the scene does not state it, it is the stroke: a device is longer than the rod that it
@@ -44,8 +44,8 @@ impl DeviceLength {
 }
 
 impl Scene {
-    /// What the parts of the scene can do by their data sheets. Where the scene does not state the force and the speed of a
-    /// device, they are those of the law `actuator`.
+    /// What the parts of the scene can do according to their data sheets. Where the scene does not state the force and the
+    /// speed of a device, they are those of the law `actuator`.
     pub fn data_sheet(&self) -> DataSheet {
         let parts = &self.materials.parts;
         let thickness = (parts.skeleton != SkeletonPart::Numbers).then_some(parts.outer);

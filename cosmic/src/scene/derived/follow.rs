@@ -338,7 +338,7 @@ impl Scene {
         keys.filter(|key| !fits(key)).collect()
     }
 
-    /// In a scene whose numbers follow, lets the numbers of the laws follow that are not among `before`.
+    /// If numbers of the scene follow from others, lets those of its new laws follow too: the laws that are not among `before`.
     pub(in crate::scene) fn let_new_laws_follow(&mut self, before: &ForceLaws) {
         if self.auto.is_empty() {
             return;

@@ -7,8 +7,8 @@ use crate::scene::keys::Setting;
 use crate::scene::{ActuatorPart, ProfileKind, Scene, SkeletonPart};
 use crate::settings::Named;
 
-/// The keys of `[physics]` that [`Scene::describe_world`] describes, and then those that are not of the world: the masses, which the
-/// description of the robot has, and how a rollout is computed.
+/// The keys of `[physics]` that [`Scene::describe_world`] mentions, followed by those that do not describe the world: the
+/// masses, which are in the description of the robot, and the keys that say how a rollout is computed.
 const KNOWN: [&str; 15] = [
     "gravity",
     "contact",

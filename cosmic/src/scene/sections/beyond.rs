@@ -15,7 +15,7 @@ settings! {
             read "without an `own_loss`" if Scene::has_task,
             source "paper: far";
         /// The part of the robot whose displacement counts: the payload, the centre of mass, or the mean of the nodes in
-        /// use, each from the payload's place at the start.
+        /// use. Each is taken to begin at the place of the payload.
         body: MovedBody = MovedBody::Payload, source "paper: the payload";
         /// Name of a loss that the program adds. It replaces the loss of the task.
         own_loss: ItemName = ItemName::loss(), source "the paper has none";
@@ -52,9 +52,9 @@ settings! {
         Reach = "reach",
         /// To get the payload high.
         Climb = "climb",
-        /// To get far the other way.
+        /// To get far in the opposite direction.
         Back = "back",
-        /// To get far on little energy.
+        /// To get far with little energy.
         Economy = "economy",
     }
 }
@@ -108,11 +108,11 @@ pub struct Scatter {
 settings! {
     /// The goals for which a controller is trained and by which robots are ranked, if goals are inputs of a rollout.
     struct GoalsSettings {
-        /// The two places along the ground between which goals are drawn, counted from the payload at the start. Goals that
-        /// follow one another, and the payload at the start and the first goal, are at least a quarter of this range apart.
+        /// The two places along the ground between which goals are drawn, measured from the payload at the start. Each goal is
+        /// at least a quarter of this range away from the goal before it; the first one from the payload at the start.
         along: [f64; 2] = [-1.5, 1.5], allowed within(-1e3, 1e3), unit "m",
             auto "`[-1.5 m, 1.5 m]` times `l / 0.5 m`", source "beyond the paper";
-        /// In space: the two places across between which goals are drawn, counted from the payload at the start. With
+        /// In space: the two places across between which goals are drawn, measured from the payload at the start. With
         /// `[0, 0]` every goal is straight ahead or behind.
         across: [f64; 2] = [0.0, 0.0], allowed within(-1e3, 1e3), unit "m",
             read "for a robot in space" if |s: &Scene| s.lattice.dimension() == Dimension::Space,
@@ -124,7 +124,7 @@ impl GoalsSettings {
     /// Number of rollouts per gradient, each to one goal that is drawn anew in every iteration, half of them behind.
     pub const SAMPLES: usize = 8;
 
-    /// Number of goals, one after the other, of a rollout in which robots are ranked.
+    /// Number of goals, one after the other, in each rollout by which robots are ranked.
     pub const COUNT: usize = 3;
 
     /// Least distance along the ground from one goal to the next, and from the payload at the start to the first goal, m.

@@ -7,8 +7,8 @@ use crate::settings::{ITERATIONS, SHARE, within};
 settings! {
     /// The softmax projections from design vectors to mixtures.
     struct ProjectionSettings {
-        /// Number that is subtracted from an edge's entry for the solid material that it does not have in the layout
-        /// "filled". 1 fixes the solid materials, so that only the topology is designed.
+        /// Number that is subtracted from one entry of each design vector: that of the solid material which the edge does
+        /// not have in the layout "filled". 1 fixes the solid materials, so that only the topology is designed.
         hold_materials: f64 = 0.0, allowed within(0.0, 10.0),
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0, in its ablation a small constant";
@@ -28,9 +28,9 @@ settings! {
 settings! {
     /// The design at the start of the optimisation.
     struct StartSettings {
-        /// Mixture of the edges at the start. "layout" is one-hot, and only the controller is trained.
+        /// Mixture of the edges at the start. With "layout" it is one-hot, and only the controller is trained.
         kind: StartKind = StartKind::Stability, source "paper, design b";
-        /// Share of void: with "three_legged" the share where the layout is void, with "filled" the share everywhere.
+        /// Share of void: with "three_legged" in the edges that are void in the layout, with "filled" in all edges.
         void: f64 = 0.6, allowed within(0.001, 0.999),
             read "with the starts `three_legged` and `filled`" if |s: &Scene| [StartKind::ThreeLegged, StartKind::Filled].contains(&s.start.kind),
             source "paper silent";
@@ -38,7 +38,8 @@ settings! {
         layout: Layout = Layout::Short,
             read "with the starts `three_legged` and `layout`" if |s: &Scene| [StartKind::ThreeLegged, StartKind::Layout].contains(&s.start.kind),
             source "paper: tall";
-        /// Mean surplus of void, which grows from a side that the seed draws to the opposite side.
+        /// Mean amount that is added to the shares of void. It grows from one side of the lattice to the opposite side; the
+        /// seed draws the side.
         tilt: f64 = 0.0, allowed within(0.0, 0.5), source "paper: 0";
     }
 }
@@ -74,7 +75,7 @@ settings! {
 }
 
 settings! {
-    /// Requirements on layouts beside their volumes. A bar is an edge of solid material.
+    /// Requirements on layouts in addition to the bounds on their volumes. A bar is an edge of solid material.
     struct DesignSettings {
         /// Whether all bars must be connected with the payload. Nodes without a bar are then not observed.
         one_piece: bool = true, source "paper: false";
@@ -86,7 +87,7 @@ settings! {
         crossings: bool = true,
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: true";
-        /// Smallest number of nodes in the lowest row that must have a bar.
+        /// Number of nodes in the lowest row that must have a bar, at least.
         feet: usize = 0, allowed within(0.0, 1e4),
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
@@ -140,7 +141,7 @@ settings! {
     enum BinarisationMethod {
         /// By the augmented Lagrangian, which allows violations for a while.
         Augmented = "augmented",
-        /// As constraints of MMA beside the volumes, strictly in every iteration.
+        /// By constraints of MMA in addition to those on the volumes: strictly in every iteration.
         Constraints = "constraints",
     }
 }

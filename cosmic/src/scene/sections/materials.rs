@@ -31,13 +31,13 @@ settings! {
     /// Parts that can be bought or printed. A bar of skeleton is a tube, a rod or a strut of a real material; a bar of
     /// actuator is a device of a given mass and stroke. Stiffness and mass follow from the bar's rest length.
     struct PartsSettings {
-        /// What a bar of skeleton is: plain numbers, those of `[materials]`; or a tube, a round rod or a printed strut with
-        /// a square section.
+        /// What a bar of skeleton is: the plain numbers of `[materials]`, or a tube, a round rod or a printed strut with a
+        /// square section.
         skeleton: SkeletonPart = SkeletonPart::Numbers, source "paper: numbers";
         /// Material of the parts of skeleton. "carbon": 134 GPa and 1500 kg/m3 (pultruded tubes, Goodwinds). "glass": 41 GPa
         /// and 2000 kg/m3 (pultruded rods, Goodwinds). "aluminium": 69 GPa and 2700 kg/m3 (alloy 6061, makeitfrom.com).
         /// "steel": 200 GPa and 7800 kg/m3 (AISI 304, makeitfrom.com). "pla": 3.0 GPa and 1260 kg/m3 (Stratasys PLA,
-        /// printed on edge). A material of one's own is `[modulus, density]`, such as `[2e9, 900]` for 2 GPa and 900
+        /// printed on edge). Your own material is `[modulus, density]`, such as `[2e9, 900]` for 2 GPa and 900
         /// kg/m3.
         material: PartMaterial = PartMaterial::Stock(StockMaterial::Carbon), allowed above(0.0, 1e13),
             read "with a tube, a rod or a strut" if Scene::has_sections,
@@ -58,10 +58,10 @@ settings! {
         end_mass: f64 = 0.0, allowed within(0.0, 1e3), unit "kg",
             read "with parts" if |s: &Scene| s.materials.parts.are_used(),
             source "beyond the paper";
-        /// What a bar of actuator is: plain numbers, those of `[materials]`; or a device with the mass `actuator_mass` and
-        /// the stiffness of `materials.stiffness`, in series with its two joints.
+        /// What a bar of actuator is: the plain numbers of `[materials]`, or a device with the mass `actuator_mass`. The
+        /// stiffness of a device is that of `materials.stiffness`, in series with its two joints.
         actuator: ActuatorPart = ActuatorPart::Numbers, source "paper: numbers";
-        /// Mass of a device and of what lengthens it to its bar, without `end_mass`.
+        /// Mass of a device with the piece that extends it to the length of its bar, without `end_mass`.
         actuator_mass: f64 = 0.04, allowed above(0.0, 1e3), unit "kg",
             read "with a device" if |s: &Scene| s.materials.parts.actuator == ActuatorPart::Device,
             source "data sheet";
@@ -130,12 +130,12 @@ settings! {
 pub enum PartMaterial {
     /// A material that shops sell.
     Stock(StockMaterial),
-    /// A material of one's own: Young's modulus (Pa) and density (kg/m3).
+    /// A material that the user describes: Young's modulus (Pa) and density (kg/m3).
     Own([f64; 2]),
 }
 
 impl PartMaterial {
-    /// The name of the material; "own" for a material of one's own.
+    /// The name of the material; "own" for a material that the user describes.
     pub fn name(self) -> &'static str {
         match self {
             Self::Stock(stock) => stock.name(),
@@ -273,8 +273,8 @@ impl PartsSettings {
         Some(travel * area * (self.pressure + ATMOSPHERE) / ATMOSPHERE)
     }
 
-    /// The least power (W) that presses air to the pressure of the cylinders: the isothermal work. `air` is its volume
-    /// at 1 bar in a second (m^3/s).
+    /// The least power (W) that compresses air to the pressure of the cylinders: the isothermal work. `air` is its volume
+    /// at 1 bar per second (m^3/s).
     pub fn air_power(&self, air: f64) -> f64 {
         ATMOSPHERE * air * (self.pressure / ATMOSPHERE).ln_1p()
     }

@@ -12,7 +12,8 @@ settings! {
         /// Number of iterations.
         iterations: usize = 300, allowed within(1.0, 1e5),
             source "paper: 300, and 200 for the baseline";
-        /// Number of steps that carry the gradient, at the start and at the end of the run: the first steps of a rollout.
+        /// Number of steps that carry the gradient, from the start of a rollout: the first number is for the start of the run,
+        /// the second for its end.
         horizon: [usize; 2] = [2048, 4096], allowed STEPS, auto "a quarter and a half of `physics.steps`; for given goals, a half and all of the time of one goal", source "paper: 2048 to 4096";
         /// First and last iteration in which the horizon grows.
         horizon_over: [usize; 2] = [80, 150], allowed ITERATIONS, auto "80 and 150 for 300 iterations, and in proportion",
@@ -25,12 +26,12 @@ settings! {
         /// Iteration of the hard snap; 0 for a "layout" start, which has no snap.
         snap_at: usize = 240, allowed ITERATIONS,
             auto "four fifths of `iterations`; 0 for a \"layout\" start", source "paper: 240";
-        /// Number of trials of another material for one of the least confident edges, at the snap.
+        /// Number of trials at the snap. Each gives another material to one of the least confident edges.
         snap_trials: usize = 20, allowed within(0.0, 1e4),
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
-        /// Number of trials of another material for the edge for which the gradient promises most, in every third
-        /// iteration after the snap.
+        /// Number of trials in every third iteration after the snap. Each gives another material to one of the edges for which
+        /// the gradient promises most.
         polish_trials: usize = 16, allowed within(0.0, 1e4),
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
@@ -38,8 +39,8 @@ settings! {
         stability_share: f64 = 1.0 / 3.0, allowed SHARE,
             read "if the initial design is not a layout" if Scene::designs,
             source "found by experiment";
-        /// Share of the fine-tuning, at its end, that continues from the best controller and takes back updates that
-        /// lose distance.
+        /// Length of the last part of the fine-tuning, as a share of it. This part continues from the best controller and takes
+        /// back updates that lose distance.
         settle: f64 = 0.25, allowed SHARE,
             read "without a `window`" if |s: &Scene| !s.learns_in_windows(), source "paper: 0";
         /// Time of a window: after the snap the controller learns from several robots that walk side by side, after each
@@ -54,8 +55,8 @@ settings! {
     struct AdamSettings {
         /// Learning rate while design and controller are both updated.
         rate: f64 = 0.003, allowed within(0.0, 10.0),
-            auto "0.004 times the care to the power `T / 16.384 s` divided by the time scale, at most 1, where `T` is the \
-                  time of a rollout",
+            auto "0.004 times the care to the power `p`, where `p` is the time of a rollout divided by 16.384 s and by the time \
+                  scale, but at most 1",
             read "if the initial design is not a layout" if Scene::designs,
             source "found by experiment";
         /// Learning rate at the start of the fine-tuning, when only the controller is updated. It falls linearly to a
@@ -74,11 +75,11 @@ settings! {
         /// Bound on the norm of the state's cotangent in the reverse sweep.
         cotangent_bound: Option<f64> = Some(3.0), allowed POSITIVE,
             source "found by experiment; paper: off";
-        /// Memory for the states that a gradient keeps of the rollouts of a thread; "off": no limit. The gradient does not
-        /// depend on it: if the memory is too small, steps are computed again.
+        /// Memory of a thread for the states of rollouts, which a gradient needs; "off": no limit. If it is too small for all
+        /// states, some steps are computed twice. The gradient is the same.
         memory: Option<f64> = None, allowed POSITIVE, unit "MB", source "paper silent";
-        /// Number type of the rollouts during the optimisation. Medians over perturbed starts, which choose controllers and
-        /// are the results, are always in f64.
+        /// Number type of the rollouts during the optimisation. Medians over perturbed starts are always computed in f64: they
+        /// decide which controller is delivered, and are the results.
         precision: GradientPrecision = GradientPrecision::F64, source "paper silent";
     }
 }
@@ -107,7 +108,7 @@ settings! {
 settings! {
     /// The displacement loss for gradients. Reports state the final displacement.
     struct LossSettings {
-        /// Payload's position at the horizon's end, or its mean over the last steps.
+        /// What the loss measures: the payload's position at the horizon's end, or its mean over the last steps.
         kind: LossKind = LossKind::Mean, source "found by experiment; paper: final";
         /// Number of steps at the horizon's end that the mean covers.
         window: usize = 2048, allowed STEPS, auto "a quarter of `physics.steps`, but not above the first horizon",
@@ -133,8 +134,8 @@ settings! {
 settings! {
     /// The choice of the controller that is delivered, and the measurement of designs.
     struct SelectionSettings {
-        /// The last controller, the one with the best median over perturbed starts, or the one with the best robust
-        /// displacement: the 10 % quantile over robots that vary a little.
+        /// The controller that is delivered: the last one, the one with the best median over perturbed starts, or the one with
+        /// the best robust displacement, which is the 10 % quantile over robots that vary a little.
         kind: SelectionKind = SelectionKind::Median, source "found by experiment; paper: last";
     }
 }

@@ -44,11 +44,13 @@ settings! {
             read "without a `file`" if Scene::is_generated,
             source "D1";
         /// Number of the node that carries `physics.payload_mass`: row * columns + column, from 0 at the lower left.
-        payload: usize = 0, allowed within(0.0, 4095.0), auto "node 0; with `mirror` the node in the middle of row 0, in space of its rear",
+        payload: usize = 0, allowed within(0.0, 4095.0),
+            auto "node 0; with `mirror` the node in the middle of row 0, in space in the middle of its rear",
             read "without a `file`" if Scene::is_generated,
             source "paper: 0";
-        /// Whether the robot is its own mirror image, with the payload in the middle: in the plane front and back, and with the
-        /// policy "gaits" so are the gaits ahead and back; in space left and right, also what the network does.
+        /// Whether the robot is its own mirror image, with the payload in the middle. In the plane, front and back are mirror
+        /// images; with the policy "gaits" so are the gaits ahead and back. In space, left and right are mirror images, also in
+        /// what the network does.
         mirror: bool = false, source "beyond the paper";
         /// Nodes and edges instead of columns and rows: the path of a truss file, relative to the scene's file.
         file: TrussFile = TrussFile::default(), source "the paper has none";
@@ -85,7 +87,7 @@ impl LatticeSettings {
         self.file.truss().is_some()
     }
 
-    /// True if the lattice is generated, of cubes.
+    /// True if the lattice is generated and consists of cubes.
     pub fn is_cubic(&self) -> bool {
         !self.is_truss() && self.kind == LatticeKind::Cubic
     }
@@ -275,7 +277,7 @@ impl PhysicsSettings {
 settings! {
     /// The controller: policy, size, inputs, goals and initial weights.
     struct ControllerSettings {
-        /// The policy: a network that observes the robot, the same network in open loop (driven by the clock alone), or a
+        /// The policy: a network that observes the robot, the same network in open loop (it does not observe the robot), or a
         /// network with hidden units for each direction of a given goal.
         policy: ItemName = ItemName::policy(), source "paper: mlp";
         /// Width of the hidden layer.
@@ -289,17 +291,17 @@ settings! {
             source "paper: 10";
         /// Whether the frequency of the clock is a design variable, which begins at `omega`.
         clock: ClockKind = ClockKind::Fixed, source "paper: fixed";
-        /// Position of the goal along the ground and above it, from the world's origin, where the first column starts; with three
-        /// numbers along, across and above. For the task `reach` it is the place to go to. Otherwise a fixed goal is only a pair of
-        /// numbers that the network sees.
+        /// Position of the goal along the ground and above it, or with three numbers along, across and above. It is measured
+        /// from the world's origin, where the first column starts. For the task `reach` it is the place to go to. Otherwise a
+        /// fixed goal is only a pair of numbers that the network sees.
         goal: Vector<f64> = Vector::upright(2.0, 0.1), allowed within(-1e6, 1e6), unit "m", auto "`[2 m, 0.1 m]` times `l / 0.5 m`",
             read "with a `goal_scale` above 0, or for the task `reach`" if |s: &Scene| s.controller.goal_scale > 0.0 || s.reaches(),
             source "paper: 2, 0.1";
         /// Factor on the goal in the observation.
         goal_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m", auto "0.05 / m divided by `l / 0.5 m`; 3 / m for a given goal",
             source "D3, found by experiment";
-        /// The goals for which the controller is trained: `goal`, a number of the controller; or goals that are given to
-        /// every rollout and may change while the robot walks. A robot steers only by given goals.
+        /// The goals for which the controller is trained: the constant `goal`, or goals that are given to every rollout and
+        /// may change while the robot walks. A robot can be steered only by given goals.
         goals: GoalKind = GoalKind::Fixed, source "paper: fixed";
         /// Factor on the node offsets in the observation.
         offset_scale: f64 = 0.05, allowed within(0.0, 1e6), unit "1/m",
@@ -311,7 +313,7 @@ settings! {
             source "D3, found by experiment";
         /// Gain of the Xavier initialisation of the hidden and the output layer.
         gain: [f64; 2] = [2.0, 2.0], allowed within(0.0, 1e3),
-            auto "the first activations have the size that the gains `[2, 0.2]` give 36 nodes, 110 edges, 10 clock \
+            auto "gains for which the first activations are as large as with `[2, 0.2]` and 36 nodes, 110 edges, 10 clock \
                   signals and 32 hidden units; times the care",
             source "found by experiment";
     } of cases {
@@ -324,10 +326,10 @@ settings! {
     /// The goals for which a controller is trained.
     #[derive(Default)]
     enum GoalKind {
-        /// The goal is a number of the controller: `goal`.
+        /// The goal is the constant `goal`.
         #[default]
         Fixed = "fixed",
-        /// Every rollout has its own goals. Without others it is `goal`.
+        /// Every rollout has its own goals; `goal` is the goal of a rollout that is given none.
         Given = "given",
     }
 }
@@ -372,7 +374,7 @@ impl ControllerSettings {
         }
     }
 
-    /// If the policy and the kind of goal do not go together: the key to change beside `controller.goals`, and why.
+    /// If the policy does not fit the kind of goal: the key to change (besides `controller.goals`), and why.
     pub(crate) fn misfit(&self) -> Option<(&'static str, &'static str)> {
         let unseen = "given goals need a policy that observes the robot, and a goal_scale above 0";
         match (self.goals, self.policy.name()) {
