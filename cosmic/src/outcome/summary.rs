@@ -1,6 +1,6 @@
 //! The summary: every number of a delivered robot, and what its verdict judges.
 
-use crate::design::{Material, Structure, VolumeBounds};
+use crate::design::{Structure, VolumeBounds};
 use crate::geometry::Dimension;
 use crate::judge::verdict::{HalfStep, Measured};
 use crate::judge::{Delivery, Quantiles, Reliability, Sensitivity, Standstill};
