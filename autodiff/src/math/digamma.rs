@@ -1,8 +1,7 @@
 //! The digamma function of floats, which keeps its digits near its zeros.
 
 use super::double_double::DoubleDouble;
-use super::special::{FAR, digamma};
-use crate::elementary::BERNOULLI;
+use super::special::digamma;
 
 /// The zero of the digamma function above 0, as a double and its rounding error.
 const ZERO: [f64; 2] = [1.4616321449683622, 9.549995429965697e-17];
@@ -41,9 +40,10 @@ pub(super) fn digamma_of_float(x: f64) -> f64 {
         return moderate(x);
     }
     let value = digamma(x);
-    // The terms of the general formula are about as large as this logarithm. A zero is where they cancel.
+    // The terms of the general formula are about as large as this logarithm. Near a zero they cancel, which costs up to 16
+    // digits. Double-doubles have 31.
     if x < 0.0 && value.abs() < 2.0 + (1.0 - x).ln() {
-        return below_zero(x);
+        return digamma(DoubleDouble::from(x)).to_f64();
     }
     value
 }
@@ -62,58 +62,4 @@ fn moderate(mut x: f64) -> f64 {
     let polynomial = BY_ZERO.iter().rev();
     let by_zero = polynomial.fold(0.0, |sum, coefficient| sum * (x - 1.5) + coefficient);
     ((x - ZERO[0]) - ZERO[1]) * by_zero + moved
-}
-
-fn wide(x: f64) -> DoubleDouble {
-    DoubleDouble::from(x)
-}
-
-/// Computes the digamma function at a negative number in 31 digits, from its value at `1 - x`. Next to a zero, 16 of them
-/// cancel.
-fn below_zero(x: f64) -> f64 {
-    let (mut y, mut sum) = (DoubleDouble::new(1.0, -x), wide(0.0));
-    while y.to_f64() < FAR {
-        sum += wide(1.0) / y;
-        y += wide(1.0);
-    }
-    let inverse = wide(1.0) / y;
-    let (square, mut series) = (inverse * inverse, wide(0.0));
-    for (k, [numerator, denominator]) in BERNOULLI.into_iter().enumerate().rev() {
-        let factor = wide(2.0 * (k + 1) as f64);
-        series = (wide(numerator) / (wide(denominator) * factor) + series) * square;
-    }
-    (ln(y) - wide(0.5) * inverse - series - sum - pi_cot_pi(x)).to_f64()
-}
-
-const PI: [f64; 2] = [std::f64::consts::PI, 1.2246467991473532e-16];
-const LN_2: [f64; 2] = [std::f64::consts::LN_2, 2.3190468138462996e-17];
-
-/// Returns the logarithm of a number of at least 1, by the series of the inverse hyperbolic tangent.
-fn ln(y: DoubleDouble) -> DoubleDouble {
-    let exponent = y.to_f64().log2().round();
-    let share = y.scaled(-(exponent as i32));
-    let t = (share - wide(1.0)) / (share + wide(1.0));
-    // The magnitude of `t` is at most 0.18, so the first omitted term is below 1e-33.
-    let series = (0..22).rev().fold(wide(0.0), |sum, k| {
-        wide(1.0) / wide(f64::from(2 * k + 1)) + t * t * sum
-    });
-    wide(exponent) * DoubleDouble::new(LN_2[0], LN_2[1]) + wide(2.0) * t * series
-}
-
-/// Returns `pi cot(pi x)`, as [`cot_pi`](super::special::cot_pi) computes it.
-fn pi_cot_pi(x: f64) -> DoubleDouble {
-    let (pi, rest) = (DoubleDouble::new(PI[0], PI[1]), x - x.round());
-    let size = rest.abs();
-    let near = size < 0.25;
-    let angle = pi * wide(if near { size } else { 0.5 - size });
-    // The angle is below 0.79, so the first omitted term is below 1e-34.
-    let series = |first: u32| {
-        (1..16).rev().fold(wide(1.0), |sum, k| {
-            let k = f64::from(2 * k + first);
-            wide(1.0) - angle * angle / wide(k * (k - 1.0)) * sum
-        })
-    };
-    let (sin, cos) = (angle * series(1), series(0));
-    let value = pi * if near { cos / sin } else { sin / cos };
-    if rest < 0.0 { -value } else { value }
 }
