@@ -1,26 +1,5 @@
 //! The table of the elementary functions of one number.
 
-/// The Bernoulli numbers `B_2`, `B_4`, …, as quotients of integers that every number type represents exactly.
-pub(crate) const BERNOULLI: [[f64; 2]; 17] = [
-    [1.0, 6.0],
-    [-1.0, 30.0],
-    [1.0, 42.0],
-    [-1.0, 30.0],
-    [5.0, 66.0],
-    [-691.0, 2730.0],
-    [7.0, 6.0],
-    [-3617.0, 510.0],
-    [43867.0, 798.0],
-    [-174611.0, 330.0],
-    [854513.0, 138.0],
-    [-236364091.0, 2730.0],
-    [8553103.0, 6.0],
-    [-23749461029.0, 870.0],
-    [8615841276005.0, 14322.0],
-    [-7709321041217.0, 510.0],
-    [2577687858367.0, 6.0],
-];
-
 /// Passes the table of elementary functions to a macro. To add a function, add an entry.
 ///
 /// - *Basic* functions are implemented by every number type. An entry has the name of the method of

@@ -52,7 +52,6 @@ mod literal;
 mod mask;
 mod operators;
 mod elementary;
-mod composed;
 mod dual;
 pub mod real;
 mod constant;

@@ -6,6 +6,9 @@
 //!
 #![doc = include_str!("kinks.md")]
 
+mod composed;
+pub(crate) mod gamma;
+
 use std::any::Any;
 use std::fmt::Debug;
 use std::iter::{Product, Sum};
@@ -13,7 +16,6 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssi
 
 use num_traits::{One, Zero};
 
-use crate::composed::{ln_beta, logsumexp, norm, sum_of};
 use crate::dual::Dual;
 use crate::elementary::{Elementary, elementary_methods, functions};
 pub use crate::literal::{Accepts, Literal};
@@ -256,7 +258,18 @@ pub trait Real:
         Self::select(at_end, zero.straight_through(self * held.ln()), plain)
     }
 
-    ln_beta! {}
+    /// Returns the logarithm of the beta function of two positive numbers `a` and `b`, which is
+    /// `ln_gamma(a) + ln_gamma(b) - ln_gamma(a + b)`. That formula loses its digits if a number is large, and this
+    /// method does not (A. R. DiDonato and A. H. Morris, "Algorithm 708", ACM Transactions on Mathematical Software
+    /// 18, 1992). It is infinite if a number is 0, and NaN if one is negative.
+    #[inline(always)]
+    #[track_caller]
+    fn ln_beta<T>(self, b: T) -> Self
+    where
+        Self: Accepts<T>,
+    {
+        composed::ln_beta(self, Self::accept(b))
+    }
 
     // Derivatives.
 
@@ -304,14 +317,14 @@ pub trait Real:
     #[inline(always)]
     #[track_caller]
     fn sum_of(terms: &[Self]) -> Self {
-        sum_of!(terms)
+        composed::sum_of(terms)
     }
     /// Returns the Euclidean length of a slice. Squares of long and short slices neither overflow nor underflow. More than
     /// 128 squares are added by parts, as in [`sum_of`](Real::sum_of).
     #[inline(always)]
     #[track_caller]
     fn norm(x: &[Self]) -> Self {
-        norm!(x)
+        composed::norm(x)
     }
     /// Returns the logarithm of the sum of `e^x_i`, without overflow. Its slopes are the softmax of the slice. More than
     /// 128 powers are added by parts, as in [`sum_of`](Real::sum_of).
@@ -324,7 +337,7 @@ pub trait Real:
     #[inline(always)]
     #[track_caller]
     fn logsumexp(x: &[Self]) -> Self {
-        logsumexp!(x)
+        composed::logsumexp(x)
     }
     /// Evaluates a [`Fused`] function. It is one entry on the reverse tape.
     #[track_caller]

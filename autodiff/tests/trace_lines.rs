@@ -56,6 +56,8 @@ fn functions_of_several_numbers() {
     assert_named(2.0, |x| x.xlogy(0.0));
     assert_named(0.0, |x| x.xlogy(x));
     assert_named(0.0, |x| c(2.0).xlogy(x));
+    assert_named(0.0, |x| x.ln_beta(2.0));
+    assert_named(HUGE, |x| x.ln_beta(x));
     assert_named(HUGE, |x| Number::chain(x, x));
     assert_named(HUGE, |x| Number::chain_add(x, x, x));
     assert_named(HUGE, |x| Number::dot(&[x, x], &[x, x]));

@@ -4,7 +4,7 @@
 //! digits. Slopes are computed by the same formulas in every number type, and higher derivatives follow from them.
 
 use super::rounding::{pi, round};
-use crate::elementary::BERNOULLI;
+use crate::real::gamma::{FAR, Gamma, asymptotic, ln_sqrt_2_pi};
 use crate::real::{Mask, Real};
 
 // The error function.
@@ -93,35 +93,12 @@ pub(super) fn ln_erfc_slope<R: Real>(x: R) -> R {
 
 // The gamma function.
 
-/// From this argument on, the sum of [`asymptotic`] has 31 digits.
-pub(super) const FAR: f64 = 16.0;
-
-/// Which function an [`asymptotic`] sum belongs to.
-#[derive(Clone, Copy)]
-enum Gamma {
-    Ln,
-    Digamma,
-    Trigamma,
-    Tetragamma,
-}
-
-/// Returns the sum of the asymptotic series in even powers of `1/y`: of `B_2k / y^2k` with the factor of the function.
+/// Returns the [asymptotic] series at `y`, times `1 / y^2`.
 #[inline(always)]
-fn asymptotic<R: Real>(of: Gamma, y: R) -> R {
+fn tail<R: Real>(of: Gamma, y: R) -> R {
     let inverse = y.recip();
-    let (r, mut sum) = (inverse * inverse, R::zero());
-    for k in (1..18).rev() {
-        let [numerator, denominator] = BERNOULLI[k - 1];
-        let k = 2.0 * k as f64;
-        let (numerator, denominator) = match of {
-            Gamma::Ln => (numerator, denominator * k * (k - 1.0)),
-            Gamma::Digamma => (numerator, denominator * k),
-            Gamma::Trigamma => (numerator, denominator),
-            Gamma::Tetragamma => (numerator * (k + 1.0), denominator),
-        };
-        sum = (R::lit(numerator) / R::lit(denominator) + sum) * r;
-    }
-    sum
+    let r = inverse * inverse;
+    asymptotic(of, r) * r
 }
 
 /// Adds 1 to `x >= 0` until it is at least [`FAR`]. Returns the result, and what the recurrence of the function adds up
@@ -164,13 +141,12 @@ fn reflected<R: Real>(x: R, direct: impl Fn(R) -> R, reflected: impl Fn(R, R) ->
 pub(super) fn ln_gamma<R: Real>(x: R) -> R {
     let direct = |x: R| {
         let (y, product) = moved(Gamma::Ln, x);
-        let ln_sqrt_2_pi = R::lit(0.9189385332046728) + R::lit(-3.8782941580672414e-17);
-        let stirling = (y - R::lit(0.5)) * y.ln() - y + ln_sqrt_2_pi;
+        let stirling = (y - R::lit(0.5)) * y.ln() - y + ln_sqrt_2_pi::<R>();
         let infinite = !y.finite() & y.less_equal(y);
         R::select(
             infinite,
             y,
-            stirling + y * asymptotic(Gamma::Ln, y) - product.ln(),
+            stirling + y * tail(Gamma::Ln, y) - product.ln(),
         )
     };
     // ln |gamma(x)| = ln pi - ln |sin(pi x)| - ln gamma(1 - x), and 1 / |sin| is the length of (1, cot).
@@ -189,7 +165,7 @@ pub(super) fn ln_gamma<R: Real>(x: R) -> R {
 pub(super) fn digamma<R: Real>(x: R) -> R {
     let direct = |x: R| {
         let (y, sum) = moved(Gamma::Digamma, x);
-        y.ln() - R::lit(0.5) / y - asymptotic(Gamma::Digamma, y) - sum
+        y.ln() - R::lit(0.5) / y - tail(Gamma::Digamma, y) - sum
     };
     reflected(x, direct, |x, value| value - pi::<R>() * x.cot_pi())
 }
@@ -198,7 +174,7 @@ pub(super) fn trigamma<R: Real>(x: R) -> R {
     let direct = |x: R| {
         let (y, sum) = moved(Gamma::Trigamma, x);
         let inverse = y.recip();
-        sum + inverse * (R::one() + R::lit(0.5) * inverse + asymptotic(Gamma::Trigamma, y))
+        sum + inverse * (R::one() + R::lit(0.5) * inverse + tail(Gamma::Trigamma, y))
     };
     reflected(x, direct, |x, value| {
         -(pi::<R>() * cot_pi_slope(x.cot_pi())) - value
@@ -214,7 +190,7 @@ pub(super) fn tetragamma<R: Real>(x: R) -> R {
         R::select(negative, R::one() - x, x + R::zero()),
     );
     let inverse = y.recip();
-    let terms = R::one() + inverse + asymptotic(Gamma::Tetragamma, y);
+    let terms = R::one() + inverse + tail(Gamma::Tetragamma, y);
     let value = -(two * sum + inverse * inverse * terms);
     let (pi, cot) = (pi::<R>(), x.cot_pi());
     R::select(
