@@ -9,9 +9,8 @@
 ///   method, the name of the variant of [`Elementary`] and the documentation. Then follow two closures: one returns the
 ///   value at `x`, and the other returns the partial at `x`, given the value `y`. Formulas must select and not branch,
 ///   so that they run in lanes. Constants must be small integers and halves, which every number type represents
-///   exactly. Longer formulas are functions in `math/table.rs`.
-/// - *Special* functions have entries like composed functions. Their values on floats and in lanes are those of a
-///   function of f64, named in `math/table.rs`.
+///   exactly. Longer formulas are functions in `math/table.rs`. Behind `=`, an entry may have a function of f64 that is
+///   more accurate or faster than the formula: floats and lanes take its value.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! functions {
@@ -38,10 +37,10 @@ macro_rules! functions {
                     |x, y| R::select(R::one().less(x.abs()), y, rule::one_minus_square(x).recip());
                 exp_m1 ExpM1 "`e^x - 1`, accurate near 0.": |x| exp_m1(x), |x, y| x.exp();
                 ln_1p Ln1p "`ln(1 + x)`, accurate near 0.": |x| ln_1p(x), |x, y| rule::ln(R::one() + x).1;
-                log2 Log2 "Logarithm to base 2.":
+                log2 Log2 "Logarithm to base 2." = f64::log2:
                     |x| x.ln() / R::lit(2.0).ln(),
                     |x, y| rule::ln(x).1 / R::lit(2.0).ln();
-                log10 Log10 "Logarithm to base 10.":
+                log10 Log10 "Logarithm to base 10." = f64::log10:
                     |x| x.ln() / R::lit(10.0).ln(),
                     |x, y| rule::ln(x).1 / R::lit(10.0).ln();
                 cbrt Cbrt "Cubic root of either sign.": |x| cbrt(x), |x, y| (R::lit(3.0) * y * y).recip();
@@ -66,26 +65,24 @@ macro_rules! functions {
                 xlogx Xlogx "`x ln(x)`, and 0 at 0.":
                     |x| R::select(x.abs().less_equal(0.0), R::zero(), x * x.ln()),
                     |x, y| R::one() + x.ln();
-            }
-            special {
-                erf Erf "The error function.": |x| special::erf(x), |x, y| special::erf_slope(x);
-                erfc Erfc "`1 - erf(x)`, accurate where `erf(x)` is close to 1.":
+                erf Erf "The error function." = msun::erf: |x| special::erf(x), |x, y| special::erf_slope(x);
+                erfc Erfc "`1 - erf(x)`, accurate where `erf(x)` is close to 1." = msun::erfc:
                     |x| special::erfc(x),
                     |x, y| -special::erf_slope(x);
                 ln_erfc LnErfc "`ln(erfc(x))`, correct everywhere, while the logarithm of `erfc` is infinite where \
-                    `erfc` underflows.":
+                    `erfc` underflows." = special::ln_erfc:
                     |x| special::ln_erfc(x),
                     |x, y| special::ln_erfc_slope(x);
-                ln_gamma LnGamma "The logarithm of the absolute value of the gamma function.":
+                ln_gamma LnGamma "The logarithm of the absolute value of the gamma function." = msun::ln_gamma:
                     |x| special::ln_gamma(x),
                     |x, y| x.digamma();
-                digamma Digamma "The digamma function, which is the slope of `ln_gamma`.":
+                digamma Digamma "The digamma function, which is the slope of `ln_gamma`." = digamma_of_float:
                     |x| special::digamma(x),
                     |x, y| x.trigamma();
-                trigamma Trigamma "The trigamma function, which is the slope of `digamma`.":
+                trigamma Trigamma "The trigamma function, which is the slope of `digamma`." = special::trigamma:
                     |x| special::trigamma(x),
                     |x, y| special::tetragamma(x);
-                cot_pi CotPi "The cotangent of `pi x`, and NaN at integers.":
+                cot_pi CotPi "The cotangent of `pi x`, and NaN at integers." = special::cot_pi:
                     |x| special::cot_pi(x),
                     |x, y| special::cot_pi_slope(y);
             }
@@ -98,15 +95,9 @@ macro_rules! elementary_methods {
     (
         basic { $($_basic:tt)* }
         composed {
-            $($method:ident $Function:ident $about:literal: |$_x:ident| $_value:expr, |$_of:ident, $_y:ident| $_partial:expr;)*
-        }
-        special {
-            $($special:ident $Special:ident $about_special:literal: |$_z:ident| $_series:expr, |$_of_special:ident, $_w:ident| $_slope:expr;)*
+            $($method:ident $Function:ident $about:literal $(= $_of_f64:path)?: |$_x:ident| $_value:expr, |$_of:ident, $_y:ident| $_partial:expr;)*
         }
     ) => {
-        $crate::elementary::elementary_methods!(@each $($method $Function $about)* $($special $Special $about_special)*);
-    };
-    (@each $($method:ident $Function:ident $about:literal)*) => {
         $(
             #[doc = $about]
             #[inline(always)]
@@ -124,10 +115,7 @@ macro_rules! define {
     (
         basic { $($_basic:tt)* }
         composed {
-            $($method:ident $Function:ident $about:literal: |$_x:ident| $_value:expr, |$_of:ident, $_y:ident| $_partial:expr;)*
-        }
-        special {
-            $($special:ident $Special:ident $about_special:literal: |$_z:ident| $_series:expr, |$_of_special:ident, $_w:ident| $_slope:expr;)*
+            $($method:ident $Function:ident $about:literal $(= $_of_f64:path)?: |$_x:ident| $_value:expr, |$_of:ident, $_y:ident| $_partial:expr;)*
         }
     ) => {
         /// A function of one number, as an argument of [`Real::elementary`](crate::Real::elementary). These functions
@@ -141,18 +129,16 @@ macro_rules! define {
         #[non_exhaustive]
         pub enum Elementary {
             $(#[doc = $about] $Function,)*
-            $(#[doc = $about_special] $Special,)*
         }
 
         impl Elementary {
             /// All functions.
-            pub const ALL: &'static [Self] = &[$(Self::$Function,)* $(Self::$Special,)*];
+            pub const ALL: &'static [Self] = &[$(Self::$Function,)*];
 
             /// Returns the name of the method of [`Real`](crate::Real).
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$Function => stringify!($method),)*
-                    $(Self::$Special => stringify!($special),)*
                 }
             }
         }

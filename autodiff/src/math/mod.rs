@@ -27,3 +27,4 @@ pub(crate) use primitive::Primitive;
 #[cfg(lanes)]
 pub(crate) use primitive::{SIN_RANGE, exp, sin_cos};
 pub(crate) use scalar::{double, single};
+pub(crate) use table::OnFloats;

@@ -1,7 +1,8 @@
 //! Special functions: the error function, and the logarithm of the gamma function with its derivatives.
 //!
-//! Floats and lanes take the values of [`of_system`](crate::Elementary::of_system). Every other number type takes the series, which have terms for 31
-//! digits. Slopes are computed by the same formulas in every number type, and higher derivatives follow from them.
+//! Floats and lanes take the values of functions of f64, which the table of elementary functions names. All other number
+//! types evaluate series and continued fractions with enough terms for 31 digits. Slopes are computed by the same formulas
+//! in every number type, and higher derivatives follow from them.
 
 use super::rounding::{pi, round};
 use crate::real::gamma::{FAR, Gamma, asymptotic, ln_sqrt_2_pi};

@@ -8,34 +8,28 @@ use crate::elementary::{Elementary, functions};
 use crate::real::{Mask, Real};
 use crate::rule;
 
-impl Elementary {
-    /// Returns a function of f64 if it is more accurate on floats than [`value`](Self::value). For example, a quotient of
-    /// logarithms is not exact at powers of the base. Every special function has one.
-    #[inline(always)]
-    pub(crate) fn of_system(self) -> Option<fn(f64) -> f64> {
-        match self {
-            Self::Log2 => Some(f64::log2),
-            Self::Log10 => Some(f64::log10),
-            Self::Erf => Some(msun::erf),
-            Self::Erfc => Some(msun::erfc),
-            Self::LnErfc => Some(special::ln_erfc),
-            Self::LnGamma => Some(msun::ln_gamma),
-            Self::Digamma => Some(digamma_of_float),
-            Self::Trigamma => Some(special::trigamma),
-            Self::CotPi => Some(special::cot_pi),
-            _ => None,
-        }
-    }
+/// How floats and lanes compute an [`Elementary`] function.
+pub(crate) enum OnFloats<R> {
+    /// By its formula, which has this value.
+    Formula(R),
+    /// By a function of f64.
+    Function(fn(f64) -> f64),
+}
+
+macro_rules! on_floats {
+    ($formula:expr) => {
+        OnFloats::Formula($formula)
+    };
+    ($formula:expr, $of_f64:path) => {
+        OnFloats::Function($of_f64)
+    };
 }
 
 macro_rules! values_and_partials {
     (
         basic { $($_basic:tt)* }
         composed {
-            $($_method:ident $Function:ident $_about:literal: |$x:ident| $value:expr, |$of:ident, $y:ident| $partial:expr;)*
-        }
-        special {
-            $($_special:ident $Special:ident $_about_special:literal: |$z:ident| $series:expr, |$of_special:ident, $w:ident| $slope:expr;)*
+            $($_method:ident $Function:ident $_about:literal $(= $of_f64:path)?: |$x:ident| $value:expr, |$of:ident, $y:ident| $partial:expr;)*
         }
     ) => {
         impl Elementary {
@@ -45,25 +39,23 @@ macro_rules! values_and_partials {
             #[track_caller]
             pub fn value<R: Real>(self, x: R) -> R {
                 match self {
-                    $(Self::$Special => {
-                        let $z = x;
-                        $series
-                    })*
-                    _ => self.composed(x),
-                }
-            }
-
-            /// Like [`value`](Self::value), for functions that are not special. Floats and lanes call this, so that they
-            /// do not compile the series, which they never use.
-            #[inline(always)]
-            #[track_caller]
-            pub(crate) fn composed<R: Real>(self, x: R) -> R {
-                match self {
                     $(Self::$Function => {
                         let $x = x;
                         $value
                     })*
-                    _ => unreachable!("a special function has a function of f64"),
+                }
+            }
+
+            /// Returns how floats and lanes compute the value at `x`. They do not compile the formula of a function that
+            /// they never use it for.
+            #[inline(always)]
+            #[track_caller]
+            pub(crate) fn on_floats<R: Real>(self, x: R) -> OnFloats<R> {
+                match self {
+                    $(Self::$Function => on_floats!({
+                        let $x = x;
+                        $value
+                    } $(, $of_f64)?),)*
                 }
             }
 
@@ -96,10 +88,6 @@ macro_rules! values_and_partials {
                     $(Self::$Function => {
                         let ($of, $y) = (x, y);
                         $partial
-                    })*
-                    $(Self::$Special => {
-                        let ($of_special, $w) = (x, y);
-                        $slope
                     })*
                 }
             }

@@ -289,9 +289,9 @@ macro_rules! define_lanes {
             }
             #[inline(always)]
             fn elementary(self, function: Elementary) -> Self {
-                match function.of_system() {
-                    Some(_) => self.each(self, |x, _| x.elementary(function)),
-                    None => function.composed(self),
+                match function.on_floats(self) {
+                    $crate::math::OnFloats::Formula(value) => value,
+                    $crate::math::OnFloats::Function(_) => self.each(self, |x, _| x.elementary(function)),
                 }
             }
             #[inline(always)]

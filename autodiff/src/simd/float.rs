@@ -1,7 +1,7 @@
 //! Implements [`Real`] for plain floats.
 
 use crate::elementary::Elementary;
-use crate::math;
+use crate::math::{self, OnFloats};
 use crate::operators::literal_operators;
 use crate::real::{Accepts, Real, Vectorized};
 
@@ -93,9 +93,9 @@ macro_rules! impl_real_for_float {
             }
             #[inline(always)]
             fn elementary(self, function: Elementary) -> Self {
-                match function.of_system() {
-                    Some(system) => system(self as f64) as $float,
-                    None => function.composed(self),
+                match function.on_floats(self) {
+                    OnFloats::Formula(value) => value,
+                    OnFloats::Function(of_f64) => of_f64(self as f64) as $float,
                 }
             }
             #[inline(always)]

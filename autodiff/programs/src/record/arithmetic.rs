@@ -31,7 +31,7 @@ pub(crate) fn logic<L: Real>(f: Logic, a: L, b: L) -> L {
 }
 
 macro_rules! define {
-    (basic { $($method:ident $Basic:ident),* } composed { $($_composed:tt)* } special { $($_special:tt)* }) => {
+    (basic { $($method:ident $Basic:ident),* } composed { $($_composed:tt)* }) => {
         /// Returns the value of a function of one number, without its partial.
         #[inline(always)]
         pub(crate) fn unary_value<L: Real>(f: Unary, x: L) -> L {

@@ -78,7 +78,7 @@ impl Run {
 }
 
 macro_rules! define {
-    (basic { $($_method:ident $Basic:ident),* } composed { $($_composed:tt)* } special { $($_special:tt)* }) => {
+    (basic { $($method:ident $Basic:ident),* } composed { $($_composed:tt)* }) => {
         /// A function of one number.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum Unary {

@@ -171,7 +171,7 @@ impl Mask for SymbolMask {
 
 /// Defines methods that each record one operation.
 macro_rules! recorded {
-    (basic { $($method:ident $Basic:ident),* } composed { $($_composed:tt)* } special { $($_special:tt)* }) => {
+    (basic { $($method:ident $Basic:ident),* } composed { $($_composed:tt)* }) => {
         $(
             #[track_caller]
             fn $method(self) -> Self {
