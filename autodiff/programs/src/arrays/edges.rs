@@ -12,7 +12,7 @@ use super::dense::Aligned;
 use super::graph::Graph;
 use super::kernel::{Kernel, Pullback};
 use super::operation::LaneOperation;
-use super::row::{Bars, Places, Reach, StepValues, add, load};
+use super::row::{BarPointers, Bars, Reach, StepValues, add, load};
 use super::uniform::UniformInputs;
 
 /// An operation that applies a kernel to each edge of a graph. The first `C` inputs of the kernel are differences of
@@ -333,9 +333,9 @@ where
         self.plan.check::<R, L>();
         let EdgePlan { room, .. } = self.plan;
         let ends_bar = &mut self.scratch[..C * room];
-        let places = Places::new(bars);
-        let y_bars = places.of_active(&self.outputs, &[true; O]);
-        let x_bars = places.of_active(&self.inputs, &self.active);
+        let pointers = BarPointers::new(bars);
+        let y_bars = pointers.of_active(&self.outputs, &[true; O]);
+        let x_bars = pointers.of_active(&self.inputs, &self.active);
         // SAFETY: `reach` was checked, and `ends_bar` has `C` arrays of `room` numbers.
         unsafe {
             let sources = Sources::<R, C, I>::new(&self.inputs, &self.plan, values);

@@ -8,7 +8,7 @@ use autodiff::simd::Lane;
 use super::array::Array;
 use super::kernel::{Kernel, MOST_UNIFORMS, Pullback};
 use super::operation::LaneOperation;
-use super::row::{Bars, Places, Reach, StepValues, add, load};
+use super::row::{BarPointers, Bars, Reach, StepValues, add, load};
 use super::uniform::UniformInputs;
 
 pub(crate) struct Map<K, const I: usize, const O: usize> {
@@ -91,7 +91,7 @@ impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> LaneOperation<R> 
         self.reach.check(values.parameters, values.row);
         self.reach.check(bars.parameters, bars.row);
         let Array { start, len, .. } = self.outputs[0];
-        let places = Places::new(bars);
+        let pointers = BarPointers::new(bars);
         // SAFETY: `reach` was checked.
         unsafe {
             let mut lanes = ReverseLanes::<_, _, L, I, O> {
@@ -101,9 +101,9 @@ impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> LaneOperation<R> 
                 values,
                 uniforms: self.uniforms.load(K::UNIFORMS, values),
                 y: &values.row[start..start + O * len],
-                y_bar: places.of(self.outputs[0]),
+                y_bar: pointers.of(self.outputs[0]),
                 len,
-                x_bar: places.of_active(&self.inputs, &self.active),
+                x_bar: pointers.of_active(&self.inputs, &self.active),
             };
             lanes.lanes::<false>(len);
         }

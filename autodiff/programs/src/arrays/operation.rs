@@ -46,19 +46,19 @@ impl<R: Real, T: LaneOperation<R>> Operation<R> for InLanes<T> {
         self.0.outputs()
     }
     fn forward(&mut self, parameters: &[R], row: &mut [R]) {
-        R::vectorize(Forward(&mut self.0, parameters, row));
+        R::vectorize(ForwardInLanes(&mut self.0, parameters, row));
     }
     fn reverse(&mut self, values: &StepValues<R>, bars: &mut Bars<R>) {
-        R::vectorize(Reverse(&mut self.0, *values, bars));
+        R::vectorize(ReverseInLanes(&mut self.0, *values, bars));
     }
     fn set_active(&mut self, arrays: &[bool], _parameters: &[bool]) -> bool {
         self.0.set_active(arrays)
     }
 }
 
-struct Forward<'a, T, R>(&'a mut T, &'a [R], &'a mut [R]);
+struct ForwardInLanes<'a, T, R>(&'a mut T, &'a [R], &'a mut [R]);
 
-impl<R: Real, T: LaneOperation<R>> Vectorized<R> for Forward<'_, T, R> {
+impl<R: Real, T: LaneOperation<R>> Vectorized<R> for ForwardInLanes<'_, T, R> {
     const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = ();
     const HAS_SCALARS: bool = T::HAS_SCALARS;
@@ -69,9 +69,9 @@ impl<R: Real, T: LaneOperation<R>> Vectorized<R> for Forward<'_, T, R> {
     }
 }
 
-struct Reverse<'a, 'b, T, R>(&'a mut T, StepValues<'a, R>, &'a mut Bars<'b, R>);
+struct ReverseInLanes<'a, 'b, T, R>(&'a mut T, StepValues<'a, R>, &'a mut Bars<'b, R>);
 
-impl<R: Real, T: LaneOperation<R>> Vectorized<R> for Reverse<'_, '_, T, R> {
+impl<R: Real, T: LaneOperation<R>> Vectorized<R> for ReverseInLanes<'_, '_, T, R> {
     const USE_THE_ATTRIBUTE_KERNEL: () = ();
     type Output = ();
     const HAS_SCALARS: bool = T::HAS_SCALARS;

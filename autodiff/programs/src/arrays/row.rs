@@ -103,12 +103,12 @@ impl<R> Bars<'_, R> {
 /// Pointers to the cotangents of a step. A loop looks up each array only once, before it starts. Slices would not work:
 /// several mutable slices of the cotangents cannot exist at the same time.
 #[derive(Clone, Copy)]
-pub(super) struct Places<R> {
+pub(super) struct BarPointers<R> {
     parameters: *mut R,
     row: *mut R,
 }
 
-impl<R: Real> Places<R> {
+impl<R: Real> BarPointers<R> {
     pub(super) fn new(bars: &mut Bars<R>) -> Self {
         Self {
             parameters: bars.parameters.as_mut_ptr(),
@@ -149,7 +149,7 @@ impl<R: Real> Places<R> {
 /// # Safety
 /// `from` must point to at least `at + n` numbers, nothing may write to them at the same time, and `n` must be at most
 /// `N`.
-#[allow(unsafe_code)] // See `Places`.
+#[allow(unsafe_code)] // See `BarPointers`.
 #[inline(always)]
 pub(super) unsafe fn load<R, L: Lane<R>>(from: *const R, at: usize, n: usize) -> L {
     // SAFETY: guaranteed by the caller.
@@ -161,7 +161,7 @@ pub(super) unsafe fn load<R, L: Lane<R>>(from: *const R, at: usize, n: usize) ->
 /// # Safety
 /// `to` must be null or point to at least `at + n` numbers, nothing else may access them at the same time, and `n` must
 /// be at most `N`.
-#[allow(unsafe_code)] // See `Places`.
+#[allow(unsafe_code)] // See `BarPointers`.
 #[inline(always)]
 pub(super) unsafe fn add<R, L: Lane<R>>(to: *mut R, at: usize, n: usize, lane: L) {
     if !to.is_null() {

@@ -62,13 +62,13 @@ struct Terms<S> {
     count: usize,
     /// Column `i` has the `i`-th number of every datum.
     columns: Vec<Vec<f64>>,
-    recorded: Mutex<Option<Recorded>>,
+    recorded: Mutex<Option<SummandPlan>>,
 }
 
 /// The plan for replaying the summand, with the number of shared parameters for which it was made. The plan is `None`
 /// if the summand cannot be recorded.
 #[derive(Clone, Debug)]
-struct Recorded {
+struct SummandPlan {
     shared: usize,
     plan: Option<Arc<Plan>>,
 }
@@ -126,7 +126,7 @@ impl<S: Summand> Sum<S> {
             vec![terms.summand.eval(shared, datum)]
         });
         let plan = plan.map(Arc::new);
-        *recorded() = Some(Recorded {
+        *recorded() = Some(SummandPlan {
             shared,
             plan: plan.clone(),
         });

@@ -10,7 +10,7 @@ use autodiff::internal::lanes;
 use autodiff::{Fused, Real};
 
 use super::settings::{Given, Model, Rollout};
-use super::sweep::{Recorded, Starts};
+use super::sweep::{ForwardRun, Starts};
 
 impl<M: Model + Clone> Rollout<M> {
     /// Runs all steps from one start. Returns the observed states one after the other, or only the chosen
@@ -155,7 +155,7 @@ struct Batch {
 
 impl Fused for Batch {
     const SOURCES: &str = crate::SOURCES;
-    type Saved<R: Real> = Vec<(StartGroup, Recorded<R>)>;
+    type Saved<R: Real> = Vec<(StartGroup, ForwardRun<R>)>;
 
     fn eval<R: Real>(&self, inputs: &[&[R]]) -> Vec<R> {
         self.run(inputs, false).0
@@ -280,7 +280,7 @@ impl Batch {
         &self,
         inputs: &[&[R]],
         keeps: bool,
-    ) -> (Vec<R>, Vec<(StartGroup, Recorded<R>)>) {
+    ) -> (Vec<R>, Vec<(StartGroup, ForwardRun<R>)>) {
         let (mut seen, mut saved) = (Vec::new(), Vec::new());
         for group in groups::<R>(self.starts) {
             let inputs = self.inputs_of(&group, inputs);
@@ -289,11 +289,10 @@ impl Batch {
                 count: group.lanes,
                 own: &self.own,
             };
-            let (of_group, recorded) =
-                (self.rollout).recorded(&*self.model, starts, &inputs, keeps);
+            let (of_group, run) = (self.rollout).recorded(&*self.model, starts, &inputs, keeps);
             seen.extend(group.parted(&of_group).concat());
             if keeps {
-                saved.push((group, recorded));
+                saved.push((group, run));
             }
         }
         (seen, saved)
@@ -302,7 +301,7 @@ impl Batch {
     /// See [`Fused::reverse`].
     fn pulled_back<R: Real>(
         &self,
-        saved: &mut [(StartGroup, Recorded<R>)],
+        saved: &mut [(StartGroup, ForwardRun<R>)],
         y_bar: &[R],
         wanted: &[bool],
     ) -> Vec<Vec<R>> {
@@ -311,7 +310,7 @@ impl Batch {
         let wanted: Vec<bool> = wanted.map(|any| any.contains(&true)).collect();
         let mut start_bars = Vec::new();
         let mut parameter_bars: Vec<Vec<Vec<R>>> = vec![Vec::new(); self.own.len()];
-        for (group, recorded) in saved {
+        for (group, run) in saved {
             let seed = |lane: usize| {
                 if lane < group.starts.len() {
                     &y_bar[(group.starts.start + lane) * len..][..len]
@@ -320,9 +319,7 @@ impl Batch {
                 }
             };
             let seeds = group.interleaved(seed);
-            let x_bars = self
-                .rollout
-                .reversed(group.lanes, recorded, &seeds, &wanted);
+            let x_bars = self.rollout.reversed(group.lanes, run, &seeds, &wanted);
             let (start_bar, bars) = x_bars.split_first().expect("input 0 is the initial state");
             start_bars.extend(group.parted(start_bar));
             for ((bars, bar), &own) in parameter_bars.iter_mut().zip(bars).zip(&self.own) {

@@ -4,7 +4,7 @@ use autodiff::Real;
 use autodiff::internal::running;
 
 use super::settings::{Model, Rollout};
-use super::sweep::{Recorded, Starts};
+use super::sweep::{ForwardRun, Starts};
 
 impl Rollout<()> {
     /// Returns the positions, within an observed state, of the numbers that the rollout returns. The state has `len`
@@ -26,25 +26,25 @@ impl Rollout<()> {
         starts: Starts,
         inputs: &[&[R]],
         keeps: bool,
-    ) -> (Vec<R>, Recorded<R>) {
+    ) -> (Vec<R>, ForwardRun<R>) {
         let _running = running();
-        let mut recorded = Recorded::new(self, model, starts, inputs, keeps);
-        let places = self.places(starts.count, recorded.state_len());
+        let mut run = ForwardRun::new(self, model, starts, inputs, keeps);
+        let places = self.places(starts.count, run.state_len());
         let (mut seen, mut observed) = (Vec::new(), self.observed.iter().peekable());
         for step in 0..=self.steps {
             while observed.next_if_eq(&&step).is_some() {
-                let state = recorded.state(step);
+                let state = run.state(step);
                 seen.extend(places.iter().map(|&i| state[i]));
             }
             if step < self.steps {
-                recorded.step(step);
+                run.step(step);
             }
         }
-        recorded.apply_state_bound(&mut seen);
+        run.apply_state_bound(&mut seen);
         if self.is_stopped() {
             seen.fill(R::lit(f64::NAN));
         }
-        (seen, recorded)
+        (seen, run)
     }
 
     /// Returns the cotangents of the initial states, then the cotangents of each parameter. The numbers of several initial
@@ -52,7 +52,7 @@ impl Rollout<()> {
     pub(super) fn reversed<R: Real>(
         &self,
         starts: usize,
-        saved: &mut Recorded<R>,
+        saved: &mut ForwardRun<R>,
         y_bar: &[R],
         wanted: &[bool],
     ) -> Vec<Vec<R>> {

@@ -126,7 +126,7 @@ struct Checkpoint<R> {
 }
 
 /// A forward run, with everything that its reverse sweep needs.
-pub(super) struct Recorded<R: Real> {
+pub(super) struct ForwardRun<R: Real> {
     stepper: Stepper<R>,
     schedule: CheckpointSchedule,
     steps: usize,
@@ -138,7 +138,7 @@ pub(super) struct Recorded<R: Real> {
     row: Aligned<R>,
 }
 
-impl<R: Real> Recorded<R> {
+impl<R: Real> ForwardRun<R> {
     /// Prepares a forward run. If `keeps` is true, the run keeps what a reverse sweep needs. The other arguments are
     /// those of [`Stepper::new`].
     #[track_caller]
@@ -331,7 +331,7 @@ fn pooled_rows<R: Real>(len: usize) -> Aligned<R> {
     }
 }
 
-impl<R: Real> Drop for Recorded<R> {
+impl<R: Real> Drop for ForwardRun<R> {
     fn drop(&mut self) {
         if self.schedule != CheckpointSchedule::NOTHING {
             let rows = std::mem::replace(&mut self.rows, Aligned::zeros(0));

@@ -42,7 +42,7 @@ pub(crate) struct Solve<R> {
     entries: Vec<Entry>,
     edges: Vec<SlotEdge>,
     /// The edges of all starts.
-    lanes: Vec<LaneOfEdges>,
+    lanes: Vec<EdgeRegister>,
     /// For each of `lanes`, a register with 1 where it has an edge and 0 elsewhere.
     has_edge: Aligned<R>,
     /// The number of lanes of a register.
@@ -94,7 +94,7 @@ struct Entry {
 }
 
 /// The edges whose slots fill a register. In each lane, the slot and both ends are higher by one.
-struct LaneOfEdges {
+struct EdgeRegister {
     /// The slot and the ends of lane 0.
     slot: usize,
     tail: usize,
@@ -103,7 +103,7 @@ struct LaneOfEdges {
     n: usize,
 }
 
-impl LaneOfEdges {
+impl EdgeRegister {
     /// Adds the numbers of the edges to the `sums` from number `at` on. `has_edge` is not 0 in lanes with an edge.
     ///
     /// # Safety
@@ -131,15 +131,15 @@ fn with_edge<R: Real, L: Lane<R>>(has_edge: &[R], numbers: L) -> L {
 }
 
 /// Divides the edges of a graph into registers of `lanes` lanes. Also returns for each lane whether it has an edge.
-fn lanes_of(graph: &Graph, lanes: usize) -> (Vec<LaneOfEdges>, Vec<bool>) {
-    let (mut all, mut has_edge): (Vec<LaneOfEdges>, Vec<bool>) = Default::default();
+fn lanes_of(graph: &Graph, lanes: usize) -> (Vec<EdgeRegister>, Vec<bool>) {
+    let (mut all, mut has_edge): (Vec<EdgeRegister>, Vec<bool>) = Default::default();
     for SlotEdge { slot, tail, head } in graph.edges_by_slot() {
         let lane = slot % lanes;
         match all.last_mut() {
             Some(last) if last.slot == slot - lane => last.n = lane + 1,
             _ => {
                 has_edge.resize(has_edge.len() + lanes, false);
-                all.push(LaneOfEdges {
+                all.push(EdgeRegister {
                     slot: slot - lane,
                     tail: tail - lane,
                     head: head - lane,

@@ -56,7 +56,7 @@ use std::array::from_fn;
 use std::f64::consts::{E, PI};
 
 use autodiff::{Tape, Var};
-use print::{Formula, Printer};
+use print::{Adjoint, Printer};
 
 use super::operation::Place;
 use super::recording::{Recording, current, record};
@@ -149,13 +149,13 @@ pub fn adjoint<K: Kernel<I, O>, const I: usize, const O: usize>(
         let names = fields.iter().map(|f| f.trim_end_matches(POSITIVE));
         let named: Vec<_> = names.zip(values.iter().copied()).collect();
         let recording = Recording::simplified(&values, &is_positive);
-        let (formula, recording) = record(recording, || {
+        let (adjoint, recording) = record(recording, || {
             let kernel = build(&values);
             pulled_back([I, O], |x| {
                 kernel.eval(from_fn::<_, I, _>(|k| x[k]), &[]).to_vec()
             })
         });
-        Printer::new(&recording, &formula, &named).print()
+        Printer::new(&recording, &adjoint, &named).print()
     });
     assert!(
         others.iter().all(|other| *other == text),
@@ -199,7 +199,7 @@ pub fn assert_fresh(file: &str, header: &str, methods: &[String]) {
 pub(crate) fn pulled_back(
     [inputs, outputs]: [usize; 2],
     eval: impl FnOnce(&[Var<Symbol>]) -> Vec<Var<Symbol>>,
-) -> Formula {
+) -> Adjoint {
     let x: Vec<Symbol> = (0..inputs).map(Symbol::input).collect();
     let y_bar: Vec<Symbol> = (inputs..inputs + outputs).map(Symbol::input).collect();
     let mut tape = Tape::new();
@@ -207,7 +207,7 @@ pub(crate) fn pulled_back(
     let values: Vec<Symbol> = y.iter().map(|y| y.value()).collect();
     let results = places(&values);
     current(|recording| recording.assume_finite(&results));
-    Formula {
+    Adjoint {
         results,
         x_bar: places(tape.pullback(&y, &y_bar)),
     }

@@ -1,4 +1,4 @@
-//! Prints a formula as Rust code.
+//! Prints the adjoint of a kernel as Rust code.
 
 use std::fmt::Write;
 
@@ -7,7 +7,7 @@ use crate::record::recording::Recording;
 
 /// The adjoint of a kernel: a list of places (numbers) in a recording. The first operations of the recording are the
 /// inputs of the kernel, followed by the cotangents of its results.
-pub(crate) struct Formula {
+pub(crate) struct Adjoint {
     /// The results of the kernel. The printed code receives their values as `y`.
     pub(crate) results: Vec<Place>,
     /// The cotangents of the inputs. The printed code computes them.
@@ -20,24 +20,24 @@ const UNIFORMS: &str = "at.uniforms[";
 
 pub(super) struct Printer<'a> {
     recording: &'a Recording,
-    formula: &'a Formula,
+    adjoint: &'a Adjoint,
     /// For each field, the expression that reads it, and the constant that represents it in the recording.
     fields: &'a [(&'a str, f64)],
-    /// For each number, how often the formula reads it.
+    /// For each number, how often the adjoint reads it.
     reads: Vec<usize>,
-    /// For each number of the formula, whether it depends on the cotangents of the kernel's results.
+    /// For each number of the adjoint, whether it depends on the cotangents of the kernel's results.
     of_bars: Vec<bool>,
 }
 
 impl<'a> Printer<'a> {
     pub(super) fn new(
         recording: &'a Recording,
-        formula: &'a Formula,
+        adjoint: &'a Adjoint,
         fields: &'a [(&'a str, f64)],
     ) -> Self {
         let mut printer = Self {
             recording,
-            formula,
+            adjoint,
             fields,
             reads: vec![0; recording.ops.len()],
             of_bars: Vec::new(),
@@ -54,14 +54,14 @@ impl<'a> Printer<'a> {
     }
 
     fn inputs(&self) -> usize {
-        self.formula.x_bar.len()
+        self.adjoint.x_bar.len()
     }
 
     /// Returns the body of the method. Numbers that do not depend on cotangents are computed before the loop over the
     /// rows of cotangents.
     pub(super) fn print(self) -> String {
-        let (formula, inputs) = (self.formula, self.inputs());
-        let all: Vec<Place> = (0..inputs + formula.results.len())
+        let (adjoint, inputs) = (self.adjoint, self.inputs());
+        let all: Vec<Place> = (0..inputs + adjoint.results.len())
             .map(Place::own)
             .collect();
         let (x, y_bar) = all.split_at(inputs);
@@ -73,9 +73,9 @@ impl<'a> Printer<'a> {
              let mut x_bar = [[R::zero(); {inputs}]; M];\nfor m in 0..M {{\n    \
              let [{}] = y_bar[m];\n{inside}    x_bar[m] = {};\n}}\nx_bar",
             names('x', x),
-            names('r', &formula.results),
+            names('r', &adjoint.results),
             names('y', y_bar),
-            self.array(&formula.x_bar)
+            self.array(&adjoint.x_bar)
         )
     }
 
@@ -95,7 +95,7 @@ impl<'a> Printer<'a> {
     }
 
     fn count_reads(&mut self) {
-        let mut pending = self.formula.x_bar.clone();
+        let mut pending = self.adjoint.x_bar.clone();
         while let Some(place) = pending.pop() {
             self.reads[place.at()] += 1;
             if self.reads[place.at()] == 1 && self.given(place).is_none() {
@@ -123,7 +123,7 @@ impl<'a> Printer<'a> {
 
     /// If the number at this place is a result of the kernel, returns the index of the result.
     fn given(&self, place: Place) -> Option<usize> {
-        let results = &self.formula.results;
+        let results = &self.adjoint.results;
         results.iter().position(|&result| result == place)
     }
 

@@ -6,7 +6,7 @@ use autodiff::simd::Lane;
 use autodiff::{Mask, Real};
 
 use super::block::Block;
-use super::plan::{Layer, Plan, Step};
+use super::plan::{Plan, ReplayedLayer, Step};
 use crate::arrays::Aligned;
 use crate::record::arithmetic::number;
 use crate::record::operation::Op;
@@ -70,7 +70,8 @@ impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
         memory.gradient.resize(shared.len(), R::zero());
         memory.settled = None;
         memory.finite.clear();
-        let finite = |layer: &Layer| layer.matrix(shared).all_finite([layer.rows, layer.columns]);
+        let finite =
+            |layer: &ReplayedLayer| layer.matrix(shared).all_finite([layer.rows, layer.columns]);
         memory.finite.extend(plan.layers.iter().map(finite));
         let (steps, zero) = (plan.steps.len(), [L::zero(); W]);
         memory.bars.clear();

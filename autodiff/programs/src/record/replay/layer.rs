@@ -6,12 +6,12 @@ use autodiff::simd::Lane;
 
 use super::block::{Block, load, store};
 use super::buffers::ReplayBuffers;
-use super::plan::Layer;
+use super::plan::ReplayedLayer;
 
 impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
     /// Copies the own inputs of a layer (those that differ from point to point) to adjacent memory.
     #[inline(always)]
-    fn gather_own(&mut self, layer: Layer) {
+    fn gather_own(&mut self, layer: ReplayedLayer) {
         self.own.make_room(layer.columns * W * L::N);
         for j in 0..layer.columns {
             store(&mut self.own, j, self.values[layer.own.at(j).at()]);
@@ -20,7 +20,7 @@ impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
 
     /// Computes all rows of a layer.
     #[inline(always)]
-    pub(super) fn forward_layer(&mut self, layer: Layer, shared: &[R]) {
+    pub(super) fn forward_layer(&mut self, layer: ReplayedLayer, shared: &[R]) {
         self.gather_own(layer);
         let (memory, points) = (self, W * L::N);
         memory.rows.make_room(layer.rows * points);
@@ -46,7 +46,7 @@ impl<R: Real, L: Lane<R>, const W: usize> ReplayBuffers<R, L, W> {
     #[inline(always)]
     pub(super) fn reverse_layer(
         &mut self,
-        (layer, number): (Layer, usize),
+        (layer, number): (ReplayedLayer, usize),
         shared: &[R],
         inputs: usize,
     ) {

@@ -17,7 +17,7 @@ pub(crate) struct Plan {
     /// The places of the results. A result is either a step or a shared argument. Shared arguments are numbered as in
     /// `read`.
     pub(crate) results: Vec<Place>,
-    pub(super) layers: Vec<Layer>,
+    pub(super) layers: Vec<ReplayedLayer>,
     /// The shared arguments that are results or are read outside of layers. Shared places in `steps` and `results` are
     /// indices into this list. `None` if there are no layers; then these places are indices into all shared arguments.
     pub(super) read: Option<Vec<usize>>,
@@ -38,7 +38,7 @@ pub(super) enum Step {
 /// A matrix-vector product: dot products of rows of shared numbers with a vector of own numbers. Own numbers differ
 /// from point to point.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Layer {
+pub(super) struct ReplayedLayer {
     pub(super) rows: usize,
     pub(super) columns: usize,
     /// The place of the dot product for the first row. The dot product of each further row is `step` places later.
@@ -58,7 +58,7 @@ const LEAST_ENTRIES: usize = 64;
 /// A new row is compared with this many of the most recent layers, to find its layer.
 const OPEN: usize = 4;
 
-impl Layer {
+impl ReplayedLayer {
     /// Returns a layer of one row if `op` is a dot product of adjacent shared numbers with own numbers, which differ
     /// from point to point.
     fn of_row(place: usize, op: Op) -> Option<Self> {
@@ -112,17 +112,17 @@ impl Layer {
 }
 
 /// Finds the layers and returns them in the order of their first rows.
-fn layers(ops: &[Op]) -> Vec<Layer> {
-    let mut layers: Vec<Layer> = Vec::new();
+fn layers(ops: &[Op]) -> Vec<ReplayedLayer> {
+    let mut layers: Vec<ReplayedLayer> = Vec::new();
     let rows = ops.iter().enumerate();
-    for row in rows.filter_map(|(place, &op)| Layer::of_row(place, op)) {
+    for row in rows.filter_map(|(place, &op)| ReplayedLayer::of_row(place, op)) {
         // The rows of several layers may alternate, so compare with several recent layers.
         let mut last = layers.iter_mut().rev().take(OPEN);
         if !last.any(|layer| layer.take(&row)) {
             layers.push(row);
         }
     }
-    layers.retain(Layer::is_worth_it);
+    layers.retain(ReplayedLayer::is_worth_it);
     layers
 }
 
