@@ -1,10 +1,11 @@
-//! Functions that take a single entry on the reverse tape, however many operations they do.
+//! Dense layers. The reverse tape records a layer as one call, with an entry for each output, however many operations the
+//! layer does.
 
 use crate::parts::SumByParts;
 use crate::product::{Cotangents, Product, Strided, Transpose};
 use crate::real::{Fused, Real};
 
-/// Returns the outputs of a dense layer, `weights * x + biases`. On the tape the layer is one entry. `weights` is a
+/// Returns the outputs of a dense layer, `weights * x + biases`. On the tape each output is one entry. `weights` is a
 /// matrix, row by row.
 ///
 /// ```
@@ -33,9 +34,9 @@ pub fn dense<R: Real>(weights: &[R], x: &[R], biases: &[R]) -> Vec<R> {
     R::fused(Dense { vectors: 1 }, &[weights, x, biases])
 }
 
-/// Applies a [`dense`] layer to each vector of a mini-batch. On the tape this is one entry. `x` holds the input vectors
-/// one after the other, and the outputs are in the same order. The forward and the reverse computation are matrix
-/// products.
+/// Applies a [`dense`] layer to each vector of a mini-batch. On the tape this is one call, with an entry for each output.
+/// `x` holds the input vectors one after the other, and the outputs are in the same order. The forward and the reverse
+/// computation are matrix products.
 ///
 /// ```
 /// use autodiff::fused::{dense, dense_batch};

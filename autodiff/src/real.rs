@@ -339,7 +339,7 @@ pub trait Real:
     fn logsumexp(x: &[Self]) -> Self {
         composed::logsumexp(x)
     }
-    /// Evaluates a [`Fused`] function. It is one entry on the reverse tape.
+    /// Evaluates a [`Fused`] function. The reverse tape records one call of it, with an entry for each output.
     #[track_caller]
     fn fused<F: Fused>(function: F, inputs: &[&[Self]]) -> Vec<Self> {
         function.eval(inputs)

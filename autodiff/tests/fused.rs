@@ -1,4 +1,4 @@
-//! Functions that are one entry on the tape, and custom rules, must agree with the same functions written out in scalar
+//! Functions that the tape records as one call, and custom rules, must agree with the same functions written out in scalar
 //! operations.
 
 use std::sync::Arc;

@@ -141,7 +141,7 @@ fn wide_numbers_give_wide_derivatives() {
 }
 
 #[test]
-fn the_tape_takes_the_root_as_one_entry() {
+fn each_unknown_of_a_root_is_one_entry_of_the_tape() {
     let mut tape = Tape::new();
     let x = tape.record(&POINT, |p| Equations::Coupled.unknowns(p));
     assert_eq!(tape.len(), 5, "two parameters, three unknowns");

@@ -148,7 +148,7 @@ impl custom::Rule for SumOfSquares {
     }
 }
 
-/// The equations `x = p`, whose root is one entry of the tape with several outputs.
+/// The equations `x = p`, whose root is one call on the tape with several outputs.
 #[derive(Clone)]
 struct Copied;
 

@@ -1,4 +1,4 @@
-//! Whole functions as one entry: [`Fused`] functions on the tape.
+//! [`Fused`] functions on the tape: one call of the function, with an entry for each output.
 
 use smallvec::SmallVec;
 
@@ -52,7 +52,7 @@ fn constants<R: Real>(outputs: Vec<R>) -> Vec<Var<R>> {
     outputs.into_iter().map(Var::constant).collect()
 }
 
-/// Pushes the entry of a call and returns its outputs as variables.
+/// Pushes the entries of a call and returns its outputs as variables.
 #[track_caller]
 fn push<R: Real>(
     inputs: &[&[Var<R>]],

@@ -1,4 +1,4 @@
-//! The entry of a fused function.
+//! Calls of fused functions.
 
 use smallvec::SmallVec;
 

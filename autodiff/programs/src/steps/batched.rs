@@ -20,7 +20,7 @@ impl<M: Model + Clone> Rollout<M> {
     /// slice for each parameter, in the order of declaration. A slice holds an array, a matrix in row-major order, or
     /// the values of a [control](crate::Program::control) step by step.
     ///
-    /// On the tape the whole rollout is one fused entry.
+    /// On the tape the whole rollout is one fused call, and each observed number is an entry.
     ///
     /// # Panics
     /// - If a length differs from the model's declaration, or there are too few inputs for all steps.
@@ -38,7 +38,7 @@ impl<M: Model + Clone> Rollout<M> {
     /// results are bit-identical to those of [`run`](Rollout::run), but faster: starts run together, one per lane, and
     /// share each weight that is read.
     ///
-    /// On the tape a batch is also one fused entry. The cotangents of the starts and of [`Given::Each`] parameters are
+    /// On the tape a batch is also one fused call. The cotangents of the starts and of [`Given::Each`] parameters are
     /// bit-identical to those of `run`. The cotangents of shared parameters are summed over steps and starts in a
     /// different order, so they differ by rounding from a sum over calls of `run`.
     ///
