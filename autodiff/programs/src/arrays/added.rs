@@ -190,15 +190,14 @@ impl<R: Real, T: ArrayOperation> LaneOperation<R> for Added<T, R> {
     #[inline(always)]
     fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]) {
         let AddedArrays { inputs, outputs } = &self.arrays;
-        let begin = outputs[0].start;
-        let (row, after) = row.split_at_mut(begin);
+        let (values, y) = StepValues::and_outputs(parameters, row, outputs);
         self.operation.forward::<R, L>(Forward {
             x: InputValues {
                 arrays: inputs,
-                values: StepValues { parameters, row },
+                values,
                 starts: outputs[0].starts,
             },
-            y: &mut after[..outputs[outputs.len() - 1].range().end - begin],
+            y,
             scratch: &mut self.scratch,
         });
     }
@@ -208,23 +207,19 @@ impl<R: Real, T: ArrayOperation> LaneOperation<R> for Added<T, R> {
             return;
         }
         let AddedArrays { inputs, outputs } = &self.arrays;
-        let places = outputs[0].start..outputs[outputs.len() - 1].range().end;
-        let (row, after) = bars.row.split_at_mut(places.start);
+        let (bars, y_bar) = bars.and_outputs(outputs);
         self.operation.reverse::<R, L>(Reverse {
             x: InputValues {
                 arrays: inputs,
                 values,
                 starts: outputs[0].starts,
             },
-            y: &values.row[places.clone()],
-            y_bar: &after[..places.len()],
+            y: &values.row[outputs[0].start..][..y_bar.len()],
+            y_bar,
             x_bar: InputBars {
                 arrays: inputs,
                 active: &self.active,
-                bars: Bars {
-                    parameters: &mut *bars.parameters,
-                    row,
-                },
+                bars,
             },
             scratch: &mut self.scratch,
         });

@@ -109,9 +109,8 @@ impl<R: Real> LaneOperation<R> for Gather {
     }
     #[inline(always)]
     fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]) {
-        let (row, output) = row.split_at_mut(self.output.start);
-        let given = StepValues { parameters, row }.get(self.input);
-        let output = &mut output[..self.output.len];
+        let (values, output) = StepValues::and_outputs(parameters, row, &[self.output]);
+        let given = values.get(self.input);
         output.fill(R::zero());
         for &CopyRun { from, to, len } in &self.moves.runs {
             for i in (0..len).step_by(L::N) {
@@ -139,10 +138,7 @@ impl<R: Real> LaneOperation<R> for Gather {
         if !self.active {
             return;
         }
-        let Bars { parameters, row } = bars;
-        let (row, output) = row.split_at_mut(self.output.start);
-        let output = &output[..self.output.len];
-        let mut before = Bars { parameters, row };
+        let (mut before, output) = bars.and_outputs(&[self.output]);
         let given = before.get_mut(self.input);
         for &CopyRun { from, to, len } in &self.moves.runs {
             for i in (0..len).step_by(L::N) {

@@ -69,18 +69,17 @@ impl<R: Real, K: Kernel<I, O>, const I: usize, const O: usize> LaneOperation<R> 
     #[inline(always)]
     fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]) {
         self.reach.check(parameters, row);
-        let Array { start, len, .. } = self.outputs[0];
-        let (row, after) = row.split_at_mut(start);
-        // SAFETY: `reach` was checked, and an operation's inputs lie before its outputs.
+        let len = self.outputs[0].len;
+        let (values, y) = StepValues::and_outputs(parameters, row, &self.outputs);
+        // SAFETY: `reach` was checked. An operation's inputs lie before its outputs, which are adjacent.
         unsafe {
-            let values = StepValues { parameters, row };
             let mut lanes = ForwardLanes::<_, _, L, I, O> {
                 kernel: &self.kernel,
                 x: self.sources(values),
                 inputs: &self.uniforms,
                 values,
                 uniforms: self.uniforms.load(K::UNIFORMS, values),
-                y: &mut after[..O * len],
+                y,
                 len,
             };
             lanes.lanes::<true>(len);

@@ -38,9 +38,8 @@ impl<R: Real> LaneOperation<R> for NodeSum {
     }
     #[inline(always)]
     fn forward_in<L: Lane<R>>(&mut self, parameters: &[R], row: &mut [R]) {
-        let (row, output) = row.split_at_mut(self.output.start);
-        let given = StepValues { parameters, row }.get(self.input);
-        let (output, starts) = (&mut output[..self.output.len], self.input.starts);
+        let (values, output) = StepValues::and_outputs(parameters, row, &[self.output]);
+        let (given, starts) = (values.get(self.input), self.input.starts);
         output.fill(R::zero());
         for edge in &self.edges {
             for s in 0..starts {
@@ -55,10 +54,7 @@ impl<R: Real> LaneOperation<R> for NodeSum {
         if !self.is_active {
             return;
         }
-        let Bars { parameters, row } = bars;
-        let (row, output) = row.split_at_mut(self.output.start);
-        let output = &output[..self.output.len];
-        let mut before = Bars { parameters, row };
+        let (mut before, output) = bars.and_outputs(&[self.output]);
         let (given, starts) = (before.get_mut(self.input), self.input.starts);
         for edge in &self.edges {
             for s in 0..starts {

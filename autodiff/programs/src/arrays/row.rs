@@ -17,6 +17,17 @@ pub(crate) struct StepValues<'a, R> {
 }
 
 impl<'a, R: Copy> StepValues<'a, R> {
+    /// Divides a row into the numbers that an operation may read and those of its outputs, which are adjacent.
+    #[inline(always)]
+    pub(super) fn and_outputs(
+        parameters: &'a [R],
+        row: &'a mut [R],
+        outputs: &[Array],
+    ) -> (Self, &'a mut [R]) {
+        let [start, end] = ends(outputs);
+        let (row, after) = row.split_at_mut(start);
+        (Self { parameters, row }, &mut after[..end - start])
+    }
     /// Returns the parameters or the row, whichever contains the array.
     #[inline(always)]
     pub(super) fn part(self, array: Array) -> &'a [R] {
@@ -42,6 +53,12 @@ impl<'a, R: Copy> StepValues<'a, R> {
         // SAFETY: guaranteed by the caller.
         unsafe { self.part(array).get_unchecked(range) }
     }
+}
+
+/// The positions in the row at which adjacent arrays begin and end.
+#[inline(always)]
+fn ends(arrays: &[Array]) -> [usize; 2] {
+    [arrays[0].start, arrays[arrays.len() - 1].range().end]
 }
 
 /// The part of the parameters and of the row that an operation may access. It is checked once for all arrays of the
@@ -86,6 +103,14 @@ pub(crate) struct Bars<'a, R> {
 }
 
 impl<R> Bars<'_, R> {
+    /// Divides the cotangents into those that an operation may change and those of its outputs, which are adjacent.
+    #[inline(always)]
+    pub(super) fn and_outputs(&mut self, outputs: &[Array]) -> (Bars<'_, R>, &[R]) {
+        let [start, end] = ends(outputs);
+        let (row, after) = self.row.split_at_mut(start);
+        let parameters = &mut *self.parameters;
+        (Bars { parameters, row }, &after[..end - start])
+    }
     #[inline(always)]
     pub(super) fn part_mut(&mut self, array: Array) -> &mut [R] {
         if array.parameter {

@@ -159,17 +159,13 @@ impl<R: Real> Operation<R> for DenseLayer<R> {
     }
 
     fn forward(&mut self, parameters: &[R], row: &mut [R]) {
-        let Layer {
-            bias, output: to, ..
-        } = self.layer;
-        let (row, output) = row.split_at_mut(to.start);
-        let values = StepValues { parameters, row };
+        let (values, y) = StepValues::and_outputs(parameters, row, &[self.layer.output]);
         let product = MatrixProduct {
             matrix: &self.weights,
             x: input(&self.inputs, &mut self.packed, values),
             output: Epilogue {
-                bias: Some(values.get(bias)),
-                y: &mut output[..to.len],
+                bias: Some(values.get(self.layer.bias)),
+                y,
                 tanh: self.layer.tanh,
             },
         };

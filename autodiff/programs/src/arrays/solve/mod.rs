@@ -314,9 +314,7 @@ impl<R: Real> Solve<R> {
         row: &mut [R],
     ) {
         self.check_width(L::N);
-        let begin = self.outputs[0].start;
-        let (row, after) = row.split_at_mut(begin);
-        let values = StepValues { parameters, row };
+        let (values, all) = StepValues::and_outputs(parameters, row, &self.outputs);
         self.set_matrix::<L, T>(starts, values);
         for unknown in 0..self.b.len() {
             self.set_side::<T>(starts, unknown, values.get(self.b[unknown]));
@@ -325,7 +323,7 @@ impl<R: Real> Solve<R> {
         self.solve();
         for unknown in 0..self.outputs.len() {
             let output = self.outputs[unknown];
-            let x = &mut after[output.start - begin..][..output.len];
+            let x = &mut all[output.start - self.outputs[0].start..][..output.len];
             self.copy_solution::<T>(starts, unknown, x);
         }
     }
