@@ -3,7 +3,7 @@
 use crate::dual::Dual;
 use crate::operators::{closure_operators, constants_by_f64, literal_operators, operators};
 use crate::real::{Accepts, Fused, Mask, Real};
-use crate::rule::{self, by_rule};
+use crate::rule::{self, by_choice, by_rule};
 
 impl<R: Real, const N: usize> Dual<R, N> {
     /// Makes a constant, whose tangents are all zero.
@@ -90,6 +90,7 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
         |x, _, rule| x.apply(rule),
         |x, y, _, rule| x.apply2(y, rule),
     }
+    by_choice! { #[inline(always)] }
 
     /// Multiplies by a constant, which takes only one product for each tangent.
     #[inline(always)]
@@ -128,36 +129,6 @@ impl<R: Real, const N: usize> Real for Dual<R, N> {
     #[inline(always)]
     fn abs(self) -> Self {
         self.apply(rule::abs(self.value))
-    }
-    #[inline(always)]
-    fn max<T>(self, bound: T) -> Self
-    where
-        Self: Accepts<T>,
-    {
-        let bound = Self::accept(bound);
-        if rule::is_nan(self.value) {
-            return self.apply((self.value.max(bound.value), self.value));
-        }
-        Self::select(self.less_equal::<Self>(bound), bound, self)
-    }
-    #[inline(always)]
-    fn min<T>(self, bound: T) -> Self
-    where
-        Self: Accepts<T>,
-    {
-        let bound = Self::accept(bound);
-        if rule::is_nan(self.value) {
-            return self.apply((self.value.min(bound.value), self.value));
-        }
-        Self::select(bound.less_equal::<Self>(self), bound, self)
-    }
-    #[inline(always)]
-    fn signum(self) -> Self {
-        Self::constant(self.value.signum().detach())
-    }
-    #[inline(always)]
-    fn detach(self) -> Self {
-        Self::constant(self.value.detach())
     }
     #[inline(always)]
     fn straight_through(self, soft: Self) -> Self {

@@ -394,4 +394,41 @@ macro_rules! by_rule {
     };
 }
 
-pub(crate) use by_rule;
+/// Implements those methods of [`Real`] whose result is one of the operands or a constant, for a number type over `R` with
+/// a field `value` and a method `apply`. Where a number is NaN, so is the slope of its `max` and `min`.
+macro_rules! by_choice {
+    (#[$attribute:meta]) => {
+        #[$attribute]
+        fn max<T>(self, bound: T) -> Self
+        where
+            Self: $crate::real::Accepts<T>,
+        {
+            let bound = Self::accept(bound);
+            if $crate::rule::is_nan(self.value) {
+                return self.apply((self.value.max(bound.value), self.value));
+            }
+            Self::select(self.less_equal::<Self>(bound), bound, self)
+        }
+        #[$attribute]
+        fn min<T>(self, bound: T) -> Self
+        where
+            Self: $crate::real::Accepts<T>,
+        {
+            let bound = Self::accept(bound);
+            if $crate::rule::is_nan(self.value) {
+                return self.apply((self.value.min(bound.value), self.value));
+            }
+            Self::select(bound.less_equal::<Self>(self), bound, self)
+        }
+        #[$attribute]
+        fn signum(self) -> Self {
+            Self::constant(self.value.signum().detach())
+        }
+        #[$attribute]
+        fn detach(self) -> Self {
+            Self::constant(self.value.detach())
+        }
+    };
+}
+
+pub(crate) use {by_choice, by_rule};

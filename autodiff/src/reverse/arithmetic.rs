@@ -9,7 +9,7 @@ use super::fused;
 use super::var::{Var, is_choice};
 use crate::operators::{closure_operators, constants_by_f64, literal_operators, operators};
 use crate::real::{Accepts, Fused, Real};
-use crate::rule::{self, by_rule};
+use crate::rule::{self, by_choice, by_rule};
 
 impl<R: Real> Real for Var<R> {
     type Mask = R::Mask;
@@ -19,6 +19,7 @@ impl<R: Real> Real for Var<R> {
         |x, _, rule| x.apply(rule),
         |x, y, _, rule| x.apply2(y, rule),
     }
+    by_choice! { #[inline] }
 
     /// Records an entry only if the mask differs between lanes.
     #[inline]
@@ -72,37 +73,6 @@ impl<R: Real> Real for Var<R> {
     fn abs(self) -> Self {
         let (value, partial) = rule::abs(self.value);
         self.times_constant(partial, value)
-    }
-    /// Records no entry, because the result is one of the two operands.
-    #[inline]
-    fn max<T>(self, bound: T) -> Self
-    where
-        Self: Accepts<T>,
-    {
-        let bound = Self::accept(bound);
-        if rule::is_nan(self.value) {
-            return self.apply((self.value.max(bound.value), self.value));
-        }
-        Self::select(self.less_equal::<Self>(bound), bound, self)
-    }
-    #[inline]
-    fn min<T>(self, bound: T) -> Self
-    where
-        Self: Accepts<T>,
-    {
-        let bound = Self::accept(bound);
-        if rule::is_nan(self.value) {
-            return self.apply((self.value.min(bound.value), self.value));
-        }
-        Self::select(bound.less_equal::<Self>(self), bound, self)
-    }
-    #[inline]
-    fn signum(self) -> Self {
-        Self::constant(self.value.signum().detach())
-    }
-    #[inline]
-    fn detach(self) -> Self {
-        Self::constant(self.value.detach())
     }
     /// Records no entry: the result has the value of `self` and the entry of `soft`.
     #[inline]
