@@ -3,7 +3,7 @@
 use super::careful::Careful;
 use super::entries::{Entry, LongEntries, Term, allocated};
 use super::fused_entry::FusedEntry;
-use super::index::{FUSED, LINEAR, NONE, SELECT, STOPPED, index};
+use super::index::{FUSED, Kind, LINEAR, NONE, SELECT, index};
 use crate::real::{Mask, Real};
 use crate::rule::vanishes;
 
@@ -103,25 +103,24 @@ impl<R: Real> Arena<R> {
         first
     }
 
-    /// Calls `visit` with each parent of the entry at index `at`, whose operands are in [`LongEntries`]. Every output
-    /// of a fused function counts as depending on all inputs.
-    pub(super) fn each_parent_of_long(&self, at: usize, mut visit: impl FnMut(u32)) {
+    /// Calls `visit` with each parent of the entry at index `at`; the last may be [`NONE`]. Every output of a fused function
+    /// counts as depending on all inputs.
+    pub(super) fn each_parent(&self, at: usize, mut visit: impl FnMut(u32)) {
         let LongEntries {
             stopped,
             selects,
             fused,
             ..
         } = &self.long;
-        let [kind, place] = self.entries[at].parents;
-        match kind {
-            // Only the first output of a fused function has the mark. The other outputs follow it.
-            FUSED | NONE => {
+        match Kind::of(self.entries[at].parents) {
+            Kind::Short(parents) => parents.into_iter().for_each(visit),
+            Kind::FirstOutput(_) | Kind::LaterOutput => {
                 let later = fused.partition_point(|fused| fused.first as usize <= at);
                 let fused = &fused[later - 1];
                 let slices = fused.parents.iter().zip(&fused.lengths);
                 slices.for_each(|(parents, &len)| parents.each(len, &mut visit));
             }
-            LINEAR => {
+            Kind::Linear(place) => {
                 let terms = self.long.terms_of(place).iter();
                 terms.for_each(|&(_, parent)| visit(parent));
                 let first = stopped.partition_point(|&(entry, _)| entry < place);
@@ -130,9 +129,8 @@ impl<R: Real> Arena<R> {
                     .take_while(|(entry, _)| *entry == place);
                 here.for_each(|&(_, parent)| visit(parent));
             }
-            SELECT => selects[place as usize].1.into_iter().for_each(visit),
-            STOPPED => visit(place),
-            _ => {}
+            Kind::Select(place) => selects[place as usize].1.into_iter().for_each(visit),
+            Kind::Stopped(parent) => visit(parent),
         }
     }
 

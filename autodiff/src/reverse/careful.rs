@@ -9,7 +9,7 @@
 use std::ops::Range;
 
 use super::entries::{Entry, LongEntries};
-use super::index::{FUSED, LINEAR, NONE};
+use super::index::{Kind, NONE};
 use crate::real::{Mask, Real};
 use crate::rule::vanishes;
 
@@ -44,7 +44,7 @@ impl<'a, R: Real> Careful<'a, R> {
             }
         }
         for i in range.clone().rev() {
-            if let [FUSED, place] = entries[i].parents {
+            if let Kind::FirstOutput(place) = Kind::of(entries[i].parents) {
                 sweep.reverse_fused(i, place, long);
             } else if sweep.is_reached(i) || !sweep.unknown[i].is_zero() {
                 each_partial(entries[i], long, |partial, parent| {
@@ -91,20 +91,21 @@ impl<'a, R: Real> Careful<'a, R> {
     }
 }
 
-/// Calls `visit` with each partial of an entry and the index of its parent. The entry must not be fused.
+/// Calls `visit` with each partial of an entry and the index of its parent. Outputs of fused functions have none.
 fn each_partial<R: Real>(entry: Entry<R>, long: &LongEntries<R>, mut visit: impl FnMut(R, usize)) {
-    match entry.parents {
-        [LINEAR, place] => {
+    match Kind::of(entry.parents) {
+        Kind::Linear(place) => {
             let terms = long.terms_of(place).iter();
             terms.for_each(|&(partial, parent)| visit(partial, parent as usize));
         }
-        [first, second] if first < FUSED => {
+        Kind::Short([first, second]) => {
             visit(entry.partials[0], first as usize);
             if second != NONE {
                 visit(entry.partials[1], second as usize);
             }
         }
-        // A select between lanes is never recorded for number types that get here. Other choices pass nothing on.
-        _ => {}
+        // It is never recorded for number types that get here.
+        Kind::Select(_) => {}
+        Kind::Stopped(_) | Kind::FirstOutput(_) | Kind::LaterOutput => {}
     }
 }

@@ -1,7 +1,7 @@
 //! Finds out which inputs the outputs of a recording depend on.
 
 use super::arena::Arena;
-use super::index::{FUSED, NONE};
+use super::index::NONE;
 use crate::real::Real;
 
 /// A backward search through the entries. For each output it visits each entry at most once.
@@ -38,13 +38,7 @@ impl<'a, R: Real> Dependence<'a, R> {
                 continue;
             }
             let arena = self.arena;
-            let [first, second] = arena.entries[at].parents;
-            if first < FUSED {
-                self.visit(first);
-                self.visit(second);
-            } else {
-                arena.each_parent_of_long(at, |parent| self.visit(parent));
-            }
+            arena.each_parent(at, |parent| self.visit(parent));
         }
         found.sort_unstable();
         found

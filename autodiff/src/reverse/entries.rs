@@ -1,7 +1,7 @@
 //! The entries of a recording, and the operands of operations that have too many operands for an entry.
 
 use super::fused_entry::FusedEntry;
-use super::index::{FUSED, LINEAR, NONE, SELECT};
+use super::index::{Kind, NONE};
 use crate::real::{Mask, Real};
 use crate::rule::vanishes;
 
@@ -79,27 +79,33 @@ impl<R: Real> LongEntries<R> {
     }
 
     /// Whether a linear entry has a cotangent of zero and a partial that is not finite.
-    pub(super) fn is_doubtful(&self, [kind, place]: [u32; 2], bar: R) -> bool {
+    pub(super) fn is_doubtful(&self, parents: [u32; 2], bar: R) -> bool {
+        let Kind::Linear(place) = Kind::of(parents) else {
+            return false;
+        };
         let finite = |&(partial, _): &(R, u32)| partial.finite().all();
-        kind == LINEAR && vanishes(bar) && !self.terms_of(place).iter().all(finite)
+        vanishes(bar) && !self.terms_of(place).iter().all(finite)
     }
 
     /// Pulls back the cotangent of entry `i`, whose operands are in this struct because it has many parents or outputs,
     /// or no parents.
     #[inline(never)]
     #[track_caller]
-    pub(super) fn sweep(&mut self, [kind, place]: [u32; 2], i: usize, bars: &mut [R]) {
-        match kind {
+    pub(super) fn sweep(&mut self, parents: [u32; 2], i: usize, bars: &mut [R]) {
+        match Kind::of(parents) {
             // The entries of the other outputs follow this one, so all cotangents of outputs are complete.
-            FUSED => self.fused[place as usize].reverse(i, bars),
-            LINEAR if !bars[i].is_zero() => {
+            Kind::FirstOutput(place) => self.fused[place as usize].reverse(i, bars),
+            Kind::Linear(place) => {
                 let bar = bars[i];
+                if bar.is_zero() {
+                    return;
+                }
                 for &(partial, parent) in self.terms_of(place) {
                     let parent = &mut bars[parent as usize];
                     *parent = R::chain_add(partial, bar, *parent);
                 }
             }
-            SELECT => {
+            Kind::Select(place) => {
                 let (mask, parents) = self.selects[place as usize];
                 let (bar, zero) = (bars[i], R::zero());
                 let parts = [R::select(mask, bar, zero), R::select(mask, zero, bar)];
@@ -109,7 +115,8 @@ impl<R: Real> LongEntries<R> {
                     }
                 }
             }
-            _ => {}
+            Kind::LaterOutput | Kind::Stopped(_) => {}
+            Kind::Short(_) => unreachable!("the arena sweeps short entries"),
         }
     }
 }

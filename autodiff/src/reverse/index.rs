@@ -15,6 +15,36 @@ pub(super) const STOPPED: u32 = u32::MAX - 3;
 /// It is the smallest of these values; every index of a parent is smaller.
 pub(super) const FUSED: u32 = u32::MAX - 4;
 
+/// The kinds of entries, by the values of `Entry::parents`.
+pub(super) enum Kind {
+    /// An operation on the two parents. The second may be [`NONE`].
+    Short([u32; 2]),
+    /// See [`LINEAR`].
+    Linear(u32),
+    /// See [`SELECT`].
+    Select(u32),
+    /// See [`STOPPED`].
+    Stopped(u32),
+    /// See [`FUSED`].
+    FirstOutput(u32),
+    /// Another output of the fused function before this entry.
+    LaterOutput,
+}
+
+impl Kind {
+    #[inline(always)]
+    pub(super) fn of(parents: [u32; 2]) -> Self {
+        match parents {
+            [NONE, _] => Self::LaterOutput,
+            [LINEAR, place] => Self::Linear(place),
+            [SELECT, place] => Self::Select(place),
+            [STOPPED, parent] => Self::Stopped(parent),
+            [FUSED, place] => Self::FirstOutput(place),
+            _ => Self::Short(parents),
+        }
+    }
+}
+
 /// Converts a position in an arena to the index of a variable. Panics if the tape is full.
 #[track_caller]
 pub(super) fn index(place: usize) -> u32 {
