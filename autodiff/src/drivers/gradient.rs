@@ -3,7 +3,7 @@
 use super::seed::{Passes, WIDE};
 use crate::dual::Dual;
 use crate::real::Real;
-use crate::reverse::{Var, keep_tape, take_tape};
+use crate::reverse::{Var, keep_tape, recorded};
 
 /// A scalar function of a vector, generic over its number type. Most drivers take closures. Only code that evaluates a
 /// function in several number types, such as [`check_gradient`](crate::check::check_gradient), needs this trait.
@@ -56,8 +56,7 @@ type Boxed<'f, R> = Box<dyn FnOnce(&[Var<R>]) -> Var<R> + 'f>;
 /// pointers, so that this is compiled once for each number type and not once for each closure.
 #[track_caller]
 pub(super) fn swept<R: Real>(function: Boxed<R>, x: &[R], take: &mut dyn FnMut(&[R])) -> R {
-    let mut tape = take_tape();
-    let y = tape.record(x, function);
+    let (mut tape, y) = recorded(function, x);
     take(tape.pullback(&[y], &[R::one()]));
     keep_tape(tape);
     y.value()

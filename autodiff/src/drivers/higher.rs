@@ -219,7 +219,7 @@ fn all_passes<R: Real>(
                     third.push(slope.tangent[0].tangent[0]);
                 }
             };
-            value = swept(Box::new(function), &seeded(x, i, j), take)
+            value = swept(Box::new(function), &nested(x, i, j), take)
                 .value
                 .value;
         }
@@ -233,14 +233,14 @@ fn all_passes<R: Real>(
 }
 
 /// Returns `x` as nested dual numbers. Argument `i` moves the inner ones, argument `j` the outer ones.
-fn seeded<R: Real>(x: &[R], i: usize, j: usize) -> Vec<Dual2<R>> {
-    let mut seeded: Vec<Dual2<R>> = x
+fn nested<R: Real>(x: &[R], i: usize, j: usize) -> Vec<Dual2<R>> {
+    let mut nested: Vec<Dual2<R>> = x
         .iter()
         .map(|&x| Dual::constant(Dual::constant(x)))
         .collect();
     if !x.is_empty() {
-        seeded[i].value.tangent[0] = R::one();
-        seeded[j].tangent[0].value = R::one();
+        nested[i].value.tangent[0] = R::one();
+        nested[j].tangent[0].value = R::one();
     }
-    seeded
+    nested
 }

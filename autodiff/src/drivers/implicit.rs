@@ -10,7 +10,7 @@ use std::fmt;
 
 use super::jacobian::{joined_columns, vjp};
 use super::lu::Lu;
-use super::seed::{CHUNK, seeded};
+use super::seed::{CHUNK, variables_from};
 use crate::constant::printed;
 use crate::dual::Dual;
 use crate::math::rounding::epsilon;
@@ -196,7 +196,7 @@ type Residuals<'f, R> = dyn Fn(&[Dual<R, CHUNK>]) -> Vec<Dual<R, CHUNK>> + 'f;
 #[track_caller]
 fn factors<R: Real>(residual: &Residuals<R>, x: &[R]) -> Result<Lu<R>, NoRoot> {
     let passes = (0..x.len()).step_by(CHUNK);
-    let mut passes = passes.map(|first| residual(&seeded(x, first)));
+    let mut passes = passes.map(|first| residual(&variables_from(x, first)));
     let columns = joined_columns(&mut passes, x.len());
     assert_eq!(
         columns.rows(),

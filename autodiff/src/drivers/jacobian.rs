@@ -4,7 +4,7 @@ use super::dense::Dense;
 use super::seed::{Passes, WIDE, along};
 use crate::dual::Dual;
 use crate::real::Real;
-use crate::reverse::{Var, keep_tape, take_tape};
+use crate::reverse::{Var, keep_tape, recorded};
 
 /// Returns the values at `x` and their derivatives along `direction` (a JVP), by one forward pass.
 ///
@@ -50,8 +50,7 @@ pub fn vjp<R: Real>(
     y_bar: &[R],
 ) -> (Vec<R>, Vec<R>) {
     let function: VectorOf<'_, R> = Box::new(function);
-    let mut tape = take_tape();
-    let y = tape.record(x, function);
+    let (mut tape, y) = recorded(function, x);
     let x_bar = tape.pullback(&y, y_bar).to_vec();
     keep_tape(tape);
     (y.into_iter().map(Var::value).collect(), x_bar)
@@ -112,8 +111,7 @@ pub fn jacobian_reverse<R: Real>(
     x: &[R],
 ) -> Dense<R> {
     let function: VectorOf<'_, R> = Box::new(function);
-    let mut tape = take_tape();
-    let y = tape.record(x, function);
+    let (mut tape, y) = recorded(function, x);
     let mut entries = Vec::with_capacity(y.len() * x.len());
     for value in y.chunks(1) {
         entries.extend_from_slice(tape.pullback(value, &[R::one()]));
@@ -133,6 +131,24 @@ pub(crate) fn joined_columns<R: Real, const N: usize>(
         joined.add(pass * N, &y);
     }
     joined.into_dense()
+}
+
+/// Sets the columns from column `first` on, in the entries of a Jacobian row by row, given the values of the pass that
+/// computed them.
+pub(super) fn set_columns<R: Real, const N: usize>(
+    entries: &mut [R],
+    columns: usize,
+    first: usize,
+    y: &[Dual<R, N>],
+) {
+    for (row, y) in entries.chunks_exact_mut(columns.max(1)).zip(y) {
+        let row = &mut row[first..];
+        // A copy of a fixed length takes few instructions.
+        match row.first_chunk_mut() {
+            Some(row) => *row = y.tangent,
+            None => row.copy_from_slice(&y.tangent[..row.len()]),
+        }
+    }
 }
 
 /// A Jacobian of which some columns are known.
@@ -163,15 +179,7 @@ impl<R: Real> Joined<R> {
             self.values.len(),
             "the function's number of values must not depend on its argument"
         );
-        let rows = self.entries.chunks_exact_mut(self.columns.max(1));
-        for (row, y) in rows.zip(y) {
-            let row = &mut row[first..];
-            // A copy of a fixed length takes few instructions.
-            match row.first_chunk_mut() {
-                Some(row) => *row = y.tangent,
-                None => row.copy_from_slice(&y.tangent[..row.len()]),
-            }
-        }
+        set_columns(&mut self.entries, self.columns, first, y);
     }
 
     fn into_dense(self) -> Dense<R> {

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use super::dense::Dense;
 use super::gradient::gradient;
 use super::jacobian::joined_columns;
-use super::seed::{CHUNK, WIDE, seeded};
+use super::seed::{CHUNK, WIDE, variables_from};
 use super::sparse::Pattern;
 use crate::dual::Dual;
 use crate::real::Real;
@@ -33,7 +33,7 @@ pub fn jacobian<R: Real>(
     function: impl Fn(&[Dual<R, WIDE>]) -> Vec<Dual<R, WIDE>> + Sync,
     x: &[R],
 ) -> Dense<R> {
-    let pass = |first| function(&seeded(x, first));
+    let pass = |first| function(&variables_from(x, first));
     let passes = (0..x.len().max(1)).into_par_iter().step_by(WIDE);
     let passes: Vec<_> = passes.map(pass).collect();
     joined_columns(&mut passes.into_iter(), x.len())
@@ -73,7 +73,7 @@ pub fn sparse_jacobian<R: Real>(
     pattern: &Pattern,
 ) -> Vec<R> {
     pattern.check_arguments(x.len());
-    let pass = |first| function(&pattern.seeded(x, first));
+    let pass = |first| function(&pattern.along_directions(x, first));
     let passes: Vec<_> = firsts(pattern.directions()).map(pass).collect();
     pattern.decompressed(&mut passes.into_iter())
 }
@@ -91,7 +91,7 @@ pub fn hessian<R: Real>(
     x: &[R],
 ) -> Dense<R> {
     let pass = |first| {
-        let gradient = gradient(&function, &seeded(x, first));
+        let gradient = gradient(&function, &variables_from(x, first));
         let row = |i: usize| {
             gradient
                 .iter()

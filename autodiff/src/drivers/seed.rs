@@ -31,7 +31,7 @@ pub(crate) fn along<R: Real>(x: &[R], direction: &[R]) -> Vec<Dual<R, 1>> {
 
 /// Returns `x` as dual numbers. The `N` arguments from index `first` on are variables, each with its own direction; all
 /// other arguments are constants.
-pub(crate) fn seeded<R: Real, const N: usize>(x: &[R], first: usize) -> Vec<Dual<R, N>> {
+pub(crate) fn variables_from<R: Real, const N: usize>(x: &[R], first: usize) -> Vec<Dual<R, N>> {
     let seed = |(j, &value): (usize, &R)| {
         if (first..first + N).contains(&j) {
             Dual::variable(value, j - first)

@@ -15,7 +15,7 @@ use crate::constant::printed;
 use crate::dual::Dual;
 use crate::math::rounding::epsilon;
 use crate::real::{Mask, Real};
-use crate::reverse::{Var, keep_tape, take_tape};
+use crate::reverse::{Var, keep_tape, recorded};
 
 /// The sparsity pattern of a Jacobian, with a colouring of its columns.
 ///
@@ -101,8 +101,7 @@ impl Pattern {
         function: impl FnOnce(&[Var<Undecided>]) -> Vec<Var<Undecided>>,
         x: &[f64],
     ) -> Self {
-        let mut tape = take_tape();
-        let y = tape.record(&Undecided::lits(x), function);
+        let (tape, y) = recorded(function, &Undecided::lits(x));
         let rows = tape.dependence(&y);
         keep_tape(tape);
         Self::new(x.len(), &rows)
@@ -215,7 +214,7 @@ impl Pattern {
     }
 
     /// Returns `x` as dual numbers with tangents along the [`CHUNK`] directions that begin with direction `first`.
-    pub(crate) fn seeded<R: Real>(&self, x: &[R], first: usize) -> Vec<Dual<R, CHUNK>> {
+    pub(crate) fn along_directions<R: Real>(&self, x: &[R], first: usize) -> Vec<Dual<R, CHUNK>> {
         let (chunk, test) = (first..first + CHUNK, self.test_slot(first));
         let seed = |(j, &value): (usize, &R)| {
             let mut dual = Dual::constant(value);
@@ -232,7 +231,7 @@ impl Pattern {
     }
 
     /// Returns the entries of the Jacobian. Each item of `passes` is the function's values at the arguments that
-    /// [`seeded`](Self::seeded) returned for that pass.
+    /// [`along_directions`](Self::along_directions) returned for that pass.
     #[track_caller]
     pub(crate) fn decompressed<R: Real>(
         &self,
@@ -380,7 +379,7 @@ pub fn sparse_jacobian<R: Real>(
 ) -> Vec<R> {
     pattern.check_arguments(x.len());
     let passes = (0..pattern.directions()).step_by(CHUNK);
-    pattern.decompressed(&mut passes.map(|first| function(&pattern.seeded(x, first))))
+    pattern.decompressed(&mut passes.map(|first| function(&pattern.along_directions(x, first))))
 }
 
 /// Returns the entries of a sparse Hessian in the order of its pattern, row by row. It is the [`sparse_jacobian`] of
@@ -412,7 +411,7 @@ pub fn sparse_hessian<R: Real>(
     pattern.check_arguments(x.len());
     let mut entries = vec![R::zero(); pattern.entries()];
     for first in (0..pattern.directions()).step_by(CHUNK) {
-        let slopes = gradient(&function, &pattern.seeded(x, first));
+        let slopes = gradient(&function, &pattern.along_directions(x, first));
         pattern.decompress(first, &slopes, &mut entries);
     }
     entries

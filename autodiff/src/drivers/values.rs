@@ -2,8 +2,8 @@
 
 use super::dense::Dense;
 use super::gradient::swept;
-use super::jacobian::{Values, values_and_columns};
-use super::seed::{CHUNK, Passes, WIDE, seeded};
+use super::jacobian::{Values, set_columns, values_and_columns};
+use super::seed::{CHUNK, Passes, WIDE, variables_from};
 use crate::dual::Dual;
 use crate::real::Real;
 use crate::reverse::Var;
@@ -53,10 +53,7 @@ pub fn value_and_jacobian_into<R: Real>(
                 *value = y.value;
             }
         }
-        let width = WIDE.min(x.len() - first);
-        for (row, y) in jacobian.chunks_exact_mut(x.len().max(1)).zip(&y) {
-            row[first..][..width].copy_from_slice(&y.tangent[..width]);
-        }
+        set_columns(jacobian, x.len(), first, &y);
     }
 }
 
@@ -146,7 +143,7 @@ fn all_passes<R: Real>(
                 }
             }
         };
-        value = swept(Box::new(function), &seeded(x, first), take).value;
+        value = swept(Box::new(function), &variables_from(x, first), take).value;
     }
     value
 }

@@ -13,6 +13,6 @@ mod dependence;
 mod tape;
 mod pool;
 
-pub(crate) use pool::{keep_tape, take_tape};
+pub(crate) use pool::{keep_tape, recorded};
 pub use tape::Tape;
 pub use var::Var;

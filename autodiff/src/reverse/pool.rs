@@ -4,17 +4,23 @@
 //! as much as a long recording and its sweep.
 
 use super::tape::Tape;
+use super::var::Var;
 use crate::pool::{self, Pooled};
 use crate::real::Real;
 
-/// Takes the tape that the thread keeps, or makes one. Give it back to [`keep_tape`]. A closure would hide the line of the
-/// caller from panics.
+/// Records a function on the tape that the thread keeps, or on a new one. Give the tape back to [`keep_tape`]. Closures
+/// around the recording and its sweeps would hide the line of the caller from panics.
 #[track_caller]
-pub(crate) fn take_tape<R: Real>() -> Box<Tape<R>> {
-    match pool::take::<Tape<R>>() {
+pub(crate) fn recorded<R: Real, Y>(
+    function: impl FnOnce(&[Var<R>]) -> Y,
+    x: &[R],
+) -> (Box<Tape<R>>, Y) {
+    let mut tape = match pool::take::<Tape<R>>() {
         Some(tape) => tape,
         None => Box::new(Tape::new()),
-    }
+    };
+    let y = tape.record(x, function);
+    (tape, y)
 }
 
 /// Keeps a tape for later calls on this thread. A panic drops it instead.
