@@ -207,7 +207,7 @@ where
         Self {
             kernel,
             inputs,
-            uniforms: UniformInputs::new(uniforms, K::UNIFORMS),
+            uniforms: UniformInputs::new(uniforms),
             active: [true; I],
             reach: Reach::new(lens.chain(outputs.iter().map(|&array| (array, reached)))),
             outputs,

@@ -32,7 +32,7 @@ impl<K: Kernel<I, O>, const I: usize, const O: usize> Map<K, I, O> {
         Self {
             kernel,
             inputs,
-            uniforms: UniformInputs::new(uniforms, K::UNIFORMS),
+            uniforms: UniformInputs::new(uniforms),
             outputs,
             active: [true; I],
             reach: Reach::new(inputs.iter().chain(&outputs).map(|&array| (array, len))),

@@ -39,4 +39,4 @@ pub use row::each;
 pub(crate) use row::{Bars, RowLayout, StepValues};
 pub(crate) use solve::{Equations, MOST_UNKNOWNS, Solve, triangle};
 pub use uniform::Fixed;
-pub(crate) use uniform::checked;
+pub(crate) use uniform::assert_uniforms;

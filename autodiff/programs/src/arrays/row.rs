@@ -255,13 +255,14 @@ pub(super) fn joined(arrays: &[Array]) -> Vec<Array> {
     stretches
 }
 
-/// Loads one number for each start (initial state). The numbers repeat, to fill a register.
+/// Loads one number for each start (initial state). The numbers repeat, to fill a register. If there are more starts than
+/// lanes, the register has those of the first starts.
 #[inline(always)]
 pub fn each<R: Real, L: Lane<R>>(numbers: &[R], starts: usize) -> L {
     if starts == 1 {
         return L::splat(numbers[0]);
     }
-    if starts == L::N {
+    if starts >= L::N {
         return L::load(numbers);
     }
     if starts == 2 {

@@ -1,12 +1,11 @@
 //! The uniform inputs of kernels: numbers that all elements share. An operation loads these numbers once.
 
 use autodiff::Real;
-use autodiff::internal::WIDEST;
 use autodiff::simd::Lane;
 
 use super::array::Array;
 use super::kernel::{Kernel, MOST_UNIFORMS, Pullback};
-use super::row::StepValues;
+use super::row::{StepValues, each};
 
 /// A [`Kernel`] whose uniform inputs have constant values, so that it has none.
 #[derive(Clone, Debug)]
@@ -36,39 +35,30 @@ impl<K: Kernel<I, O>, const I: usize, const O: usize> Kernel<I, O> for Fixed<K> 
 #[inline(always)]
 #[track_caller]
 fn constant_uniforms<R: Real>(values: &[f64]) -> [R; MOST_UNIFORMS] {
+    assert_uniforms(values.len());
     let mut uniforms = [R::zero(); MOST_UNIFORMS];
-    for (uniform, &value) in uniforms.iter_mut().zip(checked(values)) {
+    for (uniform, &value) in uniforms.iter_mut().zip(values) {
         *uniform = R::lit(value);
     }
     uniforms
 }
 
-/// Returns the list. Panics if it is longer than a kernel's uniform inputs may be.
+/// # Panics
+/// If a kernel cannot have so many uniform inputs.
 #[inline(always)]
 #[track_caller]
-pub(crate) fn checked<T>(list: &[T]) -> &[T] {
+pub(crate) fn assert_uniforms(count: usize) {
     assert!(
-        list.len() <= MOST_UNIFORMS,
+        count <= MOST_UNIFORMS,
         "a kernel can have at most {MOST_UNIFORMS} uniform inputs"
     );
-    list
 }
 
 /// The uniform inputs of an operation: arrays with one number for each start.
 pub(super) struct UniformInputs(Vec<Array>);
 
 impl UniformInputs {
-    /// `count` is the kernel's constant [`Kernel::UNIFORMS`].
-    ///
-    /// # Panics
-    /// If this is not the number of arrays.
-    #[track_caller]
-    pub(super) fn new(arrays: &[Array], count: usize) -> Self {
-        assert_eq!(
-            checked(arrays).len(),
-            count,
-            "the number of uniform arrays must be the kernel's `UNIFORMS`"
-        );
+    pub(super) fn new(arrays: &[Array]) -> Self {
         Self(arrays.to_vec())
     }
 
@@ -83,17 +73,7 @@ impl UniformInputs {
         let mut uniforms = [L::zero(); MOST_UNIFORMS];
         for k in 0..count {
             let numbers = values.get(self.0[k]);
-            uniforms[k] = match numbers.len() {
-                1 => L::splat(numbers[0]),
-                starts if starts >= L::N => L::load(numbers),
-                starts => {
-                    let mut lanes = [R::zero(); WIDEST];
-                    for i in 0..L::N {
-                        lanes[i] = numbers[i % starts];
-                    }
-                    L::load(&lanes)
-                }
-            };
+            uniforms[k] = each(numbers, numbers.len());
         }
         uniforms
     }

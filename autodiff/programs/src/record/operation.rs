@@ -89,6 +89,20 @@ macro_rules! define {
             Elementary(Elementary),
             $($Basic,)*
         }
+
+        impl Unary {
+            /// The name of the method of [`Real`](autodiff::Real) that computes the function.
+            pub(super) fn method(self) -> &'static str {
+                match self {
+                    Self::Neg => "neg",
+                    Self::Abs => "abs",
+                    Self::Detach => "detach",
+                    Self::Powi(_) => "powi",
+                    Self::Elementary(function) => function.name(),
+                    $(Self::$Basic => stringify!($method),)*
+                }
+            }
+        }
     };
 }
 

@@ -6,7 +6,7 @@ use autodiff::{Dual, Real};
 
 use super::replay::{Plan, PointInputs, Points, Replayed, Wanted};
 use super::symbol::Symbol;
-use crate::arrays::{Array, Bars, Graph, Kernel, Operation, SlotEdge, StepValues, checked};
+use crate::arrays::{Array, Bars, Graph, Kernel, Operation, SlotEdge, StepValues};
 
 /// Records a kernel. Returns `None` if the kernel asks for values or calls a function with its own derivative, because a
 /// recording cannot represent it.
@@ -98,7 +98,7 @@ impl ReplayedKernel {
             kernel,
             places,
             inputs: inputs.to_vec(),
-            uniforms: checked(uniforms).to_vec(),
+            uniforms: uniforms.to_vec(),
             outputs: outputs.to_vec(),
             active: vec![true; inputs.len()],
             active_uniforms: vec![true; uniforms.len()],

@@ -1,6 +1,6 @@
 //! Checks of the arrays that a model passes to a [`Program`](super::Program).
 
-use crate::arrays::{Array, Graph, Kernel, MOST_UNKNOWNS, checked, triangle};
+use crate::arrays::{Array, Graph, Kernel, MOST_UNKNOWNS, assert_uniforms, triangle};
 
 /// The arrays of a program.
 #[derive(Clone, Copy)]
@@ -42,8 +42,9 @@ impl Known<'_> {
         self.check(arrays);
         let is_one = arrays.iter().all(|array| array.len() == 1);
         assert!(is_one, "each uniform input must be an array of one number");
+        assert_uniforms(arrays.len());
         assert_eq!(
-            checked(arrays).len(),
+            arrays.len(),
             kernel.uniforms,
             "the number of uniform arrays must be the kernel's `UNIFORMS`"
         );

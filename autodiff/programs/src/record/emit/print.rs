@@ -222,8 +222,7 @@ fn unary(f: Unary, x: &str) -> String {
     match f {
         Unary::Neg => format!("-{x}"),
         Unary::Powi(exponent) => format!("{x}.powi({exponent})"),
-        Unary::Elementary(f) => format!("{x}.{}()", f.name()),
-        _ => format!("{x}.{}()", method(f)),
+        _ => format!("{x}.{}()", f.method()),
     }
 }
 
@@ -235,11 +234,8 @@ fn binary(f: Binary, [a, b]: [String; 2]) -> String {
         Binary::Div => format!("{a} / {b}"),
         Binary::Chain => format!("R::chain({a}, {b})"),
         Binary::StraightThrough => format!("{a}.straight_through({b})"),
-        Binary::Atan2 | Binary::Powf | Binary::Hypot => format!("{a}.{}({b})", method(f)),
+        Binary::Atan2 => format!("{a}.atan2({b})"),
+        Binary::Powf => format!("{a}.powf({b})"),
+        Binary::Hypot => format!("{a}.hypot({b})"),
     }
-}
-
-/// Returns the name of the method that computes a function.
-fn method(f: impl std::fmt::Debug) -> String {
-    format!("{f:?}").to_lowercase()
 }
