@@ -17,7 +17,8 @@ macro_rules! functions {
     ($then:ident) => {
         $then! {
             basic {
-                recip Recip, sqrt Sqrt, rsqrt Rsqrt, exp Exp, ln Ln, sin Sin, cos Cos, tan Tan, tanh Tanh
+                recip Recip, sqrt Sqrt, rsqrt Rsqrt, exp Exp, ln Ln, sin Sin, cos Cos, tan Tan, tanh Tanh,
+                layer_tanh LayerTanh
             }
             composed {
                 asin Asin "Inverse sine.":

@@ -48,6 +48,19 @@ fn a_recording_serves_all_points() {
     );
 }
 
+/// Beyond 19 the slope of `layer_tanh` rounds to 0, and that of `tanh` does not.
+#[test]
+fn a_recording_keeps_the_slope_of_a_layer() {
+    let layer = formula(1, |x| x[0].layer_tanh());
+    let recorded = Recorded::new(&layer, 1).expect("no values");
+    let expected = value_and_gradient(|x| layer.eval(x), &[20.0]);
+    assert_eq!(expected, (1.0, vec![0.0]));
+    assert_eq!(
+        recorded.values_and_gradients(&[[20.0]; 9]),
+        vec![expected; 9]
+    );
+}
+
 #[test]
 fn recordings_nest_and_run_in_singles() {
     let mixed = mixed();

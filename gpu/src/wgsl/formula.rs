@@ -138,7 +138,7 @@ impl<'a> Printer<'a> {
             Unary::Sin => return format!("sin_of({x})"),
             Unary::Cos => return format!("cos_of({x})"),
             Unary::Tan => return format!("tan_of({x})"),
-            Unary::Tanh => return format!("tanh_of({x})"),
+            Unary::Tanh | Unary::LayerTanh => return format!("tanh_of({x})"),
             Unary::Powi(exponent) => Called::Power(exponent),
             Unary::Elementary(function) => Called::Elementary(function),
         };

@@ -125,7 +125,9 @@ impl Known {
             Unary::Sqrt => (self.least.max(0.0).sqrt(), inside),
             Unary::Recip if self.least > 0.0 => (0.0, bounded(inside)),
             Unary::Ln => (f64::NEG_INFINITY, inside),
-            Unary::Sin | Unary::Cos | Unary::Tanh => (f64::NEG_INFINITY, bounded(self.range)),
+            Unary::Sin | Unary::Cos | Unary::Tanh | Unary::LayerTanh => {
+                (f64::NEG_INFINITY, bounded(self.range))
+            }
             // The lower bound is 0, because the exponential may underflow.
             Unary::Exp => (0.0, Singular),
             _ => (f64::NEG_INFINITY, Singular),
@@ -145,7 +147,7 @@ impl Known {
     /// kernel infinite or NaN. Then there is no overflow wherever the results are finite.
     pub(super) fn shown(self, op: Op) -> Self {
         let range = match (self.range, op) {
-            (Overflow, Op::Unary(Unary::Recip | Unary::Tanh, _)) => Bounded,
+            (Overflow, Op::Unary(Unary::Recip | Unary::Tanh | Unary::LayerTanh, _)) => Bounded,
             (Overflow, _) => Finite,
             (range, _) => range,
         };

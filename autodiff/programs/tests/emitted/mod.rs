@@ -118,9 +118,11 @@ fn operations_are_written_by_their_names() {
         }
     }
     type Method = fn(Sym) -> Sym;
-    let operations: [(&str, Method); 7] = [
+    let operations: [(&str, Method); 9] = [
         ("exp", |x| x.exp()),
         ("tanh", |x| x.tanh()),
+        ("layer_tanh", |x| x.layer_tanh()),
+        ("hypot", |x| x.hypot(2.0)),
         ("powi", |x| x.powi(3)),
         ("powf", |x| x.powf(2.5)),
         ("fma", |x| x.fma(x, Sym::lit(1.0))),
