@@ -157,10 +157,9 @@ pub trait Real:
     }
     /// Returns the hyperbolic tangent.
     fn tanh(self) -> Self;
-    /// Returns the hyperbolic tangent with the derivative that it has in
-    /// the method `dense_tanh` of programs. The value `y` is that of [`tanh`](Real::tanh). The slope is
-    /// computed as `1 - y^2`, because a reverse sweep over a layer knows only `y`. For arguments beyond 10 this slope
-    /// loses digits, and beyond 19 it is 0.
+    /// Returns the same value `y` as [`tanh`](Real::tanh), with the slope `1 - y^2`. Layers of programs, recorded by
+    /// `dense_tanh`, have this slope, because their reverse sweep knows only `y`. For arguments beyond 10 it loses digits,
+    /// and beyond 19 it is 0.
     #[inline(always)]
     #[track_caller]
     fn layer_tanh(self) -> Self {

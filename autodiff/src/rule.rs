@@ -298,10 +298,18 @@ fn unsigned_zero<R: Real>(x: R) -> R {
     x + R::zero()
 }
 
-/// Implements those methods of [`Real`] that follow from the rules, for a number type over `R` with a field `value`.
-/// The two closures compute the result of an operation with one or with two operands. They get the operands, the name
-/// of the operation and the result of its rule, and each method is `#[track_caller]`: `by_rule! { #[inline] |x, _, rule| x.apply(rule), |x, y, _, rule|
-/// x.apply2(y, rule) }`.
+/// Implements those methods of [`Real`] that follow from the rules, for a number type over `R` with a field `value`:
+///
+/// ```text
+/// by_rule! {
+///     #[inline]
+///     |x, name, rule| x.apply(rule),
+///     |x, y, name, rule| x.apply2(y, rule),
+/// }
+/// ```
+///
+/// The first closure returns the result of an operation with one operand, and the second that of an operation with two. They
+/// get the operands, the name of the operation, and what its rule returned. Every method is `#[track_caller]`.
 macro_rules! by_rule {
     (
         #[$attribute:meta]

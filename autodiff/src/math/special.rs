@@ -59,8 +59,8 @@ pub(super) fn erfc<R: Real>(x: R) -> R {
     R::select(x.abs().less(NEAR), R::one() - erf_near(x), far)
 }
 
-/// From this number on, the logarithm of the complementary error function is computed by [`inverse_scaled_erfc`]. Below, the function
-/// itself has all its digits.
+/// From this number on, [`inverse_scaled_erfc`] gives the logarithm of the complementary error function. Below, it is the
+/// logarithm of [`erfc`], which has all its digits there.
 const FAR_OUT: f64 = 3.0;
 
 /// Returns `e^(-x^2) / (sqrt(pi) erfc(x))` for `x >= FAR_OUT`, by the continued fraction of [`erfc_far`]. It takes 80

@@ -5,9 +5,12 @@
 //! kernels select between values, and a model records only the operations that it needs.
 //!
 //! A program can run from several **starts** (initial states) at once: from two, or from one for each lane of a
-//! register. There is a separate code path for two starts, a start and its mirror image being common: one by one, the
-//! gradients of a net of 36 nodes that a network drives take 1.2 times as long. The numbers of the starts are interleaved, so arrays and graphs become two (or `lanes`) times as long. Most operations treat a longer array like any other. Only
-//! matrix products differ, because all starts share the matrices. Other parameters may differ between starts.
+//! register. Pairs have their own code path, because a start often comes with its mirror image. For a net of 36 nodes that a
+//! network drives, the two gradients of a pair would take 1.2 times as long one after the other.
+//!
+//! The numbers of the starts are interleaved, so arrays and graphs become two (or `lanes`) times as long. Most operations
+//! treat a longer array like any other. Only matrix products differ, because all starts share the matrices. Other parameters
+//! may differ between starts.
 
 mod checks;
 mod mapped;

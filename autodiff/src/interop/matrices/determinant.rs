@@ -32,9 +32,9 @@ pub fn determinant<R: Real, M: Dim, N: Dim>(
     Element(pivots.into_iter().fold(rest, |product, p| product * p))
 }
 
-/// Returns the natural logarithm of the absolute value of the [`determinant`], also where the determinant itself would
-/// overflow. At a singular matrix it is minus infinity, or a large
-/// negative number where rounding leaves a rest, and its slopes are infinite, very large or NaN.
+/// Returns the natural logarithm of the absolute value of the [`determinant`]. It is finite even where the determinant
+/// itself overflows. At a singular matrix it is minus infinity or, because of rounding, a large negative number. Its slopes
+/// are infinite, very large or NaN there.
 ///
 /// ```
 /// use nalgebra::DMatrix;

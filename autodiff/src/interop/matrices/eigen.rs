@@ -196,9 +196,9 @@ impl Residual for Subspace {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct EigenGroup<R> {
-    /// A square matrix with these eigenvalues, as many rows as there are eigenvalues. Their symmetric functions are
-    /// functions of this matrix: the sum is its trace, the product its [`determinant`](super::determinant), and the sum of squares the trace of
-    /// its square.
+    /// A square matrix with these eigenvalues, and with one row for each of them. A symmetric function of the eigenvalues is
+    /// a function of this matrix: their sum is its trace, their product its [`determinant`](super::determinant), and the sum
+    /// of their squares the trace of its square.
     pub block: DMatrix<Element<R>>,
 }
 
