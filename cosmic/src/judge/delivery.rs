@@ -183,9 +183,8 @@ impl Evaluator {
         })
     }
 
-    /// Measures a robot from the perturbed starts and as the varied robots of `variations`, each in other
-    /// circumstances than its own.
-    /// `None` if the measurements are stopped.
+    /// Measures a robot from perturbed starts and with `variations`, in other circumstances than its own. `None` if the
+    /// measurements are stopped.
     fn elsewhere(
         &self,
         design: &Design<Mixture<f64>>,
