@@ -224,7 +224,7 @@ fn a_law_reads_numbers_of_the_physics() {
     let [a, b] = [&own, &built_in].map(|case| by_name(case, "physics.friction"));
     // The same sums as above.
     assert!((a - b).abs() < 1e-9 * b.abs() && b != 0.0, "{a} {b}");
-    let says = |case: &Case| case.scene.world();
+    let says = |case: &Case| case.scene.describe_world();
     assert!(says(&own).contains("feet slip at friction 0.3 (contact rubber)"));
     let glue = robot("physics.contact = 'glue'");
     assert!(says(&glue).contains("contact glue") && !says(&glue).contains("slip"));
