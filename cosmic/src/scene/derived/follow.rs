@@ -88,18 +88,6 @@ impl Scales {
         (36.0 / self.nodes as f64).sqrt()
     }
 
-    /// True for planar robots whose loss may be cut into windows. `studies/gaits.md` has what was found for their gaits; it is not
-    /// yet known for other robots.
-    fn gets_far(&self, scene: &Scene) -> bool {
-        self.dimension == Dimension::Plane && scene.can_be_cut()
-    }
-
-    /// The share of the edges that a stiff robot in the plane needs, with a fifth to spare, but at most 0.9. A frame without a
-    /// floppy mode has at least `2 N - 3` bars (Maxwell).
-    fn stiff(&self) -> f64 {
-        (1.2 * (2.0 * self.nodes as f64 - 3.0) / self.edges).min(0.9)
-    }
-
     /// The factor by which a robot is more careful than `earth`: below 1 if an actuator can lift more than 1.5 times the
     /// robot's weight. Such a robot flies apart if it begins with full strokes or learns in large steps.
     fn care(&self) -> f64 {
@@ -119,11 +107,6 @@ impl Scales {
 /// The iteration that is the same share of the run as iteration `of_300` is of 300.
 fn iteration(scene: &Scene, of_300: usize) -> usize {
     (scene.schedule.iterations * of_300 / 300).max(1)
-}
-
-/// A share of bars, rounded so that it can be read.
-fn in_hundredths(share: f64) -> f64 {
-    (100.0 * share).round() / 100.0
 }
 
 /// A rule: the key, and the function that sets it. Rules read the numbers that earlier rules have set.
@@ -210,7 +193,9 @@ const RULES: [Rule; 23] = [
         scene.schedule.horizon_over = [80, 150].map(|of_300| iteration(scene, of_300));
     }),
     ("schedule.window", |scene, world| {
-        scene.schedule.window = world.gets_far(scene).then_some(1.024 * world.time);
+        // In space robots lose the way: `studies/gaits.md`.
+        let helps = world.dimension == Dimension::Plane && scene.can_be_cut();
+        scene.schedule.window = helps.then_some(1.024 * world.time);
     }),
     ("binarisation.threshold_over", |scene, _| {
         scene.binarisation.threshold_over = [20, 100].map(|of_300| iteration(scene, of_300));
@@ -234,8 +219,7 @@ const RULES: [Rule; 23] = [
     ("controller.omega", |scene, world| {
         // A muscle with a shorter stroke makes up for it by more strokes.
         let faster = (0.35 / scene.materials.actuator_strain()).clamp(0.25, 4.0);
-        let omega = if world.gets_far(scene) { 20.0 } else { 10.0 };
-        scene.controller.omega = omega / world.time * faster;
+        scene.controller.omega = 10.0 / world.time * faster;
     }),
     ("controller.goal", |scene, world| {
         scene.controller.goal = [2.0, 0.1].map(|x| x * world.length).into();
@@ -273,21 +257,15 @@ const RULES: [Rule; 23] = [
         scene.adam.fine_rate = 0.003 * world.care_of_rates(&scene.physics);
     }),
     ("volume.solid", |scene, world| {
-        scene.volume.solid = if world.heavy_nodes || world.sparse {
-            [0.9, 1.0]
-        } else if world.gets_far(scene) {
-            [0.0, 0.1].map(|more| in_hundredths(world.stiff() + more))
-        } else {
-            [0.5, 0.5]
+        scene.volume.solid = match world.heavy_nodes || world.sparse {
+            true => [0.9, 1.0],
+            false => [0.5, 0.5],
         };
     }),
     ("volume.actuator", |scene, world| {
-        scene.volume.actuator = if world.heavy_nodes {
-            [0.2, 1.0]
-        } else if world.gets_far(scene) {
-            [0.35, 0.45]
-        } else {
-            [0.2, 0.22]
+        scene.volume.actuator = match world.heavy_nodes {
+            true => [0.2, 1.0],
+            false => [0.2, 0.22],
         };
     }),
 ];

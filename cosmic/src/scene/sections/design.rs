@@ -99,14 +99,12 @@ settings! {
     struct VolumeSettings {
         /// Smallest and largest share of solid edges, which are skeleton or actuator.
         solid: [f64; 2] = [0.50, 0.50], allowed SHARE,
-            auto "from 1.2 times the share of the edges that `N` nodes need to be stiff, which is `2 N - 3` of them, but at most \
-                  0.9, to 0.1 more; `[0.9, 1]` if the nodes weigh more than the bars of a half-full lattice, and for a truss \
-                  with fewer than three edges per node; `[0.5, 0.5]` in space and for goals or losses of one's own",
+            auto "`[0.5, 0.5]`; `[0.9, 1]` if the nodes weigh more than the bars of a half-full lattice, and for a truss with \
+                  fewer than three edges per node",
             source "paper, table 2";
         /// Smallest and largest share of actuator edges.
         actuator: [f64; 2] = [0.20, 0.22], allowed SHARE,
-            auto "`[0.35, 0.45]`; `[0.2, 1]` if the nodes weigh more than the bars of a half-full lattice; `[0.2, 0.22]` in space \
-                  and for goals or losses of one's own",
+            auto "`[0.2, 0.22]`; `[0.2, 1]` if the nodes weigh more than the bars of a half-full lattice",
             source "paper, table 2";
     }
 }

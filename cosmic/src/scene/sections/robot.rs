@@ -286,8 +286,8 @@ settings! {
         clocks: usize = 10, allowed within(1.0, 1024.0), source "paper: 10";
         /// Angular frequency of the clock.
         omega: f64 = 10.0, allowed within(0.0, 1e4), unit "rad/s",
-            auto "20 rad/s divided by the time scale, times 0.35 divided by the largest actuation strain (a factor from \
-                  0.25 to 4); half of that in space and for goals or losses of one's own",
+            auto "10 rad/s divided by the time scale, times 0.35 divided by the largest actuation strain (a factor from \
+                  0.25 to 4)",
             source "paper: 10";
         /// Whether the frequency of the clock is a design variable, which begins at `omega`.
         clock: ClockKind = ClockKind::Fixed, source "paper: fixed";
