@@ -294,3 +294,37 @@ fn a_value_out_of_range_is_refused() {
         "{refused}"
     );
 }
+
+/// A robot that carries much or climbs, and a truss of which half cannot be stiff, get the bars of a stiff frame and a faster
+/// clock. Others get those of the paper.
+#[test]
+fn a_robot_that_needs_bars_gets_them() {
+    let earth = Scene::load("earth").unwrap();
+    let follows = |scene: &Scene| {
+        let of = |key: &str| {
+            let settings = scene.settings().into_iter();
+            settings
+                .filter(|s| s.key == key)
+                .map(|s| s.value)
+                .next()
+                .unwrap()
+        };
+        ["volume.solid", "volume.actuator", "controller.omega"].map(of)
+    };
+    let soft = ["[0.5, 0.5]", "[0.2, 0.22]", "10.0"];
+    // 1.2 (2 * 36 - 3) of 110 edges are 0.753.
+    let firm = ["[0.75, 0.85]", "[0.35, 0.45]", "20.0"];
+    assert_eq!(follows(&earth), soft);
+    // The bars of a half-full lattice weigh 0.42 kg.
+    for (key, values) in [
+        ("physics.payload_mass", ["0.13", "0.15"]),
+        ("physics.incline_deg", ["4.9", "5.0"]),
+        ("physics.incline_deg", ["-4.9", "-5.0"]),
+    ] {
+        assert_eq!(follows(&set(&earth, key, values[0])), soft, "{key}");
+        assert_eq!(follows(&set(&earth, key, values[1])), firm, "{key}");
+    }
+    // Heavy nodes decide alone.
+    let heavy = earth.set(&["physics.node_mass=0.1", "physics.payload_mass=1"]);
+    assert_eq!(follows(&heavy.unwrap())[..2], ["[0.9, 1.0]", "[0.2, 1.0]"]);
+}

@@ -20,6 +20,9 @@ use crate::scene::{
 };
 use autodiff::Real;
 
+/// The bars of a robot that needs bars, as a multiple of those that a stiff frame has at least: `studies/gaits.md`.
+const SPARE: f64 = 1.2;
+
 /// The numbers of a robot and its world on which the rules are based.
 struct Scales {
     /// The horizontal extent of the lattice at rest, divided by that of `earth`, which is 0.5 m.
@@ -32,6 +35,8 @@ struct Scales {
     nodes: usize,
     /// The number of edges.
     edges: f64,
+    /// The share of the edges that a stiff robot needs, with some to spare; at most 0.9.
+    stiff: f64,
     /// The longest mechanical step that is stable for every design, s; infinite if nothing vibrates.
     stable: f64,
     /// True if the nodes together weigh more than the bars of a lattice that is half full.
@@ -39,6 +44,10 @@ struct Scales {
     /// True for a truss with fewer than three edges per node. Somebody has chosen these edges, while a lattice offers
     /// more than a robot needs: with half of its edges, an arch collapses.
     sparse: bool,
+    /// True if the robot carries more than a third of what the bars of a half-full lattice weigh, if it climbs or descends a slope
+    /// of five degrees or more, or if half of the bars that somebody has drawn cannot be stiff. Such a robot sags or sinks in
+    /// with half of its edges.
+    needs_bars: bool,
     /// The largest force of an actuator at rest, which its law may limit, divided by the weight of a robot whose lattice
     /// is half full.
     strength: f64,
@@ -70,17 +79,29 @@ impl Scales {
         let law: Option<Actuator> = physics.forces.chosen();
         let limit = law.map_or(f64::INFINITY, |law| law.force);
         let any_design = AnyDesign::new(&lattice, &scene.materials, &physics);
+        // A frame without a floppy mode has at least as many bars as its nodes have coordinates, less the rigid motions (Maxwell).
+        let axes = lattice.dimension.count();
+        let stiff_bars = (axes * lattice.nodes()) as f64 - (axes * (axes + 1) / 2) as f64;
         Self {
+            stiff: (SPARE * stiff_bars / lattice.edges.len() as f64).min(0.9),
             length,
             time: (length * (9.81 / gravity)).sqrt(),
             dimension: lattice.dimension,
             nodes: lattice.nodes(),
             edges: lattice.edges.len() as f64,
             heavy_nodes: nodes > bars,
+            needs_bars: physics.payload_mass > bars / 3.0
+                || physics.incline_deg.abs() >= 5.0
+                || scene.lattice.is_truss() && 0.5 * (lattice.edges.len() as f64) < stiff_bars,
             sparse: scene.lattice.is_truss() && lattice.edges.len() < 3 * lattice.nodes(),
             strength: (stiffness * strain * lattice.spacing).min(limit) / weight,
             stable: any_design.stable_step(scene.robust.faster()),
         }
+    }
+
+    /// True if the robot gets as many bars as a stiff frame needs.
+    fn firm(&self) -> bool {
+        self.needs_bars && !self.heavy_nodes && !self.sparse
     }
 
     /// The factor that keeps the sum of the squares of all observed offsets or velocities as it is for 36 nodes.
@@ -219,7 +240,8 @@ const RULES: [Rule; 23] = [
     ("controller.omega", |scene, world| {
         // A muscle with a shorter stroke makes up for it by more strokes.
         let faster = (0.35 / scene.materials.actuator_strain()).clamp(0.25, 4.0);
-        scene.controller.omega = 10.0 / world.time * faster;
+        let omega = if world.firm() { 20.0 } else { 10.0 };
+        scene.controller.omega = omega / world.time * faster;
     }),
     ("controller.goal", |scene, world| {
         scene.controller.goal = [2.0, 0.1].map(|x| x * world.length).into();
@@ -257,15 +279,22 @@ const RULES: [Rule; 23] = [
         scene.adam.fine_rate = 0.003 * world.care_of_rates(&scene.physics);
     }),
     ("volume.solid", |scene, world| {
-        scene.volume.solid = match world.heavy_nodes || world.sparse {
-            true => [0.9, 1.0],
-            false => [0.5, 0.5],
+        scene.volume.solid = if world.heavy_nodes || world.sparse {
+            [0.9, 1.0]
+        } else if world.firm() {
+            // In hundredths, so that people can read them.
+            [0.0, 10.0].map(|more| ((100.0 * world.stiff).round() + more) / 100.0)
+        } else {
+            [0.5, 0.5]
         };
     }),
     ("volume.actuator", |scene, world| {
-        scene.volume.actuator = match world.heavy_nodes {
-            true => [0.2, 1.0],
-            false => [0.2, 0.22],
+        scene.volume.actuator = if world.heavy_nodes {
+            [0.2, 1.0]
+        } else if world.firm() {
+            [0.35, 0.45]
+        } else {
+            [0.2, 0.22]
         };
     }),
 ];

@@ -100,11 +100,14 @@ settings! {
         /// Smallest and largest share of solid edges, which are skeleton or actuator.
         solid: [f64; 2] = [0.50, 0.50], allowed SHARE,
             auto "`[0.5, 0.5]`; `[0.9, 1]` if the nodes weigh more than the bars of a half-full lattice, and for a truss with \
-                  fewer than three edges per node",
+                  fewer than three edges per node; otherwise, if the payload weighs more than a third of these bars, on slopes \
+                  from 5 degrees on, and for a truss of which half the edges cannot be stiff: from 1.2 times the share that a \
+                  stiff frame needs, at most 0.9, to 0.1 more",
             source "paper, table 2";
         /// Smallest and largest share of actuator edges.
         actuator: [f64; 2] = [0.20, 0.22], allowed SHARE,
-            auto "`[0.2, 0.22]`; `[0.2, 1]` if the nodes weigh more than the bars of a half-full lattice",
+            auto "`[0.2, 0.22]`; `[0.2, 1]` if the nodes weigh more than the bars of a half-full lattice; `[0.35, 0.45]` if \
+                  `solid` follows from what a stiff frame needs",
             source "paper, table 2";
     }
 }

@@ -287,7 +287,7 @@ settings! {
         /// Angular frequency of the clock.
         omega: f64 = 10.0, allowed within(0.0, 1e4), unit "rad/s",
             auto "10 rad/s divided by the time scale, times 0.35 divided by the largest actuation strain (a factor from \
-                  0.25 to 4)",
+                  0.25 to 4); twice that where `volume.actuator` follows to `[0.35, 0.45]`",
             source "paper: 10";
         /// Whether the frequency of the clock is a design variable, which begins at `omega`.
         clock: ClockKind = ClockKind::Fixed, source "paper: fixed";
