@@ -325,3 +325,18 @@ fn stops_that_do_not_fit_their_actuators_get_a_warning() {
             .all(|warning| !warning.contains("stops"))
     );
 }
+
+/// A frame of 36 nodes in the plane has a floppy mode unless it has 69 bars, and the lattice has 110 edges.
+#[test]
+fn too_few_bars_for_a_stiff_robot_get_a_warning() {
+    let earth = Scene::load("earth").unwrap();
+    let warned = |most: &str| {
+        let scene = earth.set(&[format!("volume.solid=[0.3, {most}]")]).unwrap();
+        let found = scene.warnings().into_iter();
+        let mut says = found.map(|warning| warning.to_string());
+        says.any(|says| says.contains("every design sags") && says.contains("volume.solid"))
+    };
+    assert!(warned("0.62") && !warned("0.63"));
+    // The share of the paper is a default.
+    assert!(!earth.warnings().iter().any(|w| w.says.contains("sags")));
+}

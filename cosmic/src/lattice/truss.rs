@@ -154,6 +154,12 @@ impl Lattice {
         Range::of(along).size() * self.spacing
     }
 
+    /// The least number of bars of a stiff frame of all nodes: the number of their coordinates, less the rigid motions (Maxwell).
+    pub(crate) fn stiff_bars(&self) -> usize {
+        let axes = self.dimension.count();
+        (axes * self.nodes()).saturating_sub(axes * (axes + 1) / 2)
+    }
+
     /// The length of the robot by which its walks are judged, m: the [length](Self::length) of the lattice, but at least a
     /// spacing, for a robot that only has height.
     pub fn body_length(&self) -> f64 {

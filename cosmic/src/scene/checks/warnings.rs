@@ -93,6 +93,14 @@ const WARNINGS: &[WarningRule] = &warnings! {
         });
     ["volume.actuator"]: "no edge may be an actuator"
         if |s| s.volume.actuator[1] == 0.0 && s.start.kind != StartKind::Layout;
+    ["volume.solid"]: "fewer bars may exist than a stiff robot needs, which is two for each node less three in the plane, and three less six in space: every design sags or sinks in"
+        if |s| {
+            // The paper's own share is a default.
+            let chosen = s.designs() && s.volume.solid != Scene::paper().volume.solid;
+            let lattice = Lattice::new(&s.lattice, &s.physics);
+            let allowed = s.volume.solid[1] * lattice.edges.len() as f64;
+            chosen && allowed.round() < lattice.stiff_bars() as f64
+        };
     ["physics.gravity"]: "gravity points up"
         if |s| s.physics.gravity < 0.0;
     ["physics.gravity", "physics.contact"]: "without gravity the robot does not rest on the ground"

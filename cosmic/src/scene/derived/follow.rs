@@ -79,9 +79,7 @@ impl Scales {
         let law: Option<Actuator> = physics.forces.chosen();
         let limit = law.map_or(f64::INFINITY, |law| law.force);
         let any_design = AnyDesign::new(&lattice, &scene.materials, &physics);
-        // A frame without a floppy mode has at least as many bars as its nodes have coordinates, less the rigid motions (Maxwell).
-        let axes = lattice.dimension.count();
-        let stiff_bars = (axes * lattice.nodes()) as f64 - (axes * (axes + 1) / 2) as f64;
+        let stiff_bars = lattice.stiff_bars() as f64;
         Self {
             stiff: (SPARE * stiff_bars / lattice.edges.len() as f64).min(0.9),
             length,
