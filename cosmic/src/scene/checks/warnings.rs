@@ -99,7 +99,8 @@ const WARNINGS: &[WarningRule] = &warnings! {
             let chosen = s.designs() && s.volume.solid != Scene::paper().volume.solid;
             let lattice = Lattice::new(&s.lattice, &s.physics);
             let allowed = s.volume.solid[1] * lattice.edges.len() as f64;
-            chosen && allowed.round() < lattice.stiff_bars() as f64
+            let (allowed, needed) = (allowed.round() as usize, lattice.stiff_bars());
+            chosen && (allowed + 1..=lattice.edges.len()).contains(&needed)
         };
     ["physics.gravity"]: "gravity points up"
         if |s| s.physics.gravity < 0.0;
