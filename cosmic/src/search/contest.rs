@@ -1,8 +1,8 @@
 //! The contest of gaits, with which learning in windows begins.
 //!
 //! Gradients do not leave the gait in which they begin. So beside the controller that was found together with the body, others
-//! begin anew, each with a clock of its own frequency. All learn side by side. After each of the first iterations they are compared,
-//! and only the best ones go on, until one is left.
+//! begin anew, each with a clock of its own frequency. All learn for some iterations. Then they are compared, and the best one
+//! goes on.
 
 use rayon::prelude::*;
 
@@ -10,6 +10,7 @@ use super::begin::CoDesign;
 use super::progress::Progress;
 use super::schedule::Schedule;
 use super::windows::{Learner, Walkers};
+use crate::judge::first_best;
 use crate::policy::{Controller, TEMPO};
 use crate::scene::ClockKind;
 
@@ -17,8 +18,8 @@ use crate::scene::ClockKind;
 /// together with the body, whatever its clock has become.
 const FREQUENCIES: [f64; 8] = [1.0, 1.0, 1.4, 2.0, 2.8, 4.0, 0.7, 0.5];
 
-/// The number of controllers that go on after each iteration of the contest.
-const KEPT: [usize; 4] = [4, 2, 2, 1];
+/// The number of iterations of the contest.
+const ROUNDS: usize = 4;
 
 /// The contest begins only if it takes at most one in this many iterations of the fine-tuning.
 const SHORT: usize = 3;
@@ -29,7 +30,7 @@ impl CoDesign {
         let schedule = &self.scene().schedule;
         let tunings = schedule.iterations.saturating_sub(schedule.snap_at);
         match self.window {
-            Some(_) if tunings >= SHORT * KEPT.len() => KEPT.len(),
+            Some(_) if tunings >= SHORT * ROUNDS => ROUNDS,
             _ => 0,
         }
     }
@@ -68,11 +69,12 @@ impl CoDesign {
         }
     }
 
-    /// Keeps the controllers that go on, those with the best merits first.
+    /// Keeps the controllers that have learned: all of them until the contest ends, and then the one with the best merit.
     pub(super) fn keep(&self, progress: &mut Progress, now: &Schedule, mut learners: Vec<Learner>) {
-        let kept = KEPT.get(now.tuned()).map_or(1, |&kept| kept);
-        if learners.len() > kept {
-            learners = self.best(kept, progress, learners);
+        if learners.len() > 1 && now.tuned() + 1 >= ROUNDS {
+            let best = self.best(progress, &learners);
+            learners.swap(0, best);
+            learners.truncate(1);
         }
         let Learner {
             controller,
@@ -85,24 +87,13 @@ impl CoDesign {
         }
     }
 
-    /// The learners with the best merits, the best one first. Of equal ones, the first one is better.
-    fn best(&self, kept: usize, progress: &Progress, learners: Vec<Learner>) -> Vec<Learner> {
+    /// The number of the learner with the best merit.
+    fn best(&self, progress: &Progress, learners: &[Learner]) -> usize {
         let designs = [self.design(progress)];
-        let ranked = learners.into_par_iter().map(|learner| {
+        let merit = |learner: &Learner| {
             let reached = (self.evaluator).ranked(&designs, &learner.controller, progress.seed);
-            (reached[0].merit, learner)
-        });
-        let mut ranked: Vec<(f64, Learner)> = ranked.collect();
-        // A robot that flies apart has no merit.
-        let merit = |(merit, _): &(f64, Learner)| {
-            if merit.is_nan() {
-                f64::NEG_INFINITY
-            } else {
-                *merit
-            }
+            [reached[0].merit]
         };
-        ranked.sort_by(|a, b| merit(b).total_cmp(&merit(a)));
-        ranked.truncate(kept);
-        ranked.into_iter().map(|(_, learner)| learner).collect()
+        first_best(learners.par_iter().map(merit).collect::<Vec<_>>())
     }
 }
