@@ -62,7 +62,7 @@ export function visiting() {
     check(there.robot.walk === null || apart(framesOf(there.robot.walk).slice(0, own.length), own) > 1, "and it walks another way");
   }
   const { measured: { verdict } } = engine.ask({ do: "judge" });
-  check(verdict[0][1][0].text.endsWith("m/s") && verdict.flatMap(([, items]) => items).every(({ level }) => /^(good|doubtful|bad)$/.test(level)), `its verdict: ${verdict.map(([words, items]) => words + items.map(({ text }) => text).join(", ")).join(". ")}`);
+  check(verdict[0][1][0].text.endsWith("m/s") && verdict.flatMap(([, items]) => items).every(({ level }) => /^(remark|good|doubtful|bad)$/.test(level)), `its verdict: ${verdict.map(([words, items]) => words + items.map(({ text }) => text).join(", ")).join(". ")}`);
 }
 
 /** The robot of a link is the robot of the page, bit for bit: its walk, its measurements and its verdict, also after
