@@ -59,7 +59,7 @@ impl Contact for Bounce {
 
 cosmic::settings! {
     /// A contact law that reads a number of the scene's physics.
-    struct Rubber<R> {} of scene {
+    struct Rubber<R> {} of physics {
         /// The coefficient of friction.
         friction: R = "physics.friction";
     }
@@ -84,7 +84,7 @@ cosmic::settings! {
     struct Lift<R> {
         /// The share.
         share: R = 1.0, allowed within(0.0, 1.0), source "a test";
-    } of scene {
+    } of physics {
         /// The acceleration of free fall, m/s^2.
         gravity: R = "physics.gravity";
     }
@@ -545,7 +545,7 @@ fn wrong_choices_are_refused_with_what_is_known() {
 }
 
 cosmic::settings! {
-    /// A law that may not be registered, because its name is the name of a section of scenes.
+    /// A law that may not be registered, because its name is the name of a section of physicss.
     struct Section {}
 }
 

@@ -24,7 +24,7 @@
 /// After the keys, `} of cases { ... }` declares numbers that scene files do not have: they are constants of every
 /// scene, but a case has them as keys of the section and may have other values.
 ///
-/// `} of scene { friction: R = "physics.friction"; }` declares numbers of the section `[physics]` that a law reads too. The law
+/// `} of physics { friction: R = "physics.friction"; }` declares numbers of the section `[physics]` that a law reads too. The law
 /// has them as fields, and scenes fill them.
 ///
 /// If the value of a key can follow from the robot and its world, `auto` states the formula before `source`: `auto "20
@@ -39,8 +39,8 @@
 /// `scene` lists its sections and the type of its base.
 #[macro_export]
 macro_rules! settings {
-    ($(#[doc = $about:literal])+ struct $Settings:ident<$R:ident> $body:tt $(of scene $shared:tt)?) => {
-        $crate::settings! { @struct [$R] $(#[doc = $about])+ struct $Settings $body $(of scene $shared)? }
+    ($(#[doc = $about:literal])+ struct $Settings:ident<$R:ident> $body:tt $(of physics $shared:tt)?) => {
+        $crate::settings! { @struct [$R] $(#[doc = $about])+ struct $Settings $body $(of physics $shared)? }
     };
     (
         $(#[doc = $about:literal])+ struct $Settings:ident $(with $part:ident: $Part:ty)? { $($body:tt)* }
@@ -64,7 +64,7 @@ macro_rules! settings {
         $(of cases {
             $($(#[doc = $says:literal])+ $constant:ident: $Of:ty = $always:expr, source $origin:literal;)*
         })?
-        $(of scene {
+        $(of physics {
             $($(#[doc = $meaning:literal])+ $shared:ident: $Number:ty = $path:literal;)*
         })?
     ) => {

@@ -10,7 +10,7 @@ use crate::laws::motion::{Drift, Particle};
 
 crate::settings! {
     /// Coulomb friction: slows a node along the ground; its velocity out of the ground becomes zero.
-    struct Coulomb<R> {} of scene {
+    struct Coulomb<R> {} of physics {
         /// Coefficient of friction.
         friction: R = "physics.friction";
     }

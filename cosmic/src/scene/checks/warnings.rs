@@ -96,11 +96,12 @@ const WARNINGS: &[WarningRule] = &warnings! {
     ["volume.solid"]: "fewer bars may exist than a stiff robot needs, which is two for each node less three in the plane, and three less six in space: every design sags or sinks in"
         if |s| {
             // The paper's own share is a default.
-            let chosen = s.designs() && s.volume.solid != Scene::paper().volume.solid;
-            let lattice = Lattice::new(&s.lattice, &s.physics);
-            let allowed = s.volume.solid[1] * lattice.edges.len() as f64;
-            let (allowed, needed) = (allowed.round() as usize, lattice.stiff_bars());
-            chosen && (allowed + 1..=lattice.edges.len()).contains(&needed)
+            s.designs() && s.volume.solid != Scene::paper().volume.solid && {
+                let lattice = Lattice::new(&s.lattice, &s.physics);
+                let edges = lattice.edges.len();
+                let allowed = (s.volume.solid[1] * edges as f64).round() as usize;
+                (allowed + 1..=edges).contains(&lattice.stiff_bars())
+            }
         };
     ["physics.gravity"]: "gravity points up"
         if |s| s.physics.gravity < 0.0;

@@ -44,10 +44,11 @@ struct Scales {
     /// True for a truss with fewer than three edges per node. Somebody has chosen these edges, while a lattice offers
     /// more than a robot needs: with half of its edges, an arch collapses.
     sparse: bool,
-    /// True if the robot carries more than a third of what the bars of a half-full lattice weigh, if it climbs or descends a slope
-    /// of five degrees or more, or if half of the bars that somebody has drawn cannot be stiff. Such a robot sags or sinks in
-    /// with half of its edges.
-    needs_bars: bool,
+    /// True if the robot gets as many bars as a stiff frame needs, because it sags or sinks in with half of its edges: it
+    /// carries more than a third of what the bars of a half-full lattice weigh, climbs or descends a slope of five degrees or
+    /// more, or is a truss of which half the edges cannot be stiff. False with heavy nodes and for a sparse truss, which get
+    /// nearly all of their bars.
+    firm: bool,
     /// The largest force of an actuator at rest, which its law may limit, divided by the weight of a robot whose lattice
     /// is half full.
     strength: f64,
@@ -79,27 +80,25 @@ impl Scales {
         let law: Option<Actuator> = physics.forces.chosen();
         let limit = law.map_or(f64::INFINITY, |law| law.force);
         let any_design = AnyDesign::new(&lattice, &scene.materials, &physics);
-        let stiff_bars = lattice.stiff_bars() as f64;
+        let (edges, stiff_bars) = (lattice.edges.len() as f64, lattice.stiff_bars() as f64);
+        let (heavy_nodes, is_truss) = (nodes > bars, scene.lattice.is_truss());
+        let sparse = is_truss && lattice.edges.len() < 3 * lattice.nodes();
+        let needs_bars = physics.payload_mass > bars / 3.0
+            || physics.incline_deg.abs() >= 5.0
+            || is_truss && 0.5 * edges < stiff_bars;
         Self {
-            stiff: (SPARE * stiff_bars / lattice.edges.len() as f64).min(0.9),
+            stiff: (SPARE * stiff_bars / edges).min(0.9),
             length,
             time: (length * (9.81 / gravity)).sqrt(),
             dimension: lattice.dimension,
             nodes: lattice.nodes(),
-            edges: lattice.edges.len() as f64,
-            heavy_nodes: nodes > bars,
-            needs_bars: physics.payload_mass > bars / 3.0
-                || physics.incline_deg.abs() >= 5.0
-                || scene.lattice.is_truss() && 0.5 * (lattice.edges.len() as f64) < stiff_bars,
-            sparse: scene.lattice.is_truss() && lattice.edges.len() < 3 * lattice.nodes(),
+            edges,
+            heavy_nodes,
+            firm: needs_bars && !heavy_nodes && !sparse,
+            sparse,
             strength: (stiffness * strain * lattice.spacing).min(limit) / weight,
             stable: any_design.stable_step(scene.robust.faster()),
         }
-    }
-
-    /// True if the robot gets as many bars as a stiff frame needs.
-    fn firm(&self) -> bool {
-        self.needs_bars && !self.heavy_nodes && !self.sparse
     }
 
     /// The factor that keeps the sum of the squares of all observed offsets or velocities as it is for 36 nodes.
@@ -238,7 +237,7 @@ const RULES: [Rule; 23] = [
     ("controller.omega", |scene, world| {
         // A muscle with a shorter stroke makes up for it by more strokes.
         let faster = (0.35 / scene.materials.actuator_strain()).clamp(0.25, 4.0);
-        let omega = if world.firm() { 20.0 } else { 10.0 };
+        let omega = if world.firm { 20.0 } else { 10.0 };
         scene.controller.omega = omega / world.time * faster;
     }),
     ("controller.goal", |scene, world| {
@@ -279,7 +278,7 @@ const RULES: [Rule; 23] = [
     ("volume.solid", |scene, world| {
         scene.volume.solid = if world.heavy_nodes || world.sparse {
             [0.9, 1.0]
-        } else if world.firm() {
+        } else if world.firm {
             // In hundredths, so that people can read them.
             [0.0, 10.0].map(|more| ((100.0 * world.stiff).round() + more) / 100.0)
         } else {
@@ -289,7 +288,7 @@ const RULES: [Rule; 23] = [
     ("volume.actuator", |scene, world| {
         scene.volume.actuator = if world.heavy_nodes {
             [0.2, 1.0]
-        } else if world.firm() {
+        } else if world.firm {
             [0.35, 0.45]
         } else {
             [0.2, 0.22]

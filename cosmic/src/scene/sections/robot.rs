@@ -242,7 +242,7 @@ impl PhysicsSettings {
     /// The contact law that the scene chooses.
     pub(crate) fn contact_law(&self) -> Box<dyn AnyContact> {
         let mut law = self.contact.law().boxed();
-        law.settings().fill(&|key| self.number(key));
+        self.fill(law.settings());
         law
     }
 
@@ -251,10 +251,15 @@ impl PhysicsSettings {
         let springs: Arc<dyn Force> = Arc::new(OnBars(Hooke {}));
         let chosen = self.forces.laws().filter_map(|law| {
             let mut law = law.boxed();
-            law.settings().fill(&|key| self.number(key));
+            self.fill(law.settings());
             law.on(lattice)
         });
         [springs].into_iter().chain(chosen).collect()
+    }
+
+    /// Fills the numbers of this section that a law reads too.
+    fn fill(&self, law: &mut dyn Settings) {
+        law.fill(&|key| self.number(key));
     }
 
     /// The value of a key of this section that a law reads, such as `physics.friction`.
