@@ -18,7 +18,7 @@ use crate::error::{Error, Result};
 const STREAM: u64 = 1 << 26;
 
 /// The byte order mark that some editors put before a text. It is ignored.
-pub const MARK: char = '\u{feff}';
+pub const MARK: &str = "\u{feff}";
 
 /// Reads all bytes of a regular file, or up to 64 MiB of a pipe or a device.
 ///

@@ -50,9 +50,10 @@ impl Source {
         settings: &Settings,
         registry: &Registry,
     ) -> Result<Self> {
-        let (file, text) = (path.display().to_string(), String::from_utf8_lossy(bytes));
-        let begins_as_json = || text.trim_start_matches(MARK).trim_start().starts_with('{');
-        if !is_json(path) && !begins_as_json() {
+        let file = path.display().to_string();
+        let unmarked = bytes.strip_prefix(MARK.as_bytes()).unwrap_or(bytes);
+        let begins_as_json = unmarked.trim_ascii_start().starts_with(b"{");
+        if !is_json(path) && !begins_as_json {
             if let Some(kind) = kind_of_result(path) {
                 return Err(no_robot(path, kind));
             }
