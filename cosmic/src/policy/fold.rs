@@ -35,6 +35,10 @@ pub enum Mean<'a, R> {
 /// - the mean position, one column for each component, if the goal is relative to it and the mean is [`Mean::InStep`],
 /// - the observed goal, one column for each component, if it is given to the rollout.
 ///
+/// The step could compute the observation instead. With the scales and the mean in the step, designing a robot of `earth` took
+/// 0.3 % more instructions, and a rollout of the paper's lattice with its gradient 4.7 %; with the clocks and the goal too,
+/// 6.5 %. The fold would stay even then, because controllers for MuJoCo read the state directly.
+///
 /// With [`Mean::InStep`] the columns for positions read the weighted offsets of the nodes from their weighted mean, and
 /// the columns for velocities read the weighted velocities. The constant part of the goal is folded into the biases.
 #[derive(Clone, Debug)]
