@@ -164,7 +164,7 @@ impl Kind {
         let scene = self.world.surroundings();
         let with_goals = match row.goals {
             [] => scene,
-            goals => scene.with_goals(&self.sizes.goals(goals)),
+            goals => scene.with_goals(self.sizes.goals(goals)),
         };
         let numbers = row.physics.iter();
         let numbers = numbers.filter(|(name, _)| !SCALABLE.contains(name));

@@ -99,9 +99,9 @@ impl Simulator {
     fn physics(&self) -> PyResult<Vec<(String, f64, usize)>> {
         caught(|| {
             let surroundings = self.kind.world.surroundings::<f64>();
-            let numbers = surroundings.iter();
-            let numbers = numbers.filter(|(name, _)| !name.starts_with("goal."));
-            let numbers = numbers.map(|(name, value)| (name.to_owned(), value, 0));
+            let numbers = surroundings
+                .iter()
+                .map(|(name, value)| (name.to_owned(), value, 0));
             let Sizes { edges, nodes, .. } = self.kind.sizes;
             let factors = SCALABLE.iter().zip([edges, edges, edges, nodes]);
             let factors = factors.map(|(name, count)| ((*name).to_owned(), 1.0, count));

@@ -25,9 +25,7 @@ fn robot(settings: &str) -> (Scene, Case) {
 
 /// The robot of a case with these goals.
 fn sent(case: &Case, goals: &Goals) -> Robot<f64> {
-    let robot = case.robot();
-    let surroundings = robot.surroundings.with_goals(goals);
-    robot.in_surroundings(surroundings)
+    case.robot().with_goals(goals.clone())
 }
 
 /// A rollout in which the goal changes is a rollout to the first goal, continued from its last state to the second one.

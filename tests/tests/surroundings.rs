@@ -27,15 +27,21 @@ impl<'a> ByNumber<'a> {
             let goals = Goals::at(goal([0.4, 0.3, 0.1]));
             let goals = goals.then(third, goal([-0.2, -0.4, 0.1]));
             let goals = goals.then(2 * third, goal([0.2, 0.1, 0.15]));
-            let surroundings = robot.surroundings.with_goals(&goals);
-            robot = robot.in_surroundings(surroundings);
+            robot = robot.with_goals(goals);
         }
         Self { world, robot, name }
     }
 
     /// The value of the number in the robot's surroundings.
     fn value(&self) -> f64 {
-        self.robot.surroundings.value(self.name)
+        let surroundings = &self.robot.surroundings;
+        match component(self.name) {
+            Some((goal, k)) => {
+                let goals = surroundings.goals.as_ref().unwrap();
+                goals.iter().nth(goal).unwrap().array()[k]
+            }
+            None => surroundings.value(self.name),
+        }
     }
 
     /// Simulates once for each of `values`, as one batch if `together` is true. Returns the last state of each rollout
@@ -44,8 +50,24 @@ impl<'a> ByNumber<'a> {
         let robot = self.robot.map(R::lit);
         let span = Span::of_steps(self.world.physics.steps);
         let with = |&value: &R| {
-            let surroundings = (*robot.surroundings).clone().with(self.name, value);
-            robot.clone().in_surroundings(surroundings)
+            let surroundings = (*robot.surroundings).clone();
+            match component(self.name) {
+                Some((goal, k)) => {
+                    let goals = surroundings.goals.unwrap();
+                    let mut places: Vec<_> = goals.iter().map(Vector::array).collect();
+                    places[goal][k] = value;
+                    let mut places = places.into_iter().map(Vector::new);
+                    let first = Goals::at(places.next().unwrap());
+                    let later = goals.later.iter().zip(places);
+                    let goals = later.fold(first, |goals, (&(steps, _), place)| {
+                        goals.then(steps, place)
+                    });
+                    robot.clone().with_goals(goals)
+                }
+                None => robot
+                    .clone()
+                    .in_surroundings(surroundings.with(self.name, value)),
+            }
         };
         let robots: Vec<_> = values.iter().map(with).collect();
         let run = |robots: &[Robot<R>]| self.world.run(robots, &span);
@@ -61,6 +83,14 @@ impl Function for ByNumber<'_> {
     fn eval<R: Real>(&self, x: &[R]) -> R {
         self.ends(x, false)[0][0]
     }
+}
+
+/// For a component of a goal, such as `goal.1.above`: which goal, and which component of a vector.
+fn component(name: &str) -> Option<(usize, usize)> {
+    let (goal, component) = name.strip_prefix("goal.")?.split_once('.')?;
+    let components = ["along", "across", "above"];
+    let k = components.iter().position(|other| *other == component)?;
+    Some((goal.parse().ok()?, k))
 }
 
 /// Robots with laws that have settings. For each robot, also the numbers of its surroundings that the tests vary, by

@@ -360,8 +360,7 @@ fn rollout(
         start,
     );
     if let Some(goal) = goal {
-        let surroundings = walker.surroundings.with_goals(&Goals::at(goal));
-        walker = walker.in_surroundings(surroundings);
+        walker = walker.with_goals(Goals::at(goal));
     }
     let guarded = walk::guarded(world, &walker, span);
     match &guarded.divergence {

@@ -78,9 +78,7 @@ pub fn walk(case: &Case, goals: &Goals, steps: usize) -> Result<Walk> {
     }
     let mut case = case.clone();
     case.scene.physics.steps = steps;
-    let (world, robot) = (case.world(), case.robot());
-    let surroundings = robot.surroundings.with_goals(goals);
-    let robot = robot.in_surroundings(surroundings);
+    let (world, robot) = (case.world(), case.robot().with_goals(goals.clone()));
     let trajectory = trajectory(&world, &robot, goals)?;
     let (dt, start) = (case.scene.physics.dt, place(&case, [0.0; 2]));
     let path = trajectory.steps.iter().map(|&step| {

@@ -18,10 +18,9 @@ fn robot() -> Case {
 
 /// The position of the payload in a rollout of the library, after each of the steps `observed`.
 fn places(case: &Case, goals: &Goals, observed: [usize; 2]) -> [Vector<f64>; 2] {
-    let robot = case.robot();
-    let surroundings = robot.surroundings.with_goals(goals);
+    let robot = case.robot().with_goals(goals.clone());
     let span = Span::from_start(observed.to_vec());
-    let seen = (case.world()).run_one(&robot.in_surroundings(surroundings), &span);
+    let seen = (case.world()).run_one(&robot, &span);
     observed.map(|step| seen.position(step))
 }
 

@@ -265,10 +265,9 @@ fn a_flight_to_changing_goals_agrees_with_this_simulator() {
         // As high as the payload at the start, like the goals of `cosmic walk`.
         let [a, b, c] = places.map(|place| start + place);
         let goals = Goals::at(a).then(first, b).then(second, c);
-        let robot = case.robot();
-        let surroundings = robot.surroundings.with_goals(&goals);
+        let robot = case.robot().with_goals(goals.clone());
         let span = Span::from_start(vec![0, first, second, STEPS]);
-        let ours = (case.world()).run_one(&robot.in_surroundings(surroundings), &span);
+        let ours = (case.world()).run_one(&robot, &span);
         let [begin, change] = CHANGES.map(|steps| steps as f64 * dt);
         let [x, y, z] = places.map(|place| shown(place, 1, ","));
         let told = format!("--goal {x} --goal {y}@{begin}s --goal {z}@{change}");

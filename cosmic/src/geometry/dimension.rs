@@ -35,14 +35,6 @@ impl Dimension {
         }
     }
 
-    /// The names of the components of a point in the ground's frame, as in the [surroundings](crate::world::Surroundings).
-    pub const fn names(self) -> &'static [&'static str] {
-        match self {
-            Self::Plane => &["along", "above"],
-            Self::Space => &["along", "across", "above"],
-        }
-    }
-
     /// Applies a function to the components of a vector.
     #[must_use]
     pub fn map<T: Copy>(self, mut vector: Vector<T>, mut of: impl FnMut(T) -> T) -> Vector<T> {

@@ -50,10 +50,7 @@ impl Evaluator {
         variations: &[Variation],
     ) -> Vec<Sensitivity> {
         let surroundings = self.world.surroundings::<f64>();
-        let numbers = surroundings.iter().filter(|(name, value)| {
-            // A goal is not physics.
-            *value != 0.0 && !name.starts_with("goal.")
-        });
+        let numbers = surroundings.iter().filter(|(_, value)| *value != 0.0);
         let names = numbers.map(|(name, _)| name).chain(OF_BODY);
         let varied = names.flat_map(|name| FACTORS.map(|factor| (name, factor)));
         let varied: Vec<(&str, f64)> = std::iter::once(("", 1.0)).chain(varied).collect();

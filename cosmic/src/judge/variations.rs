@@ -122,7 +122,7 @@ pub(crate) fn with_goals(
 ) -> Vec<Variation> {
     for (k, variation) in variations.iter_mut().enumerate() {
         let goals = draw(k, variation);
-        variation.surroundings = Arc::new(variation.surroundings.with_goals(&goals));
+        variation.surroundings = Arc::new((*variation.surroundings).clone().with_goals(goals));
     }
     variations
 }

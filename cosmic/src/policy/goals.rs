@@ -70,6 +70,11 @@ impl<R: Copy> Goals<R> {
         1 + self.later.len()
     }
 
+    /// The numbers of steps after which the goals change.
+    pub(crate) fn changes(&self) -> Vec<usize> {
+        self.later.iter().map(|&(steps, _)| steps).collect()
+    }
+
     /// The goals from this number of steps on. The first one is the goal that holds then.
     pub(crate) fn after(&self, steps: usize) -> Self {
         let place = self.place(steps);
@@ -99,18 +104,6 @@ impl<R: Copy> Goals<R> {
 }
 
 impl Goals {
-    /// True if both have the same number of goals, which change at the same steps.
-    pub(crate) fn change_with(&self, other: &Self) -> bool {
-        let changes = |goals: &Self| {
-            goals
-                .later
-                .iter()
-                .map(|&(from, _)| from)
-                .collect::<Vec<_>>()
-        };
-        changes(self) == changes(other)
-    }
-
     /// The input of a step with which it [picks](Pick) its goal: a pair of ones for the goal that holds, a pair of
     /// zeros for every other goal. A single goal needs no input. In space only the first number of a pair counts.
     pub(crate) fn holds(&self, steps: usize) -> impl Iterator<Item = [f64; 2]> {

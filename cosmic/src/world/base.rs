@@ -104,7 +104,7 @@ impl World {
     pub fn surroundings<R: Real>(&self) -> Surroundings<R> {
         let settings = &self.step.settings;
         let goals = (settings.goals == GoalKind::Given).then(|| Goals::at(settings.goal));
-        Surroundings::of_scene(&self.step.inputs, self.lattice.dimension, goals)
+        Surroundings::of_scene(&self.step.inputs, goals.as_ref())
     }
 
     /// The body that belongs to a design.

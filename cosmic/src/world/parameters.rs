@@ -6,9 +6,10 @@ use autodiff::Real;
 use autodiff_programs::{Array, Program};
 
 use super::surroundings::Surroundings;
-use crate::geometry::Axes;
+use crate::geometry::{Axes, Dimension};
 use crate::lattice::Body;
 use crate::laws::{ForceParameters, StepInput};
+use crate::policy::Goals;
 
 /// The parameters of a robot's steps, except the parameters of its policy. `A` is the type of an array.
 pub(super) struct StepParameters<A> {
@@ -71,6 +72,9 @@ pub(super) trait ParameterSink {
         numbers: impl Fn(&[Self::Number]) -> Vec<Self::Number>,
     ) -> Self::Array;
 
+    /// Adds the components of the goal number `k` in `dimension`.
+    fn of_goal(&mut self, k: usize, dimension: Dimension) -> Self::Array;
+
     /// Adds numbers that the caller gives for each start and each step: `len` for a step.
     fn of_step(&mut self, len: usize) -> Self::Array;
 
@@ -98,6 +102,9 @@ impl ParameterSink for Program {
     ) -> Array {
         let values: Vec<f64> = inputs.iter().map(|input| input.value).collect();
         self.parameter(numbers(&values).len())
+    }
+    fn of_goal(&mut self, _: usize, dimension: Dimension) -> Array {
+        self.parameter(dimension.count())
     }
     fn of_step(&mut self, len: usize) -> Array {
         self.control(len)
@@ -132,6 +139,14 @@ impl<R: Real> ParameterSink for Filled<'_, R> {
         let numbers = self.surroundings.iter().map(|own| numbers(&values(own)));
         self.numbers.push(numbers.collect());
     }
+    fn of_goal(&mut self, k: usize, dimension: Dimension) {
+        let goals = self.surroundings.iter().map(|own| own.goals.as_ref());
+        let goal = |goals: Option<&Goals<R>>| goals.and_then(|goals| goals.iter().nth(k));
+        let goals =
+            goals.map(|goals| goal(goals).expect("robots that walk together have as many goals"));
+        self.numbers
+            .push(goals.map(|goal| dimension.list(goal)).collect());
+    }
     fn of_step(&mut self, _: usize) {
         self.numbers.push(std::mem::take(&mut self.of_steps));
     }
@@ -157,6 +172,7 @@ impl ParameterSink for Named {
             }
         }
     }
+    fn of_goal(&mut self, _: usize, _: Dimension) {}
     fn of_step(&mut self, _: usize) {}
     fn shared(&mut self, _: &[f64]) {}
 }

@@ -44,7 +44,7 @@ impl World {
         let Some(first) = robots.first() else {
             return self.step.clone();
         };
-        let step = self.step.with_goals(first.surroundings.goals());
+        let step = self.step.with_goals(first.surroundings.goals.as_ref());
         match first.controller.activations() {
             Some(_) => step.driven(),
             None => step,
@@ -59,11 +59,10 @@ impl World {
         robots: &[Robot<R>],
         steps: usize,
     ) -> Vec<Vec<Vec<R>>> {
-        let read = model.surroundings();
         let bodies = shared(robots.iter().map(|robot| Arc::clone(&robot.body)));
         let surroundings = shared(robots.iter().map(|robot| Arc::clone(&robot.surroundings)));
         assert!(
-            surroundings.iter().all(|given| given.fits(&read)),
+            surroundings.iter().all(|given| self.step.can_read(given)),
             "the surroundings are from a world with other laws or goals"
         );
         let controllers = shared(robots.iter().map(|robot| Arc::clone(&robot.controller)));

@@ -11,6 +11,7 @@ use super::robot::{Robot, shared};
 use super::span::Span;
 use super::step::RobotStep;
 use super::trajectory::Trajectory;
+use crate::geometry::Dimension;
 use crate::lattice::Body;
 use crate::laws::StepInput;
 
@@ -107,6 +108,9 @@ impl ParameterSink for Sources {
         self.0.push(Source::Body);
     }
     fn of_surroundings(&mut self, _: &[StepInput], _: impl Fn(&[f64]) -> Vec<f64>) {
+        self.0.push(Source::Surroundings);
+    }
+    fn of_goal(&mut self, _: usize, _: Dimension) {
         self.0.push(Source::Surroundings);
     }
     fn of_step(&mut self, _: usize) {

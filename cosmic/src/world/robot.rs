@@ -6,7 +6,7 @@ use autodiff::{Parameters, Real};
 
 use super::surroundings::Surroundings;
 use crate::lattice::{Body, State};
-use crate::policy::Controller;
+use crate::policy::{Controller, Goals};
 
 /// A robot in its surroundings, at the start of a [walk](super::World::run). A batch is a slice of robots. What they share is an
 /// [`Arc`]: robots that share a controller walk together in SIMD lanes, and what all robots of a batch share is computed once.
@@ -39,6 +39,16 @@ impl<R: Real> Robot<R> {
             surroundings: surroundings.into(),
             ..self
         }
+    }
+
+    /// This robot with these goals in place of those before.
+    ///
+    /// # Panics
+    /// Like [`Surroundings::with_goals`].
+    #[must_use]
+    pub fn with_goals(self, goals: Goals<R>) -> Self {
+        let surroundings = (*self.surroundings).clone().with_goals(goals);
+        self.in_surroundings(surroundings)
     }
 
     /// True if the other robot can walk in the same lanes: the two share one controller, or both have given activations,

@@ -141,7 +141,7 @@ impl World {
             efforts: span.metered.then(efforts),
             marker: body.marker.clone(),
             start: (body.marker.weights.first()).map_or(Vec::new(), |_| start.x.clone()),
-            goals: (robot.surroundings.goals()).map(|goals| goals.after(span.first)),
+            goals: (robot.surroundings.goals.as_ref()).map(|goals| goals.after(span.first)),
         }
     }
 

@@ -8,7 +8,7 @@ use autodiff_programs::{Array, Graph, Model, Program};
 use super::effort::{Effort, Meter};
 use super::mechanics::{Actuation, Mechanics};
 use super::parameters::{Named, ParameterSink, StepParameters};
-use super::surroundings::goal_inputs;
+use super::surroundings::Surroundings;
 use crate::geometry::{Axes, Dimension, Ground};
 use crate::lattice::{Body, Lattice, Mirror};
 use crate::laws::{Motion, StepInput};
@@ -207,7 +207,7 @@ impl RobotStep {
     }
 
     /// A copy of this robot whose goals change at the steps of these.
-    pub(super) fn with_goals<R: Real>(&self, goals: Option<Goals<R>>) -> Self {
+    pub(super) fn with_goals<R: Real>(&self, goals: Option<&Goals<R>>) -> Self {
         Self {
             goals: goals.map(|goals| goals.map(R::primal)),
             ..self.clone()
@@ -216,22 +216,12 @@ impl RobotStep {
 
     /// True if the goals of the other robot change at the same steps.
     pub(super) fn changes_with(&self, other: &Self) -> bool {
-        match (&self.goals, &other.goals) {
-            (Some(own), Some(other)) => own.change_with(other),
-            (own, other) => own.is_none() && other.is_none(),
-        }
+        self.goals.as_ref().map(Goals::changes) == other.goals.as_ref().map(Goals::changes)
     }
 
-    /// The numbers of the surroundings that a step reads.
-    pub(super) fn surroundings(&self) -> Vec<StepInput> {
-        let of_laws = self.inputs.iter().cloned();
-        of_laws.chain(self.goal_inputs().flatten()).collect()
-    }
-
-    /// The components of each goal, as numbers of the surroundings.
-    fn goal_inputs(&self) -> impl Iterator<Item = Vec<StepInput>> {
-        let goals = self.goals.iter().flat_map(Goals::iter).enumerate();
-        goals.map(|(k, goal)| goal_inputs(self.mechanics.dimension, k, goal))
+    /// True if the surroundings have the numbers that a step reads.
+    pub(super) fn can_read<R: Real>(&self, surroundings: &Surroundings<R>) -> bool {
+        surroundings.fits(&self.inputs, self.goals.is_some())
     }
 
     /// The pairs of numbers that a step gets at the time `time` (s), after `steps` steps: the [ticks](ticks()) of the
@@ -278,10 +268,11 @@ impl RobotStep {
         let (graph, slots, nodes) = (&self.graph, self.graph.slots(), self.graph.nodes());
         let inverse = |mass: &P::Number| mass.recip();
         let mechanics = self.mechanics.parameters(p);
-        let goals = self.goal_inputs();
-        let goals = goals.map(|goal| p.of_surroundings(&goal, <[P::Number]>::to_vec));
+        let goals = 0..self.goals.as_ref().map_or(0, Goals::count);
         StepParameters {
-            goals: goals.collect(),
+            goals: goals
+                .map(|k| p.of_goal(k, self.mechanics.dimension))
+                .collect(),
             mechanics,
             stiffness: p.of_body(slots, |body| graph.to_slots(&body.stiffness)),
             rest_length: match self.has_rest_lengths {

@@ -4,14 +4,12 @@ use std::sync::Arc;
 
 use autodiff::{Parameters, Real};
 
-use crate::geometry::{Dimension, Vector};
 use crate::laws::StepInput;
 use crate::policy::Goals;
 
-/// The surroundings of robots: gravity, friction and the settings of a scene's laws. Each number has the name of its
-/// key in the scene, such as `physics.gravity`, `physics.friction` (with Coulomb contact) or
-/// `mud.rate`. Goals that are inputs of a walk belong to them too, such as `goal.0.along`
-/// ([`with_goals`](Surroundings::with_goals)).
+/// The surroundings of robots: gravity, friction and the settings of a scene's laws, and the [goals](Self::goals) if they are
+/// inputs of a walk. Each number has the name of its key in the scene, such as `physics.gravity`, `physics.friction` (with
+/// Coulomb contact) or `mud.rate`.
 ///
 /// [`World::surroundings`](super::World::surroundings) returns the values of the scene, and a [`Robot`](super::Robot) may
 /// have other ones. If a number is a variable, the walk can be differentiated with respect to it:
@@ -44,31 +42,22 @@ pub struct Surroundings<R> {
     inputs: Arc<[StepInput]>,
     /// The current values, in the order of `inputs`.
     numbers: Vec<R>,
-    dimension: Dimension,
-    /// The numbers of steps after which the goals change; `None` if the goal is a number of the controller.
-    changes: Option<Arc<[usize]>>,
+    /// The goals; `None` if the goal is a number of the controller (`controller.goals = "fixed"`).
+    pub goals: Option<Goals<R>>,
 }
 
 impl<R: Real> Surroundings<R> {
     /// The surroundings with the values of a scene, which are constants. `goals` are those of the scene if goals are inputs
     /// of a walk.
-    pub(super) fn of_scene(
-        inputs: &Arc<[StepInput]>,
-        dimension: Dimension,
-        goals: Option<Goals>,
-    ) -> Self {
-        let of_laws = Self {
+    pub(super) fn of_scene(inputs: &Arc<[StepInput]>, goals: Option<&Goals>) -> Self {
+        Self {
             inputs: Arc::clone(inputs),
             numbers: inputs.iter().map(|input| R::lit(input.value)).collect(),
-            dimension,
-            changes: None,
-        };
-        goals.map_or(of_laws.clone(), |goals| {
-            of_laws.and_goals(&goals.map(R::lit))
-        })
+            goals: goals.map(|goals| goals.map(R::lit)),
+        }
     }
 
-    /// The name and value of each number.
+    /// The name and value of each number, without the goals.
     pub fn iter(&self) -> impl Iterator<Item = (&str, R)> {
         let names = self.inputs.iter().map(|input| &*input.name);
         names.zip(self.numbers.iter().copied())
@@ -94,56 +83,21 @@ impl<R: Real> Surroundings<R> {
         self
     }
 
-    /// These surroundings with goals in place of those before. Their numbers have the names `goal.0.along`, in space
-    /// `goal.0.across`, `goal.0.above`, `goal.1.along` and so on, in metres, so that a walk can be differentiated with respect
-    /// to them.
+    /// These surroundings with goals in place of those before.
     ///
     /// # Panics
     /// If the goal is a number of the controller (`controller.goals = "fixed"`).
     #[must_use]
-    pub fn with_goals(&self, goals: &Goals<R>) -> Self {
-        let before = self.changes.as_ref();
-        let before = before.expect("goals of a rollout need `controller.goals = \"given\"`");
-        let of_laws = self.inputs.len() - self.dimension.count() * (1 + before.len());
-        let of_laws = Self {
-            inputs: self.inputs[..of_laws].into(),
-            numbers: self.numbers[..of_laws].to_vec(),
-            ..self.clone()
-        };
-        of_laws.and_goals(goals)
+    pub fn with_goals(mut self, goals: Goals<R>) -> Self {
+        let before = self.goals.replace(goals);
+        before.expect("goals of a rollout need `controller.goals = \"given\"`");
+        self
     }
 
-    /// These surroundings, which have no goals, and goals.
-    fn and_goals(&self, goals: &Goals<R>) -> Self {
-        let (mut inputs, mut numbers) = (self.inputs.to_vec(), self.numbers.clone());
-        for (k, goal) in goals.iter().enumerate() {
-            inputs.extend(goal_inputs(self.dimension, k, goal.map(R::primal)));
-            numbers.extend(self.dimension.components(goal));
-        }
-        Self {
-            inputs: inputs.into(),
-            numbers,
-            dimension: self.dimension,
-            changes: Some(goals.later.iter().map(|&(steps, _)| steps).collect()),
-        }
-    }
-
-    /// The goals; `None` if the goal is a number of the controller.
-    pub fn goals(&self) -> Option<Goals<R>> {
-        let changes = self.changes.as_ref()?;
-        let of_goal = self.dimension.count();
-        let first = self.numbers.len() - of_goal * (1 + changes.len());
-        let places = self.numbers[first..].chunks_exact(of_goal);
-        let mut places = places.map(|place| self.dimension.vector(place));
-        Some(Goals {
-            first: places.next()?,
-            later: changes.iter().copied().zip(places).collect(),
-        })
-    }
-
-    /// True if the goals of the other surroundings are as many and change at the same steps.
+    /// True if robots with these and with the other surroundings can walk together: both have goals, which change at the
+    /// same steps, or neither has.
     pub(super) fn change_with(&self, other: &Self) -> bool {
-        self.changes == other.changes
+        self.goals.as_ref().map(Goals::changes) == other.goals.as_ref().map(Goals::changes)
     }
 
     /// The value of the number `name`.
@@ -171,8 +125,8 @@ impl<R: Real> Surroundings<R> {
     /// These surroundings for another world, whose steps may read other numbers: leapfrog steps, for example, do not read the
     /// damping. A number that these surroundings lack has its value in the other world.
     pub(super) fn adapted(&self, mut to: Self) -> Self {
-        if let Some(goals) = self.goals() {
-            to = to.with_goals(&goals);
+        if let Some(goals) = &self.goals {
+            to = to.with_goals(goals.clone());
         }
         for (name, value) in self.iter() {
             if let Some(place) = to.find(name) {
@@ -182,17 +136,9 @@ impl<R: Real> Surroundings<R> {
         to
     }
 
-    /// True if the surroundings have numbers with the names of `inputs`.
-    pub(super) fn fits(&self, inputs: &[StepInput]) -> bool {
+    /// True if the surroundings have numbers with the names of `inputs`, and goals if `has_goals` is true.
+    pub(super) fn fits(&self, inputs: &[StepInput], has_goals: bool) -> bool {
         let names = self.inputs.iter().map(|input| &input.name);
-        names.eq(inputs.iter().map(|input| &input.name))
+        self.goals.is_some() == has_goals && names.eq(inputs.iter().map(|input| &input.name))
     }
-}
-
-/// The numbers of goal `k`: their names, and their values in the scene, m.
-pub(super) fn goal_inputs(dimension: Dimension, k: usize, goal: Vector<f64>) -> Vec<StepInput> {
-    let components = dimension.names().iter().zip(dimension.components(goal));
-    components
-        .map(|(name, value)| StepInput::new(format!("goal.{k}.{name}"), value))
-        .collect()
 }

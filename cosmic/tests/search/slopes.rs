@@ -238,7 +238,7 @@ fn robots_get_their_goals_at_rest_or_on_their_way() {
             for variation in &variations {
                 let moves = variation.start.v.iter().any(|v| v.norm() > 0.0);
                 assert_eq!(moves, first > 0);
-                let goal = variation.surroundings.goals().unwrap().first;
+                let goal = variation.surroundings.goals.as_ref().unwrap().first;
                 ahead += usize::from(goal.forward() > variation.start.x[payload].forward());
             }
             assert_eq!((ahead, variations.len()), (4, 8));

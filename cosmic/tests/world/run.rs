@@ -19,12 +19,9 @@ fn with_goals() -> (World, Robot<f64>) {
 #[test]
 fn a_robot_has_the_same_bits_in_any_batch() {
     let (world, robot) = with_goals();
-    let goal = robot.surroundings.goals().unwrap().first;
+    let goal = robot.surroundings.goals.as_ref().unwrap().first;
     let changing = |steps: usize| Goals::at(goal).then(steps, goal * -1.0);
-    let with = |goals: &Goals| {
-        let surroundings = robot.surroundings.with_goals(goals);
-        robot.clone().in_surroundings(surroundings)
-    };
+    let with = |goals: &Goals| robot.clone().with_goals(goals.clone());
     let scaled = robot.surroundings.as_ref().clone();
     let scaled = scaled.scaled("physics.gravity", 0.5);
     let negative = robot.controller.map(|x| -x);

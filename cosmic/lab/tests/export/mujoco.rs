@@ -128,8 +128,7 @@ fn the_exported_controller_has_the_library_s_controls() {
         let goals = Goals::at(first).then(24, second).then(40, third);
         let (world, mut robot) = (case.world(), case.robot());
         if is_given {
-            let surroundings = robot.surroundings.with_goals(&goals);
-            robot = robot.in_surroundings(surroundings);
+            robot = robot.with_goals(goals.clone());
         }
         let span = Span::from_start(vec![0, 10, 24, 30, 40, 64]);
         let seen = world.run_one(&robot, &span);
