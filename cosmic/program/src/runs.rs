@@ -216,7 +216,10 @@ fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>, advises
         text += &format!("started after iteration {entered} with the robot in start.json\n");
     }
     if let Some(loss) = summary.loss_p50 {
-        text += &format!("loss {} (median)\n", fixed(loss, 4));
+        text += &match loss {
+            Some(loss) => format!("loss {} (median)\n", fixed(loss, 4)),
+            None => "loss not known: too many rollouts diverged\n".to_owned(),
+        };
     }
     if let Some(reason) = summary.unreliable() {
         text += &format!("unreliable: {reason}\n");

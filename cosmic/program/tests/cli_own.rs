@@ -144,7 +144,7 @@ fn a_run_with_a_loss_of_a_program_is_resumed_by_that_program() {
         optimise_with(&bench.path(run), &plan, codesign, progress, observer)
     };
     let whole = begin("whole", &mut StopsAfter(usize::MAX)).unwrap();
-    let height = -whole.loss_p50.unwrap();
+    let height = -whole.loss_p50.flatten().unwrap();
     assert!(height.is_finite() && height != whole.displacement_along);
 
     let stopped = begin("b", &mut StopsAfter(9)).unwrap_err().to_string();

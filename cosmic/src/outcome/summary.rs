@@ -9,7 +9,7 @@ use crate::numbers::finite;
 use crate::scene::{Scene, VolumeSettings};
 use crate::search::Progress;
 use crate::walk::{Energy, Loads};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 crate::keys! {
     /// The result of a run. Displacements are those of the payload over a whole rollout. A displacement is
@@ -68,9 +68,9 @@ crate::keys! {
         #[serde(skip_serializing_if = "Option::is_none")]
         standstill: Option<Standstill>, "object", parts Standstill;
         /// Only for tasks other than `far`: the median loss over the starts of `displacement_p50`; with given goals,
-        /// over varied robots with sequences of goals. Absent if too many rollouts diverged.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        loss_p50: Option<f64>, "number", unit "the loss's", columns ["loss_p50"] decimals 4;
+        /// over varied robots with sequences of goals. `null` if too many rollouts diverged.
+        #[serde(skip_serializing_if = "Option::is_none", default, deserialize_with = "present")]
+        loss_p50: Option<Option<f64>>, "number or `null`", unit "the loss's", columns ["loss_p50"] decimals 4;
         /// Only beside `loss_p50`: the same median while the muscles rest.
         #[serde(skip_serializing_if = "Option::is_none")]
         loss_idle_p50: Option<f64>, "number", unit "the loss's";
@@ -122,6 +122,11 @@ crate::keys! {
         #[serde(skip_serializing_if = "Vec::is_empty", default)]
         starts: Vec<Start>, "list of objects", parts Start;
     }
+}
+
+/// Reads a key that is absent or has a value: `null` is a value, too.
+fn present<'de, D: Deserializer<'de>>(value: D) -> Result<Option<Option<f64>>, D::Error> {
+    Option::deserialize(value).map(Some)
 }
 
 /// Why a run ended.
@@ -198,8 +203,8 @@ impl Summary {
             slips: scene.slips(),
             standstill: self.standstill,
             reliability: &self.reliability,
-            is_far: self.loss_p50.is_none(),
-            losses: self.loss_p50.zip(self.loss_idle_p50),
+            is_far: self.is_far(),
+            losses: self.loss_p50.flatten().zip(self.loss_idle_p50),
             is_undecided: self.undecided,
             structure: self.structure,
             loads: self.loads.as_ref(),
@@ -232,8 +237,13 @@ impl Summary {
 
     /// The time in which the robot walks, s, in a rollout of `seconds`: until it stands still.
     pub fn seconds_of_walk(&self, seconds: f64) -> f64 {
-        let still = self.standstill.filter(|_| self.loss_p50.is_none());
+        let still = self.standstill.filter(|_| self.is_far());
         still.map_or(seconds, |still| still.since)
+    }
+
+    /// True if the robot is ranked by its displacement; see [`Loss::is_far`](crate::objective::Loss::is_far).
+    pub fn is_far(&self) -> bool {
+        self.loss_p50.is_none()
     }
 
     /// True if the robot is unreliable.
@@ -280,7 +290,7 @@ impl Summary {
             displacement_selection_score: finite(delivery.selection_score),
             reliability: delivery.reliability.clone(),
             standstill: delivery.seen.standstill,
-            loss_p50: delivery.merit.and_then(|merit| finite(-merit.p50)),
+            loss_p50: delivery.merit.map(|merit| finite(-merit.p50)),
             loss_idle_p50: delivery.idle_merit.and_then(|merit| finite(-merit.p50)),
             volume: delivery.seen.volume,
             actuator_volume: delivery.seen.actuator_volume,

@@ -1,8 +1,9 @@
-use crate::small::tiny;
+use crate::small::{begun, tiny};
 use cosmic::keys::{Keyed, columns};
 use cosmic::numbers::fixed;
 use cosmic::outcome::Summary;
 use cosmic::record::{RunPlan, optimise};
+use cosmic::scene::TaskKind;
 
 #[test]
 fn a_summary_has_the_declared_keys_and_a_number_for_every_column() {
@@ -48,4 +49,30 @@ fn a_summary_has_the_declared_keys_and_a_number_for_every_column() {
     };
     assert_eq!(undecided.numbers().len(), summary.numbers().len());
     assert_eq!(undecided.numbers().last(), summary.numbers().last());
+}
+
+/// A robot of another task is not judged as a walker if too many of its rollouts diverged to know its loss, also after its
+/// summary went through a file.
+#[test]
+fn a_robot_of_another_task_keeps_its_task_if_its_loss_is_not_known() {
+    for (task, is_far) in [(TaskKind::Far, true), (TaskKind::Climb, false)] {
+        let mut scene = tiny();
+        scene.objective.task = task;
+        let (codesign, progress) = begun(&scene);
+        let mut delivery = codesign.deliver(&progress);
+        let known = Summary::new(&scene, &progress, &delivery);
+        if let Some(merit) = &mut delivery.merit {
+            merit.p50 = f64::NEG_INFINITY; // more than half of the rollouts diverged
+        }
+        let lost = Summary::new(&scene, &progress, &delivery);
+        assert_eq!(lost.loss_p50.flatten(), None);
+        assert_eq!(known.loss_p50.flatten().is_none(), is_far);
+        for summary in [known, lost] {
+            let text = serde_json::to_string(&summary).unwrap();
+            let read: Summary = serde_json::from_str(&text).unwrap();
+            assert_eq!(read, summary);
+            let measured = read.measured(&scene, &codesign.world().lattice);
+            assert_eq!(measured.is_far, is_far);
+        }
+    }
 }

@@ -104,13 +104,13 @@ impl Comparison {
     /// through each other. If one of the runs has a loss, the loss is the objective, and the displacement replaces the
     /// energy.
     fn short(&self) -> Table {
-        let has_loss = self.runs.iter().any(|run| run.summary.loss_p50.is_some());
+        let has_loss = self.runs.iter().any(|run| !run.summary.is_far());
         let far = |run: &ComparedRun| run.summary.displacement_robust_p50;
         let of_energy = |name, title| declared::<Energy>(name, title, "not known");
         let mut table = self.names();
         if has_loss {
             let loss = declared::<Summary>("loss_p50", "loss", "\u{2013}");
-            table = table.add(loss, |run| run.summary.loss_p50);
+            table = table.add(loss, |run| run.summary.loss_p50.flatten());
         }
         let distance = declared::<Summary>("displacement_robust_p50", "distance", "diverged");
         let speed = Column::new("speed", "").unit("m/s");

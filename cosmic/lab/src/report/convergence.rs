@@ -124,13 +124,13 @@ pub(super) fn charts(run: &RunFiles) -> Vec<Chart> {
 
 /// Creates the chart of the loss; `None` if the objective is the displacement.
 fn objective(run: &RunFiles) -> Option<Chart> {
-    run.summary.loss_p50?;
+    let loss_p50 = run.summary.loss_p50?;
     let loss = |r: &Record| r.pass.map(|_| r.loss_horizon.unwrap_or(f64::NAN));
     Some(Chart {
         id: "objective",
         title: "Objective: loss, less is better",
         series: vec![series(run, "gradient's horizon", 1, loss)],
-        levels: run.summary.loss_p50.into_iter().collect(),
+        levels: loss_p50.into_iter().collect(),
         log: false,
     })
 }

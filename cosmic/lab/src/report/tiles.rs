@@ -76,7 +76,8 @@ fn objective(run: &RunFiles) -> [String; 2] {
     if let Some(loss) = summary.loss_p50 {
         let task = run.robot.scene.objective.task.name();
         let says = format!("objective: loss of the task {task}, median");
-        return [fixed(loss, 4), says];
+        let loss = loss.map_or(DIVERGED.to_owned(), |loss| fixed(loss, 4));
+        return [loss, says];
     }
     let low = metres(summary, "displacement_robust_p10");
     [
