@@ -60,7 +60,7 @@ impl From<&Divergence> for Error {
 /// comparison per number of each state. If there is one, the extra cost is up to two more rollouts.
 ///
 /// # Panics
-/// Like [`run`](World::run), and if the robot diverges with activations that are given step by step.
+/// Like [`run`](World::run).
 pub fn guarded(world: &World, robot: &Robot<f64>, span: &Span) -> GuardedRollout {
     match watched(world, std::slice::from_ref(robot), span).remove(0) {
         Some(trajectory) => GuardedRollout {
@@ -126,16 +126,13 @@ pub fn divergence(world: &World, robot: &Robot<f64>, span: &Span) -> Option<Dive
         ControlFlow::Continue(())
     });
     let (node, bound) = found?;
-    // In open loop the policy sees one state in every step.
-    let seen = span.open_loop.as_ref();
-    Some(diagnose(world, (robot, seen), node, bound, last))
+    Some(diagnose(world, (robot, span), node, bound, last))
 }
 
-/// Describes the divergence at `node` in the last state of `last`. `seen` is the state that a policy in open loop sees, and
-/// `bound` is given if the node exceeds the speed bound.
+/// Describes the divergence at `node` in the last state of `last`. `bound` is given if the node exceeds the speed bound.
 fn diagnose(
     world: &World,
-    (robot, seen): (&Robot<f64>, Option<&State<f64>>),
+    (robot, span): (&Robot<f64>, &Span),
     node: usize,
     bound: Option<Cause>,
     last: VecDeque<(usize, State<f64>)>,
@@ -145,13 +142,19 @@ fn diagnose(
         unreachable!("the start is never absurd, so a state precedes the absurd one")
     };
     let step = steps[steps.len() - 2];
+    let blamed = || {
+        let of_step = step - span.first;
+        let robot = world.during(robot, of_step..of_step + 1);
+        // In open loop the policy sees one state in every step.
+        let seen = span.open_loop.as_ref().unwrap_or(before);
+        blame(world, (&robot, seen), before, step, node)
+    };
     Divergence {
         step,
         node,
         position: after.x[node],
         velocity: after.v[node],
-        term: bound
-            .unwrap_or_else(|| blame(world, (robot, seen.unwrap_or(before)), before, step, node)),
+        term: bound.unwrap_or_else(blamed),
         last: Trajectory::new(steps, states),
     }
 }

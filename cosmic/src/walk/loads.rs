@@ -159,6 +159,9 @@ pub struct EdgeMoments {
 }
 
 /// The loads and the motion of the edges in each state of a trajectory.
+///
+/// # Panics
+/// If activations are given step by step, because the state after the last step has none.
 pub fn moments(
     world: &World,
     robot: &Robot<f64>,

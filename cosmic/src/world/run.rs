@@ -1,6 +1,6 @@
 //! The verb of a [`World`]: it lets robots walk.
 
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 
 use autodiff::Real;
 use autodiff_programs::Rollout;
@@ -13,6 +13,7 @@ use super::span::Span;
 use super::step::Activations;
 use super::trajectory::{AbsentNodes, Trajectory, WATCHED};
 use crate::lattice::State;
+use crate::policy::Controller;
 
 /// The number of states that a walk which shows every state keeps in memory at a time.
 const BLOCK: usize = 64;
@@ -61,6 +62,7 @@ impl World {
         mut show: impl FnMut(usize, State<f64>, Option<Effort<f64>>) -> ControlFlow<()>,
     ) {
         let of_nodes = self.step.numbers_of_nodes();
+        let size = of_nodes + self.step.meters_if(span.metered);
         // Every node of every state is needed, and nothing is watched.
         let part = |first: usize, observed: Vec<usize>| Span {
             first,
@@ -68,15 +70,23 @@ impl World {
             watched: false,
             ..span.observing(observed)
         };
-        let planned = self.planned(std::slice::from_ref(robot), &part(0, vec![BLOCK]));
-        let size = of_nodes + planned.model.meters();
+        let planned = |block: &Span| {
+            let first = block.first - span.first;
+            self.planned(&[self.during(robot, first..first + block.steps())], block)
+        };
+        // Only activations that are given step by step differ from block to block.
+        let is_driven = robot.controller.activations().is_some();
+        let mut of_walk = None;
         let still = AbsentNodes::of(&robot.body, &robot.start);
         // States are kept as flat arrays in the ground's frame, so that the next block continues from identical bits.
         let mut flat = self.flatten(&robot.start);
         let steps = span.first..span.first + span.steps();
         for first in steps.clone().step_by(BLOCK) {
             let block = part(first, (1..=BLOCK.min(steps.end - first)).collect());
-            let seen = planned.run(vec![flat], self, &block).remove(0);
+            let known = of_walk.take().filter(|_| !is_driven);
+            let of_block = known.unwrap_or_else(|| planned(&block));
+            let seen = of_block.run(vec![flat], self, &block).remove(0);
+            of_walk = Some(of_block);
             for (k, raw) in seen.chunks_exact(size).enumerate() {
                 let (of_nodes, efforts) = raw.split_at(of_nodes);
                 let state = still.held(self.unflatten(of_nodes));
@@ -89,8 +99,23 @@ impl World {
         }
     }
 
+    /// This robot during some steps of a walk. Of activations that are given step by step, it keeps those of these steps.
+    pub(crate) fn during(&self, robot: &Robot<f64>, steps: Range<usize>) -> Robot<f64> {
+        let edges = self.lattice.edges.len();
+        match robot.controller.activations() {
+            Some(given) if given.len() != edges => {
+                let given = given[edges * steps.start..edges * steps.end].to_vec();
+                Robot {
+                    controller: Controller::given(given).into(),
+                    ..robot.clone()
+                }
+            }
+            _ => robot.clone(),
+        }
+    }
+
     /// Computes the activation of every edge in several states. `moments` has each state with its time (s). The robot's start
-    /// is not read.
+    /// is not read. Given activations must be constant.
     pub(crate) fn activations(
         &self,
         robot: &Robot<f64>,
@@ -98,7 +123,7 @@ impl World {
     ) -> Vec<Vec<f64>> {
         let robots = std::slice::from_ref(robot);
         let step = (self.step_of(robots)).for_all_edges(&[std::sync::Arc::clone(&robot.body)]);
-        let numbers = self.numbers(&step, robots, 0);
+        let numbers = self.numbers(&step, robots, 1);
         let slots = step.graph.slots();
         let start = |(state, time): &(&State<f64>, f64)| {
             let clock = step.pairs_at(*time, (time / self.physics.dt).round() as usize);

@@ -4,6 +4,7 @@ use cosmic::case::Case;
 use cosmic::design::Design;
 use cosmic::policy::Controller;
 use cosmic::scene::Scene;
+use cosmic::walk::{self, Cause};
 use cosmic::world::{Span, Trajectory};
 use std::sync::Arc;
 
@@ -160,4 +161,32 @@ fn a_rollout_is_differentiated_by_its_body_and_by_given_activations() {
     let last = (STEPS - 1) * moved.0.lattice.edges.len();
     let other = [&activations[..last], &other[last..]].concat();
     assert_ne!(moved.end(body, &other, [STEPS, 0]), whole);
+}
+
+/// A robot with given activations that flies apart is reported like any other: if the activation of an edge is NaN in one step,
+/// it diverges in that step because of this edge. The walk is longer than a block of states that the search keeps.
+#[test]
+fn a_driven_robot_that_diverges_is_reported() {
+    let (case, held) = case_of("", |_| 0.5);
+    let (world, edges) = (case.world(), held.len());
+    let (edge, wrong, steps) = (3, 100, 150);
+    let mut given = held.repeat(steps);
+    given[wrong * edges + edge] = f64::NAN;
+    let robot = |given: Vec<f64>| world.robot(case.body(), Controller::given(given), &case.start);
+    let reported = |given: &[f64], first: usize| {
+        let span = Span {
+            first,
+            ..Span::of_steps(steps)
+        };
+        walk::guarded(&world, &robot(given.to_vec()), &span).divergence
+    };
+    assert_eq!(reported(&held, 0), None);
+    for first in [0, 20] {
+        let found = reported(&given, first).expect("an activation is NaN");
+        assert_eq!(found.step, first + wrong);
+        assert_eq!(found.term, Cause::Controller { edge });
+    }
+    let constant = [&[f64::NAN], &held[1..]].concat();
+    let found = reported(&constant, 0).expect("an activation is NaN");
+    assert_eq!((found.step, found.term), (0, Cause::Controller { edge: 0 }));
 }
