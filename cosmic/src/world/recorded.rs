@@ -44,9 +44,18 @@ impl World {
     /// unless it has `all_edges`: with derivatives by bodies, such an edge has derivatives too.
     ///
     /// # Panics
-    /// Like [`run`](Self::run).
+    /// Like [`run`](Self::run), and if the robots have different steps: some given activations and others a policy, goals that
+    /// change at different steps, or different largest strains.
     pub fn recorded(&self, robots: &[Robot<f64>], span: &Span, all_edges: bool) -> RecordedRobots {
         self.check(robots);
+        let differs = |pair: &[Robot<f64>]| !pair[0].steps_like(&pair[1]);
+        if let Some(before) = robots.windows(2).position(differs) {
+            panic!(
+                "robots {before} and {} have different steps; robots that are recorded together must all have given \
+                 activations or all a policy, goals that change at the same steps, and the same largest strain",
+                before + 1
+            );
+        }
         let bodies = shared(robots.iter().map(|robot| Arc::clone(&robot.body)));
         let step = match all_edges {
             true => self.step_of(robots).for_all_edges(&bodies),

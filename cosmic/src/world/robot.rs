@@ -51,12 +51,18 @@ impl<R: Real> Robot<R> {
         self.in_surroundings(surroundings)
     }
 
-    /// True if the other robot can walk in the same lanes: the two share one controller, or both have given activations,
-    /// and their goals change at the same steps.
+    /// True if the other robot can walk in the same lanes: the two have the same step, and they share one controller, or both
+    /// have given activations.
     pub(super) fn walks_with(&self, other: &Self) -> bool {
-        let is_given = [self, other].map(|robot| robot.controller.activations().is_some());
-        let share = Arc::ptr_eq(&self.controller, &other.controller) || is_given == [true; 2];
-        share
+        let share = Arc::ptr_eq(&self.controller, &other.controller);
+        (share || self.controller.activations().is_some()) && self.steps_like(other)
+    }
+
+    /// True if the other robot has the same step: both have a policy, or both have given activations; their goals change at
+    /// the same steps; and they have the same largest strain.
+    pub(super) fn steps_like(&self, other: &Self) -> bool {
+        let [own, of_other] = [self, other].map(|robot| robot.controller.activations().is_some());
+        own == of_other
             && self.surroundings.change_with(&other.surroundings)
             && self.body.largest_strain == other.body.largest_strain
     }

@@ -5,6 +5,7 @@ use cosmic::policy::{Controller, Goals};
 use cosmic::scene::Scene;
 use cosmic::walk;
 use cosmic::world::{Robot, Span, Trajectory, World};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// A world whose robots get their goals, and a robot there.
 fn with_goals() -> (World, Robot<f64>) {
@@ -55,6 +56,50 @@ fn a_robot_has_the_same_bits_in_any_batch() {
     for k in 1..7 {
         assert_ne!(together[k].states, together[k - 1].states, "robot {k}");
     }
+}
+
+/// A recorded step is that of all its robots.
+#[test]
+fn robots_with_different_steps_are_not_recorded_together() {
+    let (world, robot) = with_goals();
+    let goal = robot.surroundings.goals.as_ref().unwrap().first;
+    let later = |steps: usize| {
+        let goals = Goals::at(goal).then(steps, goal * -1.0);
+        robot.clone().with_goals(goals)
+    };
+    let mut stretched = (*robot.body).clone();
+    stretched.largest_strain *= 2.0;
+    let given = Controller::given(vec![0.5; world.lattice.edges.len()]);
+    let others = [
+        later(20),
+        Robot {
+            body: stretched.into(),
+            ..robot.clone()
+        },
+        Robot {
+            controller: given.into(),
+            ..robot.clone()
+        },
+    ];
+    let span = Span::of_steps(60);
+    for other in others {
+        let recorded = |robots: &[Robot<f64>]| {
+            let recorded = AssertUnwindSafe(|| drop(world.recorded(robots, &span, false)));
+            catch_unwind(recorded).map_err(|panic| *panic.downcast::<String>().unwrap())
+        };
+        assert_eq!(recorded(&[other.clone(), other.clone()]), Ok(()));
+        let refused = recorded(&[robot.clone(), robot.clone(), other]).unwrap_err();
+        assert!(
+            refused.starts_with("robots 1 and 2 have different steps"),
+            "{refused}"
+        );
+    }
+    // Controllers are numbers of the robots.
+    let own = Robot {
+        controller: robot.controller.map(|x| -x),
+        ..robot.clone()
+    };
+    let _ = world.recorded(&[robot.clone(), own], &span, false);
 }
 
 /// In open loop the policy sees one state, so a push does not change what the robot does.
