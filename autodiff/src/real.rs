@@ -108,7 +108,8 @@ pub trait Real:
 
     // Elementary functions.
 
-    /// Returns `self * factor + term`. It is rounded only once if the instruction set has a fused multiply-add.
+    /// Returns `self * factor + term`. Scalars round the product and the sum. SIMD lanes round only once if the instruction
+    /// set has a fused multiply-add.
     #[inline(always)]
     #[track_caller]
     fn fma(self, factor: Self, term: Self) -> Self {
@@ -280,8 +281,7 @@ pub trait Real:
     /// Returns `partial * cotangent`, or zero if the cotangent is exactly zero, even if the partial is infinite. In
     /// forward mode the second factor is a tangent. Every chain rule of this crate uses this product.
     fn chain(partial: Self, cotangent: Self) -> Self;
-    /// Returns `term + chain(partial, cotangent)`. It is rounded only once if the instruction set has a fused
-    /// multiply-add.
+    /// Returns `term + chain(partial, cotangent)`. It is rounded like [`fma`](Real::fma).
     #[inline(always)]
     #[track_caller]
     fn chain_add(partial: Self, cotangent: Self, term: Self) -> Self {
