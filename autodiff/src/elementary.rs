@@ -1,6 +1,7 @@
 //! The table of the elementary functions of one number.
 
-/// Passes the table of elementary functions to a macro. To add a function, add an entry.
+/// Passes the table of elementary functions to a macro. A composed function needs only its entry. A basic one also needs its
+/// derivative and a method of every number type.
 ///
 /// - *Basic* functions are implemented by every number type. An entry has the name of the method of
 ///   [`Real`](crate::Real) and the name of the variant of a recorded operation. The derivative is in the module `rule`,
