@@ -4,12 +4,13 @@
 use crate::common::{assert_close, assert_refused, differences};
 use autodiff::check::{Options, Verdict, check_gradient};
 use autodiff::matrices::{
-    Element, angle, exp, rotation, rotation_vector, symmetric_eigen, symmetric_eigen_groups,
+    Element, NoDerivative, angle, exp, rotation, rotation_vector, singular_values, symmetric_eigen,
+    symmetric_eigen_groups,
 };
 use autodiff::{DoubleDouble, Dual, Function, Real, Var, gradient, hessian, jacobian_reverse};
 use nalgebra::{
-    ComplexField, DMatrix, Matrix3, RealField, SimdValue, UnitQuaternion, Vector3, convert,
-    try_convert,
+    ComplexField, DMatrix, DVector, Matrix3, RealField, SimdValue, UnitQuaternion, Vector3,
+    convert, try_convert,
 };
 
 #[test]
@@ -173,10 +174,29 @@ fn eigenvalues_of_a_diagonal_matrix_have_their_hessian() {
 
 #[test]
 fn a_repeated_eigenvalue_is_refused() {
-    let twice = DMatrix::from_diagonal_element(2, 2, Element(3.0));
-    assert!(symmetric_eigen(&twice).is_err());
+    let diagonal = [1.0, 4.0, 3.0, 3.0].map(Element);
+    let twice = DMatrix::from_diagonal(&DVector::from_row_slice(&diagonal));
+    let refused = symmetric_eigen(&twice).unwrap_err();
+    assert_eq!(refused, NoDerivative::RepeatedEigenvalue(3.0));
+    assert_eq!(
+        refused.to_string(),
+        "the eigenvalue 3 is repeated, to within rounding, so it has no derivatives; \
+         call `symmetric_eigen_groups` with a `distance` that puts equal eigenvalues into one group"
+    );
     // Each group needs a distance from the next.
-    assert!(symmetric_eigen_groups(&twice, -1.0).is_err());
+    let refused = symmetric_eigen_groups(&twice, -1.0).unwrap_err();
+    assert_eq!(refused, NoDerivative::RepeatedEigenvalue(3.0));
+    assert_eq!(symmetric_eigen_groups(&twice, 0.0).unwrap().len(), 3);
+    for repeated in [0.0, 4.0] {
+        let diagonal = [1.0, repeated, 4.0].map(Element);
+        let matrix = DMatrix::from_diagonal(&DVector::from_row_slice(&diagonal));
+        let refused = singular_values(&matrix).unwrap_err();
+        let NoDerivative::RepeatedSingularValue(value) = refused else {
+            panic!("{refused}");
+        };
+        // nalgebra's value is off by a few roundings of 4.
+        assert_close(&[value], &[repeated], 1e-14);
+    }
 }
 
 /// Symmetric functions of the eigenvalues of a matrix, by groups of eigenvalues. Where all eigenvalues are in one group,

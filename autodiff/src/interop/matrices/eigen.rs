@@ -1,6 +1,8 @@
 //! Computes eigenvalues and eigenvectors of symmetric matrices, and singular values, with all their derivatives, some of
 //! which nalgebra's own iterations would lose.
 
+use std::fmt;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::super::element::Element;
@@ -55,6 +57,53 @@ fn decomposed<R: Real>(matrix: &DMatrix<Element<R>>) -> (Vec<R>, Vec<(f64, DVect
     (lower, sorted)
 }
 
+/// Why eigenvalues or singular values have no derivatives.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum NoDerivative {
+    /// This eigenvalue is repeated, to within rounding.
+    RepeatedEigenvalue(f64),
+    /// This singular value is zero or repeated, to within rounding.
+    RepeatedSingularValue(f64),
+    /// The values that nalgebra found do not fulfil their equations: they are NaN, or too inexact.
+    NoRoot(NoRoot),
+}
+
+impl fmt::Display for NoDerivative {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::RepeatedEigenvalue(value) => write!(
+                formatter,
+                "the eigenvalue {value} is repeated, to within rounding, so it has no derivatives; \
+                 call `symmetric_eigen_groups` with a `distance` that puts equal eigenvalues into one group"
+            ),
+            Self::RepeatedSingularValue(value) => write!(
+                formatter,
+                "the singular value {value} is zero or repeated, to within rounding, so it has no derivatives"
+            ),
+            Self::NoRoot(why) => why.fmt(formatter),
+        }
+    }
+}
+
+impl std::error::Error for NoDerivative {}
+
+impl NoDerivative {
+    /// Why eigenvalues that are more than `distance` apart are not a root of their equations. If these are singular, two of
+    /// the eigenvalues are equal: the two that are closest to each other.
+    fn of_eigenvalues(why: NoRoot, sorted: &[(f64, DVector<f64>)], distance: f64) -> Self {
+        let gaps = sorted
+            .windows(2)
+            .map(|pair| (pair[1].0 - pair[0].0, pair[0].0));
+        let apart = gaps.filter(|(gap, _)| *gap > distance);
+        let closest = apart.min_by(|a, b| a.0.total_cmp(&b.0));
+        match (&why, closest) {
+            (NoRoot::Singular { .. }, Some((_, value))) => Self::RepeatedEigenvalue(value),
+            _ => Self::NoRoot(why),
+        }
+    }
+}
+
 /// An eigenvalue and its eigenvector.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -87,15 +136,19 @@ pub struct EigenPair<R> {
 /// ```
 ///
 /// # Errors
-/// If an eigenvalue is repeated, to within rounding, because then neither the eigenvalue nor its eigenvectors have
+/// [`NoDerivative::RepeatedEigenvalue`] if an eigenvalue is repeated, to within rounding, because then neither the eigenvalue nor its eigenvectors have
 /// derivatives. Its symmetric functions have: use [`symmetric_eigen_groups`].
 ///
 /// # Panics
 /// If the matrix is not square, or if the SIMD lanes of an entry differ.
 #[track_caller]
-pub fn symmetric_eigen<R: Real>(matrix: &DMatrix<Element<R>>) -> Result<Vec<EigenPair<R>>, NoRoot> {
+pub fn symmetric_eigen<R: Real>(
+    matrix: &DMatrix<Element<R>>,
+) -> Result<Vec<EigenPair<R>>, NoDerivative> {
     let (lower, sorted) = decomposed(matrix);
-    sorted.iter().map(|found| pair(&lower, found)).collect()
+    let pairs = sorted.iter().map(|found| pair(&lower, found));
+    let pairs = pairs.collect::<Result<_, _>>();
+    pairs.map_err(|why| NoDerivative::of_eigenvalues(why, &sorted, f64::NEG_INFINITY))
 }
 
 /// Returns an eigenpair with its derivatives by the lower triangle, given its primal.
@@ -133,14 +186,15 @@ fn pair<R: Real>(
 /// ```
 ///
 /// # Errors
-/// If a singular value is zero or repeated, to within rounding, because then it has no derivative.
+/// [`NoDerivative::RepeatedSingularValue`] if a singular value is zero or repeated, to within rounding, because then it has
+/// no derivative.
 ///
 /// # Panics
 /// If the SIMD lanes of an entry differ.
 #[track_caller]
 pub fn singular_values<R: Real>(
     matrix: &DMatrix<Element<R>>,
-) -> Result<DVector<Element<R>>, NoRoot> {
+) -> Result<DVector<Element<R>>, NoDerivative> {
     let (m, n) = matrix.shape();
     let mut both = DMatrix::from_element(m + n, m + n, Element(R::zero()));
     both.view_mut((m, 0), (n, m)).tr_copy_from(matrix);
@@ -149,16 +203,19 @@ pub fn singular_values<R: Real>(
     // The next value is 0, from which the last one must be distinct too.
     let next = largest.iter().skip(1).map(|found| found.0).chain([0.0]);
     let rounding = f64::EPSILON * (m + n) as f64 * largest.first().map_or(0.0, |found| found.0);
-    let mut gaps = largest.iter().zip(next).map(|(found, next)| found.0 - next);
-    if gaps.any(|gap| gap <= rounding) {
-        return Err(NoRoot::Singular { unknown: m + n });
+    let mut gaps = largest.iter().zip(next);
+    if let Some((found, _)) = gaps.find(|(found, next)| found.0 - next <= rounding) {
+        return Err(NoDerivative::RepeatedSingularValue(found.0));
     }
-    let values = largest
-        .into_iter()
-        .map(|found| Ok(pair(&lower, found)?.value));
-    Ok(DVector::from_vec(
-        values.collect::<Result<Vec<_>, NoRoot>>()?,
-    ))
+    let value = |found: &(f64, DVector<f64>)| match pair(&lower, found) {
+        Ok(pair) => Ok(pair.value),
+        Err(NoRoot::Singular { .. }) if found.0.is_finite() => {
+            Err(NoDerivative::RepeatedSingularValue(found.0))
+        }
+        Err(why) => Err(NoDerivative::NoRoot(why)),
+    };
+    let values = largest.into_iter().map(value);
+    Ok(DVector::from_vec(values.collect::<Result<_, _>>()?))
 }
 
 /// The equations of an invariant subspace: `A X = X B` and `basis^T X = 1`. The unknowns are the columns of `X` and then
@@ -230,7 +287,8 @@ impl<R: Real> EigenGroup<R> {
 /// ```
 ///
 /// # Errors
-/// If eigenvalues of different groups are equal to within rounding, which a larger `distance` avoids.
+/// [`NoDerivative::RepeatedEigenvalue`] if eigenvalues of different groups are equal to within rounding, which a larger
+/// `distance` avoids.
 ///
 /// # Panics
 /// If the matrix is not square, or if the SIMD lanes of an entry differ.
@@ -238,7 +296,7 @@ impl<R: Real> EigenGroup<R> {
 pub fn symmetric_eigen_groups<R: Real>(
     matrix: &DMatrix<Element<R>>,
     distance: f64,
-) -> Result<Vec<EigenGroup<R>>, NoRoot> {
+) -> Result<Vec<EigenGroup<R>>, NoDerivative> {
     let (lower, sorted) = decomposed(matrix);
     let groups = sorted.chunk_by(|a, b| b.0 - a.0 <= distance);
     let group = |group: &[(f64, DVector<f64>)]| {
@@ -253,5 +311,6 @@ pub fn symmetric_eigen_groups<R: Real>(
         let block = DMatrix::from_iterator(count, count, block);
         Ok(EigenGroup { block })
     };
-    groups.map(group).collect()
+    let groups = groups.map(group).collect::<Result<_, _>>();
+    groups.map_err(|why| NoDerivative::of_eigenvalues(why, &sorted, distance))
 }

@@ -93,7 +93,9 @@ mod drivers;
 pub use super::element::Element;
 pub use determinant::{determinant, log_determinant};
 pub use drivers::{value_and_gradient, value_and_jacobian, value_gradient_hessian};
-pub use eigen::{EigenGroup, EigenPair, singular_values, symmetric_eigen, symmetric_eigen_groups};
+pub use eigen::{
+    EigenGroup, EigenPair, NoDerivative, singular_values, symmetric_eigen, symmetric_eigen_groups,
+};
 pub use exponential::exp;
 pub use linear::{inverse, solve};
 pub use rotation::{angle, rotation, rotation_vector, vector};
