@@ -40,7 +40,8 @@ fn one_number_type_too_many_is_told() {
         .expect("a sentence with numbers");
     assert_eq!(
         *message,
-        "this process has recorded on tapes of 255 number types, which is the maximum"
+        "this process has recorded on tapes of 255 number types, which is the maximum; \
+         use fewer number types, for example fewer widths of `Dual` and fewer nestings"
     );
     // Number types that already have a tape must still work after another type was refused.
     AsManyAsFit::of::<f64>();

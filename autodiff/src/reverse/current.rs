@@ -42,7 +42,8 @@ pub(super) fn name_of<R: Real>() -> u32 {
     }
     assert!(
         named.len() < TYPES - 1,
-        "this process has recorded on tapes of {} number types, which is the maximum",
+        "this process has recorded on tapes of {} number types, which is the maximum; \
+         use fewer number types, for example fewer widths of `Dual` and fewer nestings",
         TYPES - 1
     );
     named.push(number);
