@@ -7,7 +7,7 @@ use std::cell::RefCell;
 /// The largest number of buffers that a thread keeps. It keeps at most one buffer of each type, and even nested modes
 /// use only a few types.
 const MOST: usize = 6;
-/// The largest number of bytes that a thread keeps in all buffers together.
+/// The largest number of bytes that a thread keeps in all buffers together, until it ends.
 pub const MOST_BYTES: usize = 1 << 30;
 
 /// A buffer that a thread may keep. It must not own data of the caller, because their destructors would run too late.
