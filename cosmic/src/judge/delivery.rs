@@ -10,7 +10,7 @@ use super::observed::ObservedRollout;
 use super::other_steps::OtherSteps;
 use super::quantiles::Quantiles;
 use super::reach::{Reached, first_best, robots_of};
-use super::reliability::Reliability;
+use super::reliability::{Merit, Reliability};
 use super::sensitivity::Sensitivity;
 use super::standstill::Standstill;
 use super::variations::{PERTURBED_ROLLOUTS, VARIED};
@@ -282,10 +282,10 @@ impl Evaluator {
     /// Chooses what belongs to the merit to quote, of perturbed starts and of robots that vary a little. `None` if robots are
     /// ranked by distance.
     fn quoted<T>(&self, perturbed: T, varied: T) -> Option<T> {
-        match (self.loss.is_far(), self.scene.controller.goals) {
-            (true, _) => None,
-            (false, GoalKind::Fixed) => Some(perturbed),
-            (false, GoalKind::Given) => Some(varied),
+        match self.merit() {
+            Merit::Distance { .. } => None,
+            Merit::MinusLoss => Some(perturbed),
+            Merit::MinusShare => Some(varied),
         }
     }
 
