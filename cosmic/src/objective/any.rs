@@ -96,3 +96,22 @@ pub fn of_scene(scene: &Scene) -> Arc<dyn AnyLoss> {
         Arc::new(Objective::of_scene(scene))
     })
 }
+
+/// The share of a window, at its end, in which the loss counts.
+const COUNTS: f64 = 0.5;
+
+/// The number of states that the loss reads in a window.
+const READS: usize = 16;
+
+/// The loss of a scene over a window of `steps` steps of a walk.
+pub(crate) fn of_window(scene: &Scene, steps: usize) -> Arc<dyn AnyLoss> {
+    let mut short = scene.clone();
+    short.loss.window = ((COUNTS * steps as f64) as usize).max(1);
+    short.loss.every = (short.loss.window / READS).max(1);
+    if scene.objective.task == TaskKind::Economy {
+        // The energy is that of the whole window, but a robot that keeps its speed has done this share of the way in the
+        // mean over the states that count.
+        short.objective.weight *= 1.0 - 0.5 * COUNTS;
+    }
+    of_scene(&short)
+}

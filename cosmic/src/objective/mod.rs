@@ -8,6 +8,7 @@ mod tasks;
 mod errand;
 mod any;
 
+pub(crate) use any::of_window;
 pub use any::{AnyLoss, LossOf, loss_of, of_scene, walks};
 pub use augmented::{AugmentedLagrangian, violations};
 pub use displacement::Displacement;

@@ -15,17 +15,11 @@ use crate::design::{Design, Mixture};
 use crate::inputs::{CONTROLLER, Inputs};
 use crate::judge::Evaluator;
 use crate::lattice::State;
-use crate::objective::{AnyLoss, LossOf, of_scene};
+use crate::objective::{AnyLoss, LossOf, of_window};
 use crate::optimiser::AdamState;
 use crate::policy::Controller;
-use crate::scene::{GradientPrecision, TaskKind};
+use crate::scene::GradientPrecision;
 use crate::world::{Span, Trajectory, Variation};
-
-/// The share of a window, at its end, in which the loss counts.
-const COUNTS: f64 = 0.5;
-
-/// The number of states that the loss reads in a window.
-const READS: usize = 16;
 
 /// The robots that walk while a controller learns. What varies from robot to robot depends only on the seed and on the number
 /// of the walk.
@@ -71,15 +65,7 @@ impl Window {
         }
         let steps = (window / scene.physics.dt).round().max(1.0) as usize;
         let steps = steps.min(scene.physics.steps);
-        let mut short = scene.clone();
-        short.loss.window = ((COUNTS * steps as f64) as usize).max(1);
-        short.loss.every = (short.loss.window / READS).max(1);
-        if scene.objective.task == TaskKind::Economy {
-            // The energy is that of the whole window, but a robot that keeps its speed has done this share of the way in the
-            // mean over the states that count.
-            short.objective.weight *= 1.0 - 0.5 * COUNTS;
-        }
-        let loss = of_scene(&short);
+        let loss = of_window(scene, steps);
         let span = Span {
             cotangent_bound: evaluator.cotangent_bound(),
             metered: loss.reads_efforts(),
