@@ -10,5 +10,9 @@ cp -rL cosmic README.md LICENSE-* "$sources"
 sed 's|^name = "cosmic-codesign"|name = "cosmic-codesign-gpu"|; s|^\[tool.maturin\]|&\nmanifest-path = "'"$PWD"'/Cargo.toml"\nfeatures = ["gpu"]|' \
   pyproject.toml >"$sources/pyproject.toml"
 out=${CARGO_TARGET_DIR:-$PWD/../target}/wheels
+paths=$PWD/../.ci/paths.sh
+CARGO_ENCODED_RUSTFLAGS=$("$paths" flags)
+export CARGO_ENCODED_RUSTFLAGS
 cd "$sources"
 maturin build --quiet --out "$out" "$@"
+"$paths" check "$out"/cosmic_codesign_gpu-*.whl

@@ -12,13 +12,14 @@ if ! rustup target add "$target" >/dev/null 2>&1 &&
 fi
 
 # Rollouts need more stack than the default of one megabyte.
-flags='-C target-feature=+simd128 -C link-arg=-zstack-size=8388608'
+CARGO_ENCODED_RUSTFLAGS=$(../.ci/paths.sh flags -Ctarget-feature=+simd128 -Clink-arg=-zstack-size=8388608)
+export CARGO_ENCODED_RUSTFLAGS
 if [ "${1:-}" = --check ]; then
   cargo fmt --check
-  RUSTFLAGS="$flags" cargo clippy --quiet --locked --target "$target" -- -D warnings
+  cargo clippy --quiet --locked --target "$target" -- -D warnings
   exit 0
 fi
-RUSTFLAGS="$flags" cargo build --release --quiet --locked --target "$target"
+cargo build --release --quiet --locked --target "$target"
 
 rm -rf dist
 mkdir -p dist/new
@@ -36,6 +37,7 @@ mv dist/new "dist/$version"
 sed -i -E "s#(href|src)=\"([a-z]+\.[a-z]+)\"#\1=\"$version/\2\"#" dist/index.html
 # Previews need a full address: SITE=https://example.org/robot ./build.sh
 sed -i "s#SITE/#${SITE:+$SITE/}#" dist/index.html
+../.ci/paths.sh check dist/*.* dist/"$version"/*
 modules=$(cd dist && printf '<link rel="modulepreload" href="%s">' "$version"/{main,client,design,player,scene,strip,cast}.js)
 sed -i "s#</head>#$modules\n</head>#" dist/index.html
 files=$(cd dist && printf '"%s", ' "$version"/*)
