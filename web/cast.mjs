@@ -111,7 +111,7 @@ function packed(folder) {
 /** The entry of a robot, which is in its link. */
 function entry(name, link) {
   const { world, robot } = opened(link);
-  const { measured } = engine.ask({ do: "judge" });
+  const { measured } = engine.judge();
   return { name, link: `#${link}`, world, robot, measured };
 }
 
@@ -137,7 +137,7 @@ function write(robots) {
 if (given.check) {
   for (const { name, link, robot, measured } of JSON.parse(readFileSync(file))) {
     const { robot: again } = opened(new URLSearchParams(link.slice(1)));
-    const judged = engine.ask({ do: "judge" });
+    const judged = engine.judge();
     const same = JSON.stringify([again, judged]) === JSON.stringify([robot, { measured }]);
     console.log(`${same ? "ok  " : "FAIL"} ${name}: the robot walks as its file says: ${again.along.toFixed(3)} m, ${robot.along.toFixed(3)} m`);
     if (!same) process.exitCode = 1;

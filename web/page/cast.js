@@ -1,7 +1,7 @@
 // The cast: finished robots that walk in a parade while the library loads and the page's own design learns to walk.
 /* global Stage: of robot.js; decimals, everyFrame: of drawing.js; viewOf: of painter.js */
 
-import { Walk } from "./design.js";
+import { Walk, nameOf } from "./design.js";
 import { framed } from "./player.js";
 import { REAL } from "./scene.js";
 
@@ -16,13 +16,21 @@ export function mayBegin() {
   return !still && !saves && !new URLSearchParams(location.search).has("wait");
 }
 
-/** The robot of a link in the form that links have. */
-export const robotOf = link => new URLSearchParams(link.slice(1)).get("robot");
-
 /** Whether a robot of the parade consists of real parts. */
 export const isReal = ({ link }) => new URLSearchParams(link.slice(1)).get("scene") === REAL;
 
-const cast = async () => (await fetch(new URL("cast.json", import.meta.url))).json();
+const load = async () => (await fetch(new URL("cast.json", import.meta.url))).json();
+let loaded = null;
+const cast = () => loaded ??= load();
+
+/** What is measured of these robots: a map from their names. It is empty if they cannot be loaded. */
+export async function measuredOfCast() {
+  const robots = await cast().catch(() => []);
+  return new Map(robots.map(({ link, measured }) => {
+    const key = link.slice(1);
+    return [nameOf(key, new URLSearchParams(key).get("robot")), measured];
+  }));
+}
 
 /** A finished robot of real parts. */
 export const realRobot = async () => (await cast()).find(isReal);
@@ -35,7 +43,7 @@ export class Parade {
   #player;
   #onpick;
   #began = 0;
-  /** The robots: { name, link, walk, measured, stage, time }. */
+  /** The robots: { name, link, walk, stage, time }. */
   robots = [];
   /** For tests: the number of frames and the total time of their scripts in milliseconds. */
   cost = { frames: 0, total: 0 };
@@ -77,7 +85,7 @@ export class Parade {
     this.#place.replaceChildren();
   }
 
-  #add({ name, link, world, robot, measured }) {
+  #add({ name, link, world, robot }) {
     const walk = new Walk(world, { ...robot, diverged: null });
     const canvas = document.createElement("canvas");
     const button = Object.assign(document.createElement("button"), { type: "button" });
@@ -89,7 +97,7 @@ export class Parade {
     button.title = "Make this robot yours";
     this.#place.append(button);
     const stage = new Stage(canvas, walk.world);
-    const one = { name, link, walk, measured, stage, time: this.#player.still.matches ? walk.landing : 0 };
+    const one = { name, link, walk, stage, time: this.#player.still.matches ? walk.landing : 0 };
     const fit = () => {
       stage.world = { ...framed(walk, canvas), view: viewOf(walk.robot), isMarked: false };
       this.#draw(one);

@@ -6,6 +6,9 @@ export class Refused extends Error {}
 /** The error of a request whose worker stopped before it answered. `onstop` has already told the page. */
 export class Stopped extends Error {}
 
+/** A request that takes longer than this should be noticed, milliseconds. Attempts of a design are seen anyway. */
+const LONG = 400;
+
 export class Client {
   #worker = null;
   #waiting = new Map();
@@ -16,9 +19,10 @@ export class Client {
   /**
    * @param onstop is called with a message if a panic or a lack of memory stops the worker.
    * @param onload is called with the fraction of the library that is loaded, 1 at the end.
+   * @param onwait is called with whether a request takes long.
    */
-  constructor(onstop, onload = () => {}) {
-    Object.assign(this, { onstop, onload });
+  constructor(onstop, onload = () => {}, onwait = () => {}) {
+    Object.assign(this, { onstop, onload, onwait });
     this.start();
   }
 
@@ -46,9 +50,16 @@ export class Client {
   ask(request) {
     return new Promise((resolve, reject) => {
       if (!this.#worker) return reject(new Stopped("the worker has stopped"));
-      this.#waiting.set(++this.#next, { resolve, reject, since: performance.now() });
+      const now = performance.now();
+      this.#waiting.set(++this.#next, { resolve, reject, since: now, asked: request.do === "iterate" ? Infinity : now });
+      if (request.do !== "iterate") setTimeout(() => this.#tellWaiting(), LONG);
       this.#worker.postMessage([this.#next, request]);
     });
+  }
+
+  #tellWaiting() {
+    const takesLong = ({ asked }) => performance.now() - asked >= LONG;
+    this.onwait(this.#loaded && [...this.#waiting.values()].some(takesLong));
   }
 
   #load(share) {
@@ -66,6 +77,7 @@ export class Client {
     const asked = this.#waiting.get(number);
     this.#waiting.delete(number);
     this.#begun();
+    this.#tellWaiting();
     if (stopped) {
       asked.reject(new Stopped(error));
       this.#stop(error);
@@ -86,5 +98,6 @@ export class Client {
     this.#worker = null;
     for (const { reject } of this.#waiting.values()) reject(new Stopped(message));
     this.#waiting.clear();
+    this.#tellWaiting();
   }
 }

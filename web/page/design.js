@@ -2,6 +2,7 @@
 /* global Walker: of robot.js; levelAt: of drawing.js */
 
 import { Refused, Stopped } from "./client.js";
+import { Judge, judged } from "./judge.js";
 import { toBytes, toText } from "./packed.js";
 
 /** A node counts as on the ground if it is less than this many mean lengths of a bar above it. */
@@ -10,6 +11,20 @@ const NEAR = 0.02;
 const KEPT = 4;
 /** The gradient is asked for after every attempt whose number is a multiple of this. */
 const WEIGHED = 4;
+
+/** Names a robot in a link, and its scene, for what is known about it. `key` has them both, or only the scene. */
+export function nameOf(key, robot) {
+  const link = new URLSearchParams(key);
+  link.delete("seed");
+  link.set("robot", robot);
+  return String(link);
+}
+
+/** A robot whose worker stopped stays without measurements. */
+function unlessStopped(error) {
+  if (!(error instanceof Stopped)) throw error;
+  return null;
+}
 
 /** A robot with its walk, from an answer of the library. */
 export class Walk extends Walker {
@@ -143,7 +158,10 @@ export class Design {
   /** The designs that links can lead back to: a map from scene and seed to the attempts, the seconds, the designed robot,
    * and the links of its edits. */
   #kept = new Map();
-  /** What was measured before the page was opened: a map from robots in the form that links have. */
+  #judge = new Judge();
+  /** The scene of this design in the form that requests have. */
+  #scene = null;
+  /** What was measured before a robot is opened: a map from `nameOf`. */
   known = new Map();
   /** Whether another robot is about to take the place of the finished one. */
   isReplacing = false;
@@ -161,7 +179,7 @@ export class Design {
   gains = null;
   /** The evolution that races this design. */
   twin = null;
-  /** The robot to beat: { walk, link, far }, where `far` is the distance to quote, m; null if there is none. */
+  /** The robot to beat: { walk, link, measured, claimed }; null if there is none. */
   rival = null;
 
   /**
@@ -198,7 +216,7 @@ export class Design {
     this.robots = [{ walk: new Walk(world, first), record: null }];
     this.delivered = null;
     this.#stayHome();
-    this.key = key;
+    [this.#scene, this.key] = [scene, key];
     this.seconds = 0;
     this.#change("ready");
   }
@@ -210,14 +228,14 @@ export class Design {
     if (isKept && this.state === "finished" && this.key === key) return this.restore(link);
     const run = ++this.#run;
     this.#change("preparing");
-    const designed = isKept ? kept.designed : { link, measured: this.known.get(link) ?? null };
+    const designed = isKept ? kept.designed : { link, measured: this.known.get(nameOf(key, link)) ?? null };
     const { world, robot } = await this.#client.ask({ do: "open", scene, bytes: toBytes(designed.link) });
     if (run !== this.#run) return;
     this.world = world;
     const walk = new Walk(world, robot);
     this.robots = isKept ? kept.robots : [{ walk, record: null }];
     this.seconds = isKept ? kept.seconds : 0;
-    this.key = key;
+    [this.#scene, this.key] = [scene, key];
     this.#finish({ ...designed, walk });
     if (designed.link !== link) await this.restore(link);
   }
@@ -305,16 +323,24 @@ export class Design {
     }
   }
 
-  /** Gets to know the robot of a link to a scene as the one to beat; null if there is none. */
-  async meet(scene, link) {
-    const key = JSON.stringify(scene);
+  /** Gets to know the robot of a link to a scene as the one to beat; null if there is none. It is measured later. */
+  async meet(scene, link, key) {
+    const name = link && nameOf(key, link);
     if (link === null) this.rival = null;
-    if (link === null || (this.rival?.link === link && this.rival.key === key)) return;
+    if (link === null || this.rival?.name === name) return;
     const run = ++this.#run;
     this.#change("preparing");
     const { world, robot } = await this.#client.ask({ do: "open", scene, bytes: toBytes(link) });
-    const { measured } = await this.#client.ask({ do: "judge" });
-    if (run === this.#run) this.rival = { walk: new Walk(world, robot), link, key, far: measured.distance?.p50 ?? robot.along };
+    if (run !== this.#run) return;
+    const measured = this.known.get(name) ?? null;
+    const rival = { walk: new Walk(world, robot), link, name, measured };
+    this.rival = rival;
+    if (measured === null) this.#measureRival(scene, rival);
+  }
+
+  async #measureRival(scene, rival) {
+    rival.measured = await this.#judge.measure(scene, rival.link, () => this.rival === rival).catch(unlessStopped);
+    this.onchange(this.state);
   }
 
   async #deliver(run) {
@@ -363,7 +389,7 @@ export class Design {
     if (isOther && link !== null) this.#kept.get(this.key)?.edits.add(link);
     this.#stayHome();
     this.onchange(this.state);
-    await this.judge();
+    this.judge();
   }
 
   /** Lets the finished robot, with its edits, walk in its own world again, from the start. */
@@ -372,14 +398,19 @@ export class Design {
     return this.edit(walk === designed.walk ? null : walk.materials);
   }
 
-  /** Measures and judges the finished robot. Its walk is shown before, because this takes longer. */
+  /** Measures and judges the finished robot, while it already walks. */
   async judge() {
-    const [run, { delivered }] = [this.#run, this];
+    const { delivered } = this;
     if (delivered?.measured !== null) return;
-    const { measured } = await this.#client.ask({ do: "judge" });
-    if (run !== this.#run || this.delivered !== delivered) return;
-    const isDesigned = delivered.walk === delivered.designed.walk;
-    if (isDesigned) delivered.designed.measured = measured;
+    const isWanted = () => this.delivered === delivered;
+    const { link } = delivered;
+    delivered.isMeasuring = true;
+    this.onchange(this.state);
+    const measuring = link === null ? judged(this.#client, isWanted) : this.#judge.measure(this.#scene, link, isWanted);
+    const measured = await measuring.catch(unlessStopped);
+    delivered.isMeasuring = false;
+    if (!isWanted()) return;
+    if (delivered.walk === delivered.designed.walk) delivered.designed.measured = measured;
     delivered.measured = measured;
     this.onchange(this.state);
   }
@@ -414,14 +445,11 @@ export class Design {
     return walk.lengthen(robot);
   }
 
-  /**
-   * Lets the latest robot walk on in another world, from a frame of its walk. `there` has the `changes` and the `settings`
-   * of that world.
-   */
-  async visit(there, frame, onvisit) {
+  /** Lets the finished robot walk in another world, from the start. `there` has the `changes` and the `settings` of that world. */
+  async visit(there, onvisit) {
     const run = this.#run;
     const settings = Object.entries(there.settings).map(([key, value]) => `${key}=${value}`);
-    const { world, robot } = await this.#client.ask({ do: "visit", settings, frame });
+    const { world, robot } = await this.#client.ask({ do: "visit", settings });
     if (run !== this.#run) return;
     this.elsewhere = { ...there, world };
     this.#send(robot, { visits: true }, onvisit);

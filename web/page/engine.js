@@ -33,4 +33,12 @@ export class Engine {
     if (error !== undefined) throw new Refusal(error);
     return ok;
   }
+
+  /** Measures the finished robot until nothing is left to measure. Returns the last answer. */
+  judge() {
+    for (;;) {
+      const answer = this.ask({ do: "judge" });
+      if (answer.measured !== null) return answer;
+    }
+  }
 }

@@ -2,10 +2,10 @@
 /* global Stage: of robot.js; Ternary, Curve: of charts.js; decimals, levelAt: of drawing.js */
 
 import { keepAddress, keepRobot, linked } from "./address.js";
-import { ENOUGH, Parade, isReal, mayBegin, realRobot, robotOf } from "./cast.js";
+import { ENOUGH, Parade, isReal, mayBegin, measuredOfCast, realRobot } from "./cast.js";
 import { Chips } from "./chips.js";
 import { Client, Refused, Stopped } from "./client.js";
-import { Design } from "./design.js";
+import { Design, nameOf } from "./design.js";
 import { Editor } from "./editor.js";
 import { Errand } from "./errand.js";
 import { filmKind, save } from "./film.js";
@@ -23,7 +23,7 @@ import { Strip } from "./strip.js";
 import { Twin } from "./twin.js";
 import { Visit } from "./visit.js";
 import { takeFilm, takeLink } from "./take.js";
-import { headline, metres, sentence, shownAs, showVerdict } from "./words.js";
+import { headline, medianOf, metres, sentence, shownAs, showVerdict } from "./words.js";
 
 const $ = id => document.getElementById(id);
 /** After this many milliseconds, a computation can be cancelled. */
@@ -42,7 +42,7 @@ const curve = new Curve($("curve"), x => look(Math.round(x)));
 const strip = new Strip($("strip"), look);
 const player = new Player(stage, tellTime, tellPlay);
 player.lengthen = lengthen;
-const client = new Client(stopped, tellLoaded);
+const client = new Client(stopped, tellLoaded, isLong => { $("busy").hidden = !isLong; });
 const design = new Design(client, changed, panicAfter === null ? null : Number(panicAfter));
 const scene = new Scene(client, $("settings"), mayChange, sceneKnown);
 const ground = new GroundEditor($("ground"), points => scene.setGround(points));
@@ -122,7 +122,7 @@ function endGreeting() {
 }
 
 /** Makes a robot of the parade a finished robot of the page. */
-async function adopt({ walk, link, time, measured } = parade.robots[0] ?? {}) {
+async function adopt({ walk, link, time } = parade.robots[0] ?? {}) {
   if (!parade.isOpen) return;
   endGreeting();
   player.show(walk, { restart: true });
@@ -132,7 +132,6 @@ async function adopt({ walk, link, time, measured } = parade.robots[0] ?? {}) {
     $("status").textContent = "This robot is finished.";
     return;
   }
-  design.known.set(robotOf(link), measured);
   history.pushState(null, "", link);
   scene.read();
   await scenesKnown;
@@ -254,7 +253,7 @@ async function prepare() {
       await meetRival();
       await design.open(scene.asked, scene.robot, scene.key);
       await visit.arrive(visited);
-      await design.judge();
+      design.judge();
     }
     return true;
   } catch (error) {
@@ -265,10 +264,18 @@ async function prepare() {
   }
 }
 
+/** Before a robot of a link is opened, what is measured of the cast is known. */
+let castKnown = null;
+function knowCast() {
+  if (scene.robot === null && scene.rival === null) return null;
+  return castKnown ??= measuredOfCast().then(measured => measured.forEach((one, name) => design.known.set(name, one)));
+}
+
 /** Opens the robot to beat, if there is one. */
 async function meetRival() {
   if (scene.rival !== null && toBytes(scene.rival) === null) throw new Refused("the robot to beat in this link is not complete; copy the whole link");
-  await design.meet(scene.asked, scene.rival);
+  await knowCast();
+  await design.meet(scene.asked, scene.rival, scene.key);
   if (design.rival !== null) design.rival.claimed = scene.claimed;
 }
 
@@ -356,7 +363,7 @@ function changed(state) {
 function inLane() {
   if (design.told !== null) return null;
   if (twin.walk) return { walk: twin.walk, says: `evolution, ${twin.tries} tries: ${shownAs(twin.walk.along)}` };
-  return design.rival && { walk: design.rival.walk, says: `to beat: ${shownAs(design.rival.far)}` };
+  return design.rival && { walk: design.rival.walk, says: `to beat: ${design.rival.measured ? shownAs(medianOf(design.rival)) : "measuring …"}` };
 }
 
 /** Sets the flag: at the goal, or at the distance of the headline; during a design at the best distance so far. The best
@@ -400,7 +407,7 @@ function show(how = {}) {
   $("back").disabled = number === 0;
   $("ahead").disabled = $("latest").disabled = looked === null;
   $("takeback").disabled = !isShown() || design.delivered.walk === design.delivered.designed.walk;
-  $("challenge").disabled = !isShown() || design.told !== null || design.delivered.link === null;
+  $("challenge").disabled = !isShown() || design.told !== null || design.delivered.link === null || medianOf(design.delivered) === null;
   $("robot").classList.toggle("tinted", gains.show());
   $("stage").classList.toggle("earlier", looked !== null);
   ternary.draw({ mixtures: walk.mixtures, delivered: walk.materials, highlight: player.highlight });
@@ -450,7 +457,9 @@ function tellStatus(state) {
   $("status").setAttribute("aria-live", state === "working" ? "off" : "polite");
   const first = performance.now() < farewell.until && looked === null ? farewell.words : "";
   $("status").textContent = race.runs ? race.words : first + sentence(state, design, looked);
-  showVerdict($("verdict"), (isShown() && design.told === null && design.delivered.measured?.verdict) || []);
+  const delivered = isShown() && design.told === null ? design.delivered : null;
+  showVerdict($("verdict"), delivered?.measured?.verdict ?? []);
+  if (delivered?.isMeasuring) $("verdict").textContent = "Measuring how reliably it walks …";
 }
 
 function tellTime(time) {
@@ -555,7 +564,7 @@ async function startRace() {
     const [{ seed, far, measured, bytes }] = ranking;
     if (far === null) return;
     [scene.robot, scene.seed] = [toText(bytes), seed];
-    design.known.set(scene.robot, measured);
+    design.known.set(nameOf(scene.key, scene.robot), measured);
     // The robot before may have won.
     if (scene.link !== location.hash) history.pushState(null, "", scene.link);
     await scene.check();
@@ -598,9 +607,7 @@ async function chooseReal() {
   if (!designs) return;
   await scenesKnown;
   if (scene.name === REAL) return changeAndDesign(() => scene.choose(DEFAULT));
-  const { link, measured } = await realRobot();
-  design.known.set(robotOf(link), measured);
-  location.hash = link;
+  location.hash = (await realRobot()).link;
 }
 
 /** Shows or hides the lanes of a race. */
@@ -629,7 +636,7 @@ async function saveFilm() {
 /** Gives out a link that asks others to beat the finished robot. */
 async function challenge() {
   const { delivered } = design;
-  const far = delivered.measured?.distance?.p50 ?? delivered.walk.along;
+  const far = medianOf(delivered);
   const url = new URL(scene.challenge(delivered.link, far), location.href);
   await takeLink({ url, holds: `this robot and its distance, ${shownAs(far)}. It opens with a race against it`, tell });
 }

@@ -1,4 +1,4 @@
-// Lets the finished robot walk on in another world: with other gravity, or on other ground.
+// Lets the finished robot walk in another world: with other gravity, or on other ground.
 
 import { CHOICES } from "./chips.js";
 
@@ -25,8 +25,6 @@ export class Visit {
     const own = this.#scene.checked.settings;
     if (Object.entries(settings).every(([key, value]) => String(own[key]) === value)) delete changes[kind];
     if (Object.keys(changes).length === 0) return design.home();
-    // A robot that has fallen apart cannot walk on.
-    if (design.told?.walk.along === null) await design.home();
     this.onvisit();
     await this.#go(changes);
   }
@@ -42,6 +40,6 @@ export class Visit {
 
   #go(changes) {
     const settings = Object.assign({}, ...Object.values(changes).map(({ settings }) => settings));
-    return this.#player.goOn((frame, ongoing) => this.#design.visit({ changes, settings }, frame, ongoing));
+    return this.#player.goOn((_, ongoing) => this.#design.visit({ changes, settings }, ongoing));
   }
 }

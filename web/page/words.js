@@ -44,6 +44,12 @@ function attempt(design, looked) {
   return `Attempt ${looked} of ${design.world.iterations}: ${far}. ${phase}.`;
 }
 
+/** The median distance of a robot, m; null if it is not measured, and if it sometimes falls apart. */
+export function medianOf({ measured }) {
+  const median = measured?.distance?.p50;
+  return Number.isFinite(median) ? median : null;
+}
+
 /** What is known about slightly different robots. */
 function spread({ measured }) {
   if (measured === null || measured.distance === null) return "";
@@ -76,8 +82,8 @@ function place({ ground, gravity }) {
 function visits({ walk }, { elsewhere, delivered }) {
   const here = place(elsewhere.changes);
   if (walk.along === null) return `The same robot ${here}: ${walk.diverged}.`;
-  const median = delivered.measured?.distance?.p50;
-  const home = Number.isFinite(median) ? `${metres(median)} (the median)` : metres(delivered.walk.along ?? 0);
+  const median = medianOf(delivered);
+  const home = median !== null ? `${metres(median)} (the median)` : metres(delivered.walk.along ?? 0);
   return `The same robot, now ${here}: it walks ${metres(walk.along)} in ${walk.took.toFixed(1)} s. In its own world it walks ${home}.`;
 }
 
@@ -92,14 +98,18 @@ function told({ walk, to, left }) {
   return `Told to go to ${metres(along)}${aside}. After ${walk.took.toFixed(1)} s the robot is ${metres(left)} away from it.`;
 }
 
-/** What the race against the robot to beat has come to. */
+/** What the race against the robot to beat has come to. Only medians are compared: one walk may be a lucky one. */
 function race({ rival, delivered }, state) {
   if (rival === null) return "";
-  const { far, claimed } = rival;
+  if (rival.measured === null) return "Measuring the robot to beat … ";
+  const [far, own] = [medianOf(rival), state === "finished" ? medianOf(delivered) : null];
+  if (far === null) return "The robot to beat sometimes falls apart. ";
+  const { claimed } = rival;
   const claims = claimed !== null && Math.abs(claimed - far) > 0.01 ? ` (the link says ${metres(claimed)}, but this is what it walks)` : "";
-  const own = state === "finished" ? delivered.measured?.distance?.p50 ?? delivered.walk.along : null;
   if (own === null) return `To beat: ${metres(far)}${claims}. `;
-  return own > far ? `You beat it: ${metres(own)} against ${metres(far)}${claims}. Share the link. ` : `Not beaten yet: ${metres(own)} against ${metres(far)}${claims}. “Design another” tries again. `;
+  const both = `${metres(own)} against ${metres(far)}${claims}`;
+  if (metres(own) === metres(far)) return `A tie: ${both}. “Design another” tries again. `;
+  return own > far ? `You beat it: ${both}. Share the link. ` : `Not beaten yet: ${both}. “Design another” tries again. `;
 }
 
 /** What the race against evolution has come to. */

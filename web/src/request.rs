@@ -8,6 +8,9 @@ use cosmic::scene::{BUILTIN, Scene};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
+/// Lattices with more nodes do not fit into the memory that a browser gives.
+const MOST_NODES: usize = 1024;
+
 /// A request that the page sends.
 #[derive(Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
@@ -37,9 +40,9 @@ enum Request {
     /// Lets the robot that was shown last walk on after a push, from a frame of its walk. `velocity` (along,
     /// across, above) is added to the velocity of every node, m/s; a planar robot ignores the part across.
     Push { velocity: [f64; 3], frame: usize },
-    /// Lets the robot that was shown last walk on from a frame of its walk in a world with other settings of the physics.
-    Visit { settings: Vec<String>, frame: usize },
-    /// Measures and judges the delivered robot with its edits.
+    /// Lets the delivered robot, with its edits, walk in a world with other settings of the physics.
+    Visit { settings: Vec<String> },
+    /// Measures the delivered robot with its edits a little further, and judges it when everything is measured.
     Judge,
     /// Returns the delivered robot, with its edits, in bytes for a link.
     Share,
@@ -68,7 +71,13 @@ impl Asked {
             Some(builtin) => (builtin.name, builtin.text),
             None => ("scene.toml", &self.scene[..]),
         };
-        Scene::parse(name, text)?.set(&self.settings)
+        let scene = Scene::parse(name, text)?.set(&self.settings)?;
+        match scene.lattice.nodes() {
+            nodes if nodes > MOST_NODES => Err(Error::Usage(format!(
+                "`lattice.columns` and `lattice.rows` make {nodes} nodes; the memory of a browser is enough for {MOST_NODES}"
+            ))),
+            _ => Ok(scene),
+        }
     }
 }
 
@@ -116,7 +125,7 @@ fn carry_out(session: &mut Session, request: Request) -> Result<Value> {
         Request::Restore { bytes } => session.restore(bytes),
         Request::Tell { to, frame } => session.tell(to, frame),
         Request::Push { velocity, frame } => session.push(velocity, frame),
-        Request::Visit { settings, frame } => session.visit(&settings, frame),
+        Request::Visit { settings } => session.visit(&settings),
         Request::Judge => session.judge(),
         Request::Share => session.share(),
         Request::Open { scene, bytes } => session.open(&scene.read()?, bytes),

@@ -2,14 +2,14 @@
 
 use crate::evolve::Evolution;
 use crate::gains;
-use crate::work::{MEASURED, PageRobot, Whole, Work, clearance, nothing, solid_nodes};
+use crate::work::{PageRobot, Whole, Work, clearance, nothing, solid_nodes};
 use cosmic::case::Case;
 use cosmic::design::{Design, Material};
 use cosmic::error::Error;
 use cosmic::geometry::Vector;
 use cosmic::outcome::DesignFile;
 use cosmic::scene::{GoalKind, Scene};
-use cosmic::search::{CoDesign, Progress};
+use cosmic::search::CoDesign;
 use cosmic::shop::{self, Piece};
 use serde_json::{Value, json};
 
@@ -157,35 +157,27 @@ impl Session {
         Ok(json!({ "robot": walked.0 }))
     }
 
-    /// Lets the robot that was shown last walk on from a frame of its walk in a world where some settings of the physics
-    /// are others, such as gravity and ground. Later goals and pushes happen in that world.
-    pub(crate) fn visit(&mut self, settings: &[String], frame: usize) -> Answer {
+    /// Lets the finished robot walk from the start in a world where some settings of the physics are others, such as gravity
+    /// and ground. Later goals and pushes happen in that world.
+    pub(crate) fn visit(&mut self, settings: &[String]) -> Answer {
         let work = self.work()?;
-        let (robot, first, mut start) = work.moment(frame)?;
+        let (robot, own) = (work.finished()?.clone(), work.codesign.world());
         let there = work.world_with(settings)?;
+        let mut start = own.lattice.state_at_rest();
         let solid = solid_nodes(&robot, &there);
-        let lift = clearance(&start, &solid, work.world()) - clearance(&start, &solid, &there);
+        let lift = clearance(&start, &solid, own) - clearance(&start, &solid, &there);
         for x in &mut start.x {
             *x += Vector::upright(0.0, lift);
         }
         work.elsewhere = Some(there);
-        let shown = work.walk_on(robot, first, &start, None).0;
+        let shown = work.walk_on(robot, 0, &start, None).0;
         Ok(json!({ "world": work.view(), "robot": shown }))
     }
 
-    /// Measures and judges the finished robot with its edits in the world of the scene.
+    /// Measures the finished robot with its edits in the world of the scene a little further, and judges it if nothing is left
+    /// to measure.
     pub(crate) fn judge(&mut self) -> Answer {
-        let work = self.work()?;
-        let robot = work.finished()?;
-        let progress = Progress {
-            seed: MEASURED,
-            design: robot.design.clone(),
-            controller: robot.controller.clone(),
-            candidates: Vec::new(),
-            ..work.progress.clone()
-        };
-        let delivery = work.deliver(&progress);
-        Ok(json!({ "measured": work.measured(&progress, &delivery) }))
+        Ok(json!({ "measured": self.work()?.judge_further()? }))
     }
 
     /// The finished robot, with its edits, in bytes for a link.

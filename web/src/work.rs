@@ -4,7 +4,7 @@ use crate::{packed, view};
 use cosmic::design::{Design, Material, Mixture};
 use cosmic::error::Error;
 use cosmic::geometry::{Ground, Vector};
-use cosmic::judge::{Delivery, Measuring};
+use cosmic::judge::{Delivery, Measurements, Measuring};
 use cosmic::lattice::State;
 use cosmic::outcome::Summary;
 use cosmic::policy::{Controller, Goals};
@@ -13,6 +13,7 @@ use cosmic::search::{CoDesign, Progress};
 use cosmic::walk;
 use cosmic::world::{Span, Trajectory, World};
 use serde_json::{Value, json};
+use std::cell::Cell;
 
 /// A design in progress, and its robot once it is finished.
 pub(crate) struct Work {
@@ -25,6 +26,8 @@ pub(crate) struct Work {
     pub(crate) whole: Option<Whole>,
     /// The delivered robot with the materials that the user has edited, if any.
     pub(crate) edited: Option<PageRobot>,
+    /// What is measured of the finished robot so far.
+    pub(crate) measurements: Measurements,
     /// The world in which the user lets the finished robot walk on; `None` in the world of the scene.
     pub(crate) elsewhere: Option<World>,
     /// The walk that was shown last; `None` if it diverged.
@@ -81,6 +84,7 @@ impl Work {
             delivered: None,
             whole: None,
             edited: None,
+            measurements: Measurements::default(),
             elsewhere: None,
             walk: None,
         }
@@ -158,6 +162,29 @@ impl Work {
         let mut eight = Measuring::over(SelectionSettings::PERTURBED_ROLLOUTS);
         let delivery = self.codesign.deliver_unless(progress, &mut eight);
         delivery.expect("nothing stops these measurements")
+    }
+
+    /// Does one more of the measurements of the finished robot, which takes seconds for a robot of real parts. Returns all of
+    /// them for an answer, `None` if some are left.
+    pub(crate) fn judge_further(&mut self) -> cosmic::Result<Option<Value>> {
+        let robot = self.finished()?;
+        let progress = Progress {
+            seed: MEASURED,
+            design: robot.design.clone(),
+            controller: robot.controller.clone(),
+            candidates: Vec::new(),
+            ..self.progress.clone()
+        };
+        let is_enough = Cell::new(false);
+        let mut measuring = Measuring {
+            rollouts: SelectionSettings::PERTURBED_ROLLOUTS,
+            known: std::mem::take(&mut self.measurements),
+            is_stopped: &|| is_enough.get(),
+            keep: Some(&mut |_: &Measurements| is_enough.set(true)),
+        };
+        let delivery = self.codesign.deliver_unless(&progress, &mut measuring);
+        self.measurements = measuring.known;
+        Ok(delivery.map(|delivery| self.measured(&progress, &delivery)))
     }
 
     /// The measurements of a finished robot for an answer: the distance to quote (`null` if goals are given), whether it
@@ -255,6 +282,7 @@ impl Work {
     /// Returns a robot and its rollout in double precision, in the world of the scene.
     pub(crate) fn show(&mut self, robot: &PageRobot) -> Value {
         self.elsewhere = None;
+        self.measurements = Measurements::default();
         let world = self.codesign.world();
         let (start, span) = (
             world.lattice.state_at_rest(),

@@ -19,10 +19,10 @@ function round(seed) {
   engine.ask({ do: "begin", scene, seed });
   while (!engine.ask({ do: "iterate", shown: true }).done);
   const { robot } = engine.ask({ do: "deliver", packed: true });
-  engine.ask({ do: "visit", settings: ["physics.gravity=3.7", "physics.incline_deg=8"], frame: 20 });
+  engine.ask({ do: "visit", settings: ["physics.gravity=3.7", "physics.incline_deg=8"] });
   engine.ask({ do: "push", velocity: [1, 0, 1], frame: 5 });
   engine.ask({ do: "edit", materials: robot.materials });
-  engine.ask({ do: "judge" });
+  engine.judge();
   engine.ask({ do: "open", scene, bytes: engine.ask({ do: "share" }).bytes });
 }
 

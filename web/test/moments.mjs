@@ -1,6 +1,7 @@
 // Tests of the first minute: the parade, the switches, walks without an end, races against a link, and the gradient.
 import { open as openPage, ready, says, text } from "./browsers.mjs";
 import { CAST, HELLO, SMALL, check, close, here, library, linkTo, open, press, until, wait } from "./helpers.mjs";
+import { sentence } from "../page/words.js";
 import { serve } from "./serve.mjs";
 
 /** The gradient is the derivative of the distance: small changes of bars bring what it says. */
@@ -178,4 +179,42 @@ export async function tinting(browser, address) {
   await says(page, "Design another", 240_000);
   check(await page.$eval("#gain", words => words.hidden) && await page.evaluate(() => globalThis.onStage().tints === null), "a finished robot has none");
   await close(page, faults);
+}
+
+/** A robot of real parts is measured aside, which takes a minute: the page says so, and a switch moves the robot meanwhile. */
+export async function measuring(browser, address) {
+  const { link } = CAST.find(({ name }) => name === "could be built");
+  const { page, faults } = await openPage(browser, address + link);
+  const isHome = () => document.getElementById("status").textContent.startsWith("This robot is finished");
+  await until(page, "a robot of real parts", isHome);
+  check(/\d m\/s/.test(await text(page, "verdict")), "the verdict of a robot of the parade is known");
+  // With another payload nothing is known of it.
+  await page.evaluate(link => { location.hash = `${link}&set=physics.payload_mass=0.051`; }, link);
+  await until(page, "an unknown robot is measured", () => document.getElementById("verdict").textContent.startsWith("Measuring"));
+  const slow = await page.createCDPSession();
+  await slow.send("Emulation.setCPUThrottlingRate", { rate: 4 });
+  await wait(1000);
+  const asked = Date.now();
+  await page.click("#worlds [data-choice=Moon]");
+  await page.waitForFunction(() => !document.getElementById("busy").hidden || document.getElementById("status").textContent.startsWith("The same robot"), { timeout: 60_000 });
+  check(Date.now() - asked < 2000, `a switch is answered after ${Date.now() - asked} ms`);
+  await page.waitForFunction(() => document.getElementById("status").textContent.startsWith("The same robot"), { timeout: 60_000 });
+  check(Date.now() - asked < 20_000, `and the robot walks there after ${Date.now() - asked} ms`);
+  await close(page, faults);
+}
+
+/** Two robots are compared by their medians, not by a lucky walk, and a tie is a tie. */
+export function comparing() {
+  globalThis.decimals = (x, digits) => x.toFixed(digits);
+  const robot = (along, p50) => ({ walk: { along, took: 6, count: () => 1 }, measured: { distance: { p10: p50, p50, p90: p50 }, reliability: {} } });
+  const says = (own, rival) => {
+    const delivered = robot(...own);
+    delivered.designed = delivered;
+    const design = { rival: { ...robot(...rival), claimed: null }, delivered, twin: { walk: null }, robots: [], told: null, hasAttempts: true };
+    return sentence("finished", design, null).split(". ")[0];
+  };
+  for (const [own, rival, begins] of [
+    [[3.82, 3.2], [3.1, 3.37], "Not beaten yet: 3.20 m against 3.37 m"], [[2.9, 3.4], [3.8, 3.37], "You beat it: 3.40 m against 3.37 m"],
+    [[3.9, 3.371], [3.1, 3.369], "A tie: 3.37 m against 3.37 m"], [[3.9, NaN], [3.1, 3.369], "To beat: 3.37 m"],
+  ]) check(says(own, rival) === begins, `${own} against ${rival}: ${says(own, rival)}`);
 }

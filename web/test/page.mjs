@@ -10,7 +10,7 @@ import { building, choosing, editingInSpace, evolving, listing, twins } from "./
 import { cancelled, designing, editing, files, framed, motionless, playing, scenes, stopping, unreliable } from "./controls.mjs";
 import { SMALL, checkShifts, close, failed, here, open } from "./helpers.mjs";
 import { asks, headlines, links, refusedLinks } from "./links.mjs";
-import { beating, gaining, loading, picking, switches, takingBack, tinting } from "./moments.mjs";
+import { beating, comparing, gaining, loading, measuring, picking, switches, takingBack, tinting } from "./moments.mjs";
 import { racing, standing } from "./races.mjs";
 import { serve } from "./serve.mjs";
 import { shots, stranger, without } from "./strangers.mjs";
@@ -62,6 +62,7 @@ async function inChromium(address) {
     await stranger(browser, address);
     await picking(browser, address);
     await loading(browser, address);
+    await measuring(browser, address);
     await without(browser, address);
     if (given.shots) await shots(browser, address, given.shots, ["light", "dark"]);
   } finally {
@@ -95,6 +96,7 @@ goingOn();
 visiting();
 judging();
 gaining();
+comparing();
 listing();
 editingInSpace();
 evolving();
