@@ -104,6 +104,21 @@ fn single_settings_replace_those_of_a_scene() {
     assert_eq!((set.physics.dt, set.physics.steps), (0.001, 5000));
 }
 
+/// A setting sets one key: a new line or braces cannot bring others in.
+#[test]
+fn a_setting_sets_one_key() {
+    for setting in [
+        "physics.gravity=1\nphysics.steps=64",
+        "physics.gravity=1\n[schedule]\niterations=1",
+        "lattice={columns=3, rows=4}",
+    ] {
+        let report = refused_setting(&[setting]);
+        assert!(report.contains("a setting sets one key"), "{report}");
+    }
+    let scene = Scene::paper().set(&["controller.goal=[3,\n1]"]);
+    assert_eq!(scene.unwrap().controller.goal, [3.0, 1.0]);
+}
+
 /// Each setting in `wrong_settings.txt` is refused, and the report has the lines that follow it.
 #[test]
 fn a_wrong_setting_is_shown_as_the_user_wrote_it() {

@@ -80,6 +80,13 @@ impl Scene {
     }
 }
 
+/// The number of keys that the sections of a table set.
+fn keys_below(table: &DeTable) -> usize {
+    let keys =
+        |(_, value): (_, &Spanned<DeValue>)| value.get_ref().as_table().map_or(1, DeTable::len);
+    table.iter().map(keys).sum()
+}
+
 /// Makes a source from each `KEY=VALUE` of the option `--set`.
 pub(in crate::scene) fn options(settings: &[impl AsRef<str>]) -> Vec<SceneText<'_>> {
     let settings = settings.iter();
@@ -206,10 +213,17 @@ impl<'s, 't> Reader<'s, 't> {
             let allowed = "write SECTION.KEY=VALUE, for example physics.gravity=9.81";
             return self.fault(0..text.len(), message, allowed.to_owned());
         }
-        match parsed(self.source, *file, text) {
-            Ok(document) => self.table(document.get_ref()),
-            Err(fault) => self.faults.push(fault),
+        let document = match parsed(self.source, *file, text) {
+            Ok(document) => document,
+            Err(fault) => return self.faults.push(fault),
+        };
+        let keys = keys_below(document.get_ref());
+        if file.is_none() && keys > 1 {
+            let message = format!("a setting sets one key, and this one sets {keys}");
+            let allowed = "write each key as a setting for itself";
+            return self.fault(0..text.len(), message, allowed.to_owned());
         }
+        self.table(document.get_ref());
     }
 
     /// Reads the sections of a table. If the table is a whole scene, also reads the keys above the sections.
