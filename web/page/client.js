@@ -17,12 +17,15 @@ export class Client {
   #loaded = false;
 
   /**
-   * @param onstop is called with a message if a panic or a lack of memory stops the worker.
-   * @param onload is called with the fraction of the library that is loaded, 1 at the end.
-   * @param onwait is called with whether a request takes long.
+   * @param listeners are called
+   *   - `onstop` with a message if a panic or a lack of memory stops the worker,
+   *   - `onmissing` with a message if the library cannot be loaded,
+   *   - `onload` with the fraction of the library that is loaded, 1 at the end,
+   *   - `onwait` with whether a request takes long.
    */
-  constructor(onstop, onload = () => {}, onwait = () => {}) {
-    Object.assign(this, { onstop, onload, onwait });
+  constructor(listeners = {}) {
+    const none = () => {};
+    Object.assign(this, { onstop: none, onmissing: none, onload: none, onwait: none }, listeners);
     this.start();
   }
 
@@ -33,12 +36,16 @@ export class Client {
   }
 
   /** Starts a new worker. The work of the old worker is lost. */
-  start() {
+  start(script = "worker.js") {
     this.#end("the worker was restarted");
     this.#loaded = false;
-    this.#worker = new Worker(new URL("worker.js", import.meta.url), { type: "module" });
-    this.#worker.onmessage = ({ data }) => data.loaded === undefined ? this.#answer(data) : this.#load(data.loaded);
-    this.#worker.onerror = event => this.#stop(event.message || "the worker cannot be loaded");
+    this.#worker = new Worker(new URL(script, import.meta.url), { type: "module" });
+    this.#worker.onmessage = ({ data }) => {
+      if (data.missing !== undefined) this.#miss(data.missing);
+      else if (data.loaded !== undefined) this.#load(data.loaded);
+      else this.#answer(data);
+    };
+    this.#worker.onerror = ({ message }) => this.#loaded ? this.#stop(message) : this.#miss(message || "the worker cannot be loaded");
   }
 
   /** Ends the worker for good. */
@@ -91,6 +98,11 @@ export class Client {
   #stop(message) {
     this.#end(message);
     this.onstop(message);
+  }
+
+  #miss(message) {
+    this.#end(message);
+    this.onmissing(message);
   }
 
   #end(message) {

@@ -27,7 +27,7 @@ export class Judge {
   async #measure(scene, link, isWanted) {
     if (!isWanted()) return null;
     this.#isWanted = isWanted;
-    this.#client ??= new Client(() => { this.#client = null; });
+    this.#client ??= new Client({ onstop: () => { this.#client = null; }, onmissing: () => { this.#client = null; } });
     const client = this.#client;
     await client.ask({ do: "open", scene, bytes: toBytes(link) });
     return judged(client, isWanted);

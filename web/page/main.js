@@ -28,6 +28,8 @@ import { headline, medianOf, metres, sentence, shownAs, showVerdict } from "./wo
 const $ = id => document.getElementById(id);
 /** After this many milliseconds, a computation can be cancelled. */
 const LONG = 2000;
+/** If nothing of the library arrives for this many milliseconds, its download hangs. */
+const HANGS = 10_000;
 /** A robot that rises less than this above the ground does not jump, in metres. */
 const JUMPS = 0.02;
 /** The buttons that cannot be used before there is a robot. */
@@ -42,7 +44,7 @@ const curve = new Curve($("curve"), x => look(Math.round(x)));
 const strip = new Strip($("strip"), look);
 const player = new Player(stage, tellTime, tellPlay);
 player.lengthen = lengthen;
-const client = new Client(stopped, tellLoaded, isLong => { $("busy").hidden = !isLong; });
+const client = new Client({ onstop: stopped, onmissing: missing, onload: tellLoaded, onwait: isLong => { $("busy").hidden = !isLong; } });
 const design = new Design(client, changed, panicAfter === null ? null : Number(panicAfter));
 const scene = new Scene(client, $("settings"), mayChange, sceneKnown);
 const ground = new GroundEditor($("ground"), points => scene.setGround(points));
@@ -96,6 +98,10 @@ let looked = null;
 let recording = null;
 /** How much of the library is loaded, from 0 to 1. */
 let loaded = 0;
+/** Whether robots can be designed here. Without WebAssembly, honest.js says that they cannot. */
+let designs = typeof WebAssembly === "object";
+/** The timer that notices a download that hangs. */
+let hangs;
 /** The timer for the next update of the main button. */
 let waiting;
 /** What the status says first when the page's own design takes the stage, and until when (milliseconds). */
@@ -121,9 +127,14 @@ function endGreeting() {
   $("robot").classList.remove("greets");
 }
 
-/** Makes a robot of the parade a finished robot of the page. */
-async function adopt({ walk, link, time } = parade.robots[0] ?? {}) {
-  if (!parade.isOpen) return;
+/** Makes a robot of the parade a finished robot of the page. What follows waits until it is. */
+let adopting = Promise.resolve();
+function adopt(robot = parade.robots[0]) {
+  if (parade.isOpen && robot) adopting = take(robot);
+  return adopting;
+}
+
+async function take({ walk, link, time }) {
   endGreeting();
   player.show(walk, { restart: true });
   player.seek(time);
@@ -217,6 +228,7 @@ async function sceneKnown(error) {
 
 /** Asks before a change that would discard a design in progress. */
 async function mayChange() {
+  await adopting;
   if (parade.isOpen) {
     endGreeting();
     changed(design.state);
@@ -319,8 +331,39 @@ function tellButton(state) {
 /** Says how much of the library is loaded. */
 function tellLoaded(share) {
   loaded = share;
+  $("missing").hidden = true;
   tellButton(design.state);
-  if ($("status").textContent.startsWith("Loading") && share < 1) $("status").textContent = `Loading the program that designs robots: ${Math.round(100 * share)} %`;
+  const percent = `${Math.round(100 * share)} %`;
+  clearTimeout(hangs);
+  if (share === 1) return;
+  hangs = setTimeout(() => sayMissing(`At ${percent} the program that designs robots has stopped arriving.`), HANGS);
+  if ($("status").textContent.startsWith("Loading")) $("status").textContent = `Loading the program that designs robots: ${percent}`;
+}
+
+/** Says that the library did not arrive. Finished robots walk without it. */
+async function missing(message) {
+  clearTimeout(hangs);
+  designs = false;
+  endRaces();
+  design.abandon("empty");
+  sayMissing(`The program that designs robots did not arrive: ${message}.`);
+  if (design.world === null && !parade.isOpen) await parade.open();
+  $("robot").classList.toggle("greets", parade.isOpen);
+  $("status").textContent = "Finished robots walk without it. Touch one to see it walk.";
+}
+
+function sayMissing(words) {
+  $("missing").firstElementChild.textContent = words;
+  $("missing").hidden = false;
+}
+
+/** Loads the library once more, and not from where a wrong one may be kept. */
+async function loadAgain() {
+  designs = true;
+  await globalThis.caches?.keys().then(names => Promise.all(names.filter(name => name.startsWith("cosmic-")).map(name => caches.delete(name))));
+  client.start("worker.js?again");
+  tellLoaded(0);
+  begin();
 }
 
 function changed(state) {
@@ -483,6 +526,7 @@ function togglePlay() {
 
 async function pressDesign() {
   if (race.runs) return race.end();
+  await adopting;
   if ($("design").textContent === "Cancel") return cancel();
   if (parade.isOpen) endGreeting();
   if (design.state === "working") return design.pause();
@@ -524,6 +568,7 @@ function cancel() {
 /** Lets the finished robot walk on in another world, with the same body. Otherwise changes the scene. */
 async function chooseWorld(kind, name, settings) {
   if (kind !== "size") await adopt();
+  if (!designs) return;
   if (kind === "size" || design.state !== "finished") return changeAndDesign(() => scene.set(...Object.entries(settings)));
   try {
     await visit.move(kind, name, settings);
@@ -576,6 +621,7 @@ async function startRace() {
 /** Lets an evolution without gradients race the design. A second press ends it. */
 async function raceTwin() {
   if (twin.runs) return twin.end();
+  await adopting;
   if (parade.isOpen) {
     endGreeting();
     changed(design.state);
@@ -635,6 +681,7 @@ async function saveFilm() {
 
 /** Gives out a link that asks others to beat the finished robot. */
 async function challenge() {
+  await adopting;
   const { delivered } = design;
   const far = medianOf(delivered);
   const url = new URL(scene.challenge(delivered.link, far), location.href);
@@ -693,10 +740,10 @@ function connect() {
   on("home", goHome);
   on("stay", () => $("leave").close("stay"));
   on("go", () => $("leave").close("go"));
+  on("again", loadAgain);
   on("restart", () => {
     $("stopped").close();
-    client.start();
-    begin();
+    loadAgain();
   });
   on("ternary", () => { player.highlight = null; }, "pointerleave");
   on("ternary", event => { if (design.state === "finished") player.highlight = ternary.edgeAt(event.clientX, event.clientY); }, "pointermove");
@@ -714,10 +761,11 @@ connect();
 tellPlay();
 $("strip").classList.toggle("empty", scene.robot !== null);
 greet();
-// honest.js says that nothing can be designed.
-const designs = typeof WebAssembly === "object";
 if (filmKind() === null) $("saved").textContent = "This browser cannot record animations.";
-if (designs) begin();
+if (designs) {
+  tellLoaded(0);
+  begin();
+}
 /** How long the scripts of frames take, for tests. */
 globalThis.playerCost = player.cost;
 globalThis.parade = parade;

@@ -149,7 +149,7 @@ export class Race {
 
   /** Gives a lane to a seed. */
   #open(lane, seed) {
-    Object.assign(lane, { seed, far: null, walk: null, blend: 0, client: new Client(() => {}) });
+    Object.assign(lane, { seed, far: null, walk: null, blend: 0, client: new Client() });
     lane.name.textContent = `seed ${seed}`;
     lane.element.setAttribute("aria-label", `Seed ${seed}`);
     lane.element.className = "";

@@ -1,6 +1,6 @@
 // An evolution for the scene of a design, in a worker of its own. It has no gradients.
 
-import { Client, Stopped } from "./client.js";
+import { Client, Refused, Stopped } from "./client.js";
 import { Walk } from "./design.js";
 
 /** The page hears of an evolution after so many robots at most, and about as often as this, milliseconds. */
@@ -25,7 +25,7 @@ export class Twin {
 
   /** Tries robots for a scene until it is ended. */
   async run(scene, seed) {
-    const client = new Client(() => {});
+    const client = new Client();
     [this.#client, this.walk, this.found, this.tries] = [client, null, 0, 0];
     let count = 1;
     try {
@@ -40,6 +40,7 @@ export class Twin {
       }
     } catch (error) {
       if (!(error instanceof Stopped)) throw error;
+      if (this.#client === client) throw new Refused(`The evolution stopped: ${error.message}`);
     } finally {
       if (this.#client === client) this.end();
     }

@@ -31,6 +31,21 @@ export async function picking(browser, address) {
     check(page.url().endsWith(`&robot=${robot}`), `and is in the address: ${page.url().length} characters`);
     await close(page, faults);
   }
+  for (const [what, next, status] of [
+    ["the Moon", "[data-choice=Moon]", "The same robot, now with the gravity of the Moon"], ["another design", "#design", "Searching"], ["evolution", "#twin", "Evolution"],
+  ]) {
+    const { page, faults } = await openPage(browser, address);
+    await page.waitForSelector("#parade button:nth-child(6)");
+    // The page's own design is under way.
+    await until(page, "a design", () => document.getElementById("strip").getAttribute("aria-valuenow") > 2);
+    await page.evaluate(next => {
+      document.querySelector("#parade button:nth-child(4)").click();
+      document.querySelector(next).click();
+    }, next);
+    await until(page, `a robot of the parade and at once ${what}`, status => document.getElementById("status").textContent.startsWith(status), status);
+    check(!(await page.$("#leave[open]")) && page.url().includes("columns%3D6"), "with that robot, without a question");
+    await close(page, faults);
+  }
   const { page, faults } = await openPage(browser, address);
   await page.waitForSelector("#parade button");
   await page.focus("#parade button:nth-child(2)");
@@ -113,6 +128,34 @@ export async function loading(browser) {
   check(words.size > 2, `words of progress: ${[...words].slice(0, 3).join("; ")} …`);
   await page.close();
   server.close();
+}
+
+/** If the library is cut, missing or another file, or its download hangs, the page says so, robots walk, and a button helps. */
+export async function missing(browser) {
+  const type = { "content-type": "application/wasm" };
+  for (const [how, spoil, words] of [
+    ["is cut", (response, bytes) => response.writeHead(200, type).end(bytes.subarray(0, 100_000)), "did not arrive"],
+    ["is missing", response => response.writeHead(404).end(), "answers with 404"],
+    ["is another file", response => response.writeHead(200, type).end("<!DOCTYPE html>"), "did not arrive"],
+    ["is another program", response => response.writeHead(200, type).end(Buffer.from([0, 97, 115, 109, 1, 0, 0, 0])), "did not arrive"],
+    ["hangs", (response, bytes) => response.writeHead(200, type).write(bytes.subarray(0, 1_000_000)), "has stopped arriving"],
+  ]) {
+    for (const link of how === "hangs" ? [""] : ["", HELLO.link]) {
+      let isSpoilt = true;
+      const server = await serve(here("../dist"), 0, 0, (...given) => isSpoilt && (spoil(...given), true));
+      const { page } = await openPage(browser, server.address + link);
+      await until(page, `the library ${how}${link && ", with a link"}`, words => document.getElementById("missing").textContent.includes(words), words);
+      const before = await page.evaluate(() => globalThis.parade.cost.frames);
+      await until(page, "robots walk", before => globalThis.parade.cost.frames > before + 5, before);
+      check(!(await page.$("#stopped[open]")), await text(page, "missing"));
+      isSpoilt = false;
+      await page.click("#again");
+      await ready(page);
+      check(await page.$eval("#missing", words => words.hidden), "the button loads it");
+      await page.close();
+      server.close();
+    }
+  }
 }
 
 /** A link asks to beat a robot: a new design races it in lanes, and the link of the result holds both. */

@@ -10,14 +10,18 @@ const TYPES = { ".html": "text/html", ".css": "text/css", ".js": "text/javascrip
 /** The bytes of a piece. */
 const PIECE = 2 ** 17;
 
-/** Serves a folder, the library in pieces with a `pause` (milliseconds) between them. Returns the address and a function that
- * stops the server. */
-export async function serve(folder, port = 0, pause = 0) {
+/**
+ * Serves a folder, the library in pieces with a `pause` (milliseconds) between them. Returns the address and a function that
+ * stops the server.
+ * @param spoil may answer requests for the library in its own way: it returns whether it does.
+ */
+export async function serve(folder, port = 0, pause = 0, spoil = () => false) {
   const server = createServer(async (request, response) => {
     const path = normalize(decodeURIComponent(new URL(request.url, "http://here").pathname));
     const file = join(folder, path.endsWith("/") ? `${path}index.html` : path);
     try {
       const bytes = await readFile(file);
+      if (file.endsWith(".wasm") && spoil(response, bytes)) return;
       response.writeHead(200, { "content-type": TYPES[extname(file)] ?? "application/octet-stream" });
       for (let at = 0; pause > 0 && file.endsWith(".wasm") && at < bytes.length; at += PIECE) {
         response.write(bytes.subarray(at, at + PIECE));
