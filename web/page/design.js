@@ -177,6 +177,8 @@ export class Design {
   /** What more material in each bar of the robot in design would bring: { gains, seconds }, in metres for a whole bar within
    * the first seconds; null if it is not known. */
   gains = null;
+  /** The name from which the robot is designed; undefined if there is none. */
+  owner;
   /** The evolution that races this design. */
   twin = null;
   /** The robot to beat: { walk, link, measured, claimed }; null if there is none. */
@@ -245,6 +247,11 @@ export class Design {
     this.delivered = { ...designed, designed };
     this.#stayHome();
     this.#change("finished");
+  }
+
+  /** The link of the robot that was designed on this page from a scene and a seed; null if there is none. */
+  linkOf(key) {
+    return this.#kept.get(key)?.designed.link ?? null;
   }
 
   /** Whether the robot was designed on this page, so that its attempts are known. */

@@ -13,9 +13,10 @@ import { Gains } from "./gains.js";
 import { GroundEditor } from "./ground.js";
 import { toBytes, toText } from "./packed.js";
 import { Player } from "./player.js";
+import { linkOf, namesIn, seedOf } from "./link.js";
 import { progressOf } from "./progress.js";
 import { Push } from "./push.js";
-import { Race, outcome } from "./race.js";
+import { Race, entrantsFrom, outcome } from "./race.js";
 import { Refusals } from "./refusal.js";
 import { DEFAULT, OWN, REAL, Scene } from "./scene.js";
 import { Shop } from "./shop.js";
@@ -96,6 +97,8 @@ const shop = new Shop({
 /** The iteration that the user chose to see; null for the last iteration or the delivered robot. */
 let looked = null;
 let recording = null;
+/** Whether the page began the design in progress by itself. */
+let isUnasked = false;
 /** How much of the library is loaded, from 0 to 1. */
 let loaded = 0;
 /** Whether robots can be designed here. Without WebAssembly, honest.js says that they cannot. */
@@ -180,7 +183,9 @@ async function openAddress() {
   // Something else may be opened in the meantime.
   if (!(await scene.check())) return;
   if (design.state === "empty") await openInstead(scene.name, $("refusal").textContent);
-  if (design.state === "ready" && mayBegin()) await work();
+  if (design.state !== "ready" || !mayBegin()) return;
+  isUnasked = !linked && location.hash === "";
+  await designThis();
 }
 
 /** Opens a built-in scene with its own settings, because the link cannot be opened. */
@@ -211,6 +216,7 @@ async function sceneKnown(error) {
   $("scene").value = scene.name;
   $("seed").value = scene.seed;
   $("real").setAttribute("aria-pressed", scene.name === REAL);
+  $("name").value = scene.names.join(" + ");
   refusal.forget();
   if (error) {
     endRaces();
@@ -234,8 +240,8 @@ async function mayChange() {
     changed(design.state);
   }
   const busy = ["working", "paused", "measuring"].includes(design.state) && design.iteration > 0;
-  // A computation that hangs can be left without a question.
-  if (!busy || client.busyFor >= LONG) return true;
+  // A design that nobody asked for, and a computation that hangs, can be left without a question.
+  if (!busy || isUnasked || client.busyFor >= LONG) return true;
   $("leave").returnValue = "";
   $("leave").showModal();
   await new Promise(resolve => $("leave").addEventListener("close", resolve, { once: true }));
@@ -255,6 +261,9 @@ async function prepare() {
   toOther();
   recording?.abort();
   editor.open(null);
+  design.owner = scene.owner;
+  // A robot that was born on this page is still there.
+  if (scene.names.length === 1 && scene.robot === null) scene.robot = scene.born = design.linkOf(scene.key);
   try {
     if (scene.robot === null) {
       await meetRival();
@@ -527,14 +536,18 @@ function togglePlay() {
 async function pressDesign() {
   if (race.runs) return race.end();
   await adopting;
+  isUnasked = false;
   if ($("design").textContent === "Cancel") return cancel();
   if (parade.isOpen) endGreeting();
   if (design.state === "working") return design.pause();
   if (design.elsewhere) return changeAndDesign(() => scene.set(...Object.entries(design.elsewhere.settings)));
   if (design.state === "finished") return newSeed(scene.seed + 1);
   if (design.state === "cancelled" && !(await prepare())) return;
-  await work();
+  await designThis();
 }
+
+/** Designs the robot of the scene, or lets the robots of several names race. */
+const designThis = () => scene.names.length > 1 && scene.robot === null ? startRace() : work();
 
 async function work() {
   toLatest();
@@ -592,6 +605,16 @@ async function goHome() {
 /** Sets the seed. If a robot is being designed or is finished, a design with the new seed begins at once. */
 const newSeed = seed => changeAndDesign(() => scene.setSeed(seed));
 
+/** Opens the link of the name that a visitor typed. */
+function openName(event) {
+  event.preventDefault();
+  const names = namesIn($("name").value);
+  if (names.length === 0) return $("name").focus();
+  const hash = linkOf(names);
+  if (location.hash === hash) navigate();
+  else location.hash = hash;
+}
+
 /** Lets several seeds race, and opens the best robot. A second press ends the race. */
 async function startRace() {
   if (race.runs) return race.end();
@@ -603,12 +626,15 @@ async function startRace() {
   try {
     let ranking = null;
     // The robot on the stage stands still behind the lanes.
-    await player.goOn(async () => { ranking = await race.run(scene.asked, scene.seed); });
+    const entrants = scene.names.length > 1 ? scene.names.map(name => ({ name, seed: seedOf(name) })) : entrantsFrom(scene.seed);
+    await player.goOn(async () => { ranking = await race.run(scene.asked, entrants); });
     if (ranking === null) return;
     tell(outcome(ranking));
     const [{ seed, far, measured, bytes }] = ranking;
     if (far === null) return;
     [scene.robot, scene.seed] = [toText(bytes), seed];
+    if (scene.names.length < 2) scene.names = [];
+    else scene.born = scene.robot;
     design.known.set(nameOf(scene.key, scene.robot), measured);
     // The robot before may have won.
     if (scene.link !== location.hash) history.pushState(null, "", scene.link);
@@ -694,7 +720,7 @@ async function share() {
   if (location.hash === "") history.replaceState(null, "", scene.link);
   const world = Object.keys(scene.visited).length > 0 ? " and the world in which it walks" : "";
   const robot = looked === null ? "this robot" : "the finished robot";
-  await takeLink({ holds: scene.robot === null ? null : `${robot}${world}`, tell });
+  await takeLink({ holds: scene.robot === null || scene.isNamed ? null : `${robot}${world}`, tell });
 }
 
 function connect() {
@@ -715,6 +741,7 @@ function connect() {
   }, "change");
   on("other", () => newSeed(scene.seed + 1));
   on("race", startRace);
+  on("naming", openName, "submit");
   on("back", () => step(-1));
   on("ahead", () => step(1));
   on("latest", () => {

@@ -29,11 +29,21 @@ const LONGER = 1.3;
 
 const listed = words => new Intl.ListFormat("en").format(words);
 
-/** Says who won. `ranking` is a list of { seed, far } from the first to the last. */
+const capital = words => words[0].toUpperCase() + words.slice(1);
+
+/** Says who won. `ranking` is a list of { name, far } from the first to the last. */
 export function outcome([first, ...others]) {
   if (first.far === null) return "Nobody won the race: all robots fall apart.";
-  const named = ({ seed, far }) => `${far === null ? "a robot that falls apart" : metres(far)} (seed ${seed})`;
-  return `Seed ${first.seed} won the race: ${metres(first.far)} against ${listed(others.map(named))}.`;
+  const equal = others.filter(({ far }) => far !== null && metres(far) === metres(first.far));
+  if (equal.length > 0) return `${capital(listed([first, ...equal].map(({ name }) => name)))} tie: ${metres(first.far)}.`;
+  const named = ({ name, far }) => `${far === null ? "a robot that falls apart" : metres(far)} (${name})`;
+  return `${capital(first.name)} won the race: ${metres(first.far)} against ${listed(others.map(named))}.`;
+}
+
+/** The robots of several seeds, as entrants of a race. */
+export function entrantsFrom(seed) {
+  const count = Math.min(MOST, Math.max(2, (navigator.hardwareConcurrency ?? 2) - 1));
+  return Array.from({ length: count }, (_, k) => ({ seed: seed + k, name: `seed ${seed + k}` }));
 }
 
 export class Race {
@@ -50,7 +60,8 @@ export class Race {
   #track = { start: 0, scale: 1 };
   /** Whether a race is in progress. */
   runs = false;
-  /** The lanes: { seed, far, walk, … }, where `far` is the distance that the lane shows, m. */
+  #all = [];
+  /** The lanes of this race: { seed, title, far, walk, … }, where `far` is the distance that the lane shows, m. */
   lanes = [];
   /** For tests: the number of frames and the total time of their scripts in milliseconds. */
   cost = { frames: 0, total: 0 };
@@ -67,18 +78,20 @@ export class Race {
 
   /** The sentence about a race in progress. */
   get words() {
-    return `Seeds ${listed(this.lanes.map(({ seed }) => String(seed)))} race: a robot is designed from each of them. The robot that walks farthest takes the stage.`;
+    return `${capital(listed(this.lanes.map(({ title }) => title)))} race: a robot is designed from each of them. The robot that walks farthest takes the stage.`;
   }
 
   /**
-   * Designs the robots of a scene from `seed` on. Resolves to a list of { seed, far, measured, bytes } from the first to the
-   * last, where `far` is the distance to quote, null if the robot falls apart; to null if the race is ended.
+   * Designs the robots of a scene. Each of the `entrants` is { seed, name }. Resolves to a list of { seed, name, far, measured,
+   * bytes } from the first to the last, where `far` is the distance to quote, null if the robot falls apart; to null if the race is ended.
    */
-  async run(scene, seed) {
-    if (this.lanes.length === 0) this.#build(Math.min(MOST, Math.max(2, (navigator.hardwareConcurrency ?? 2) - 1)));
+  async run(scene, entrants) {
+    if (this.#all.length === 0) this.#build(MOST);
+    for (const [k, { element }] of this.#all.entries()) element.hidden = k >= entrants.length;
+    this.lanes = this.#all.slice(0, entrants.length);
     [this.#best, this.#reach, this.#time] = [0, 0, 0];
     this.#line.textContent = this.#place.style.cssText = "";
-    this.lanes.forEach((lane, k) => this.#open(lane, seed + k));
+    this.lanes.forEach((lane, k) => this.#open(lane, entrants[k]));
     this.runs = true;
     this.#place.hidden = false;
     this.#onchange();
@@ -127,13 +140,13 @@ export class Race {
     lane.attempt.textContent = "finished, median";
     this.#show(lane, new Walk(world, robot), far);
     const { bytes } = await client.ask({ do: "share" });
-    return { seed: lane.seed, far, measured, bytes };
+    return { seed: lane.seed, name: lane.title, far, measured, bytes };
   }
 
   /** Adds the lanes, which all races use. */
   #build(count) {
     const make = (name, parent, given = {}) => parent.appendChild(Object.assign(document.createElement(name), given));
-    this.lanes = Array.from({ length: count }, () => {
+    this.#all = Array.from({ length: count }, () => {
       const element = make("div", this.#place);
       element.setAttribute("role", "group");
       const canvas = make("canvas", element);
@@ -147,13 +160,13 @@ export class Race {
     this.#line = make("i", this.#place, { className: "best" });
   }
 
-  /** Gives a lane to a seed. */
-  #open(lane, seed) {
-    Object.assign(lane, { seed, far: null, walk: null, blend: 0, client: new Client() });
-    lane.name.textContent = `seed ${seed}`;
-    lane.element.setAttribute("aria-label", `Seed ${seed}`);
+  /** Gives a lane to an entrant. */
+  #open(lane, { seed, name }) {
+    Object.assign(lane, { seed, title: name, far: null, walk: null, blend: 0, client: new Client() });
+    lane.name.textContent = name;
+    lane.element.setAttribute("aria-label", capital(name));
     lane.element.className = "";
-    lane.canvas.setAttribute("aria-label", `The robot of seed ${seed}`);
+    lane.canvas.setAttribute("aria-label", `The robot of ${name}`);
     [lane.distance.textContent, lane.attempt.textContent] = ["–", "loading …"];
     // The canvas still shows the last race.
     lane.canvas.style.visibility = "hidden";

@@ -2,6 +2,7 @@
 // seed.
 
 import { CHOICES } from "./chips.js";
+import { linkOf, readLink, seedOf } from "./link.js";
 
 /** The page's own scenes, as texts in TOML. */
 export const OWN = {
@@ -83,6 +84,9 @@ export class Scene {
   #mayChange;
   name = DEFAULT;
   seed = DEFAULT_SEED;
+  /** The names from which the robots of the link are designed, and the finished robot of one of them. */
+  names = [];
+  born = null;
   /** A finished robot in the form that links have; null without a robot. */
   robot = null;
   /** The other world in which that robot walks: a map from kinds of settings to the names of choices. */
@@ -132,8 +136,20 @@ export class Scene {
     return String(link);
   }
 
+  /** Whether names are all that the link needs. */
+  get isNamed() {
+    const isBorn = this.robot === this.born && Object.keys(this.visited).length === 0;
+    return this.names.length > 0 && isBorn && this.rival === null;
+  }
+
+  /** The name of the robot; undefined if it has none. */
+  get owner() {
+    return this.names.find(name => seedOf(name) === this.seed);
+  }
+
   /** The part of the link after `#`. */
   get link() {
+    if (this.isNamed) return linkOf(this.names);
     const link = new URLSearchParams(this.key);
     if (this.robot !== null) {
       link.set("robot", this.robot);
@@ -174,8 +190,9 @@ export class Scene {
   async #change(make, keepsRival = false) {
     const agreed = await this.#mayChange();
     if (agreed) {
-      this.robot = null;
+      this.robot = this.born = null;
       this.visited = {};
+      this.names = [];
       if (!keepsRival) this.rival = this.claimed = null;
       make();
       await this.check();
@@ -261,23 +278,25 @@ export class Scene {
 
   /** Reads the link in the address. */
   read() {
-    const link = new URLSearchParams(location.hash.slice(1));
-    this.name = link.get("scene") ?? DEFAULT;
+    const { names, link } = readLink(location.hash);
+    this.names = names;
+    this.born = null;
+    this.name = link.get("scene")?.toLowerCase() ?? DEFAULT;
     this.robot = link.get("robot");
-    const seed = Number(link.get("seed") ?? (link.has("scene") ? 0 : DEFAULT_SEED));
+    const seed = names.length > 0 ? seedOf(names[0]) : Number(link.get("seed") ?? (link.has("scene") ? 0 : DEFAULT_SEED));
     this.seed = Number.isSafeInteger(seed) && seed >= 0 ? seed : DEFAULT_SEED;
     this.changed.clear();
     for (const setting of link.getAll("set")) {
       const at = setting.indexOf("=");
-      if (at > 0) this.changed.set(setting.slice(0, at), setting.slice(at + 1));
+      if (at > 0) this.changed.set(setting.slice(0, at).trim().toLowerCase(), setting.slice(at + 1));
     }
     this.rival = link.get("rival");
     const claimed = Number(link.get("beat") ?? NaN);
     this.claimed = this.rival !== null && Number.isFinite(claimed) ? claimed : null;
     this.visited = {};
     for (const kind of VISITS) {
-      const name = link.get(kind);
-      if (this.robot !== null && Object.hasOwn(CHOICES[kind], name)) this.visited[kind] = name;
+      const name = Object.keys(CHOICES[kind]).find(name => name.toLowerCase() === link.get(kind)?.toLowerCase());
+      if (this.robot !== null && name !== undefined) this.visited[kind] = name;
     }
   }
 }

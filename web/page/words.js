@@ -98,6 +98,14 @@ function told({ walk, to, left }) {
   return `Told to go to ${metres(along)}${aside}. After ${walk.took.toFixed(1)} s the robot is ${metres(left)} away from it.`;
 }
 
+/** How far the robot of a name walks. */
+function named({ owner, delivered, best }, state) {
+  if (owner === undefined || !["working", "paused", "measuring", "finished"].includes(state)) return "";
+  if (delivered && delivered.walk !== delivered.designed.walk) return "";
+  const far = state === "finished" ? medianOf(delivered) : best?.walk.along ?? null;
+  return far === null ? "" : `${owner} walks ${metres(far)}${state === "finished" ? "" : " so far"}. `;
+}
+
 /** What the race against the robot to beat has come to. Only medians are compared: one walk may be a lucky one. */
 function race({ rival, delivered }, state) {
   if (rival === null) return "";
@@ -127,7 +135,7 @@ export function sentence(state, design, looked) {
   if (design.told !== null && ["ready", "paused", "finished"].includes(state)) {
     return design.told.visits ? visits(design.told, design) : told(design.told);
   }
-  return evolution(design, state) + race(design, state) + {
+  return named(design, state) + evolution(design, state) + race(design, state) + {
     empty: "",
     preparing: "Preparing the robot …",
     cancelled: "Cancelled. Press “Design a robot” to start again.",

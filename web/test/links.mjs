@@ -1,7 +1,60 @@
 // Tests of links, of Back and refresh, and of the questions before a robot is lost.
-import { ready, says, text } from "./browsers.mjs";
+import { open as openPage, ready, says, text } from "./browsers.mjs";
 import { SMALL, HELLO, open, unfold, goBack, boxOf, check, press, value, until, close } from "./helpers.mjs";
+import { linkOf, namesIn, readLink, seedOf } from "../page/link.js";
 import { winning } from "./races.mjs";
+
+/** A name is a seed, and links survive what messages do to them. */
+export function naming() {
+  // The first two are from the page of those who designed the hash.
+  for (const [name, seed] of [["a", 0xe40c292c], ["foobar", 0xbf9cf968], ["Anna", 0xc9cce27b], ["anna", 0xc9cce27b], ["Zo\u00eb", seedOf("ZOE\u0308")], ["\u{1f916}", seedOf("\u{1f916}")]]) {
+    check(seedOf(name) === seed, `the seed of ${name} is ${seedOf(name)}`);
+  }
+  const long = "x".repeat(60);
+  for (const [hash, ...names] of [
+    ["#Anna", "Anna"], ["#Anna+Ben", "Anna", "Ben"], ["#Anna%20Maria + Ben).", "Anna Maria", "Ben"], ["#anna+ANNA", "anna"], [""], ["#"], ["#%20"], ["#+"], ["#%F0%9F%A4%96", "\u{1f916}"],
+    ["#Zoe%CC%88", "Zo\u00eb"], [`#${long}`, long.slice(0, 40)], ["#%3Cb%3Ex", "<b>x"], ["#%E0%A4%A", "%E0%A4%A"], ["#a%00%E2%80%AEb", "ab"], ["#1+2+3+4+5", "1", "2", "3", "4"], ["#C%2B%2B", "C++"], ["#Anna=1"], ["#scene%3Dcube"],
+  ]) check(JSON.stringify(readLink(hash).names) === JSON.stringify(names), `${hash.slice(0, 30)} has the names ${JSON.stringify(readLink(hash).names)}`);
+  for (const typed of ["Anna", " \u00c5sa + C# ", "a=b&c", "100 %", "<img>", "\u{1f469}\u200d\u{1f4bb}"]) {
+    const names = namesIn(typed);
+    check(JSON.stringify(readLink(linkOf(names)).names) === JSON.stringify(names), `the address ${linkOf(names)}`);
+  }
+  for (const hash of ["#scene=cube&amp;seed=3", "#scene=cube&seed=3).", "#SCENE=cube&Seed=3", "#scene%3Dcube%26seed%3D3"]) check(String(readLink(hash).link) === "scene=cube&seed=3", `${hash} is understood`);
+}
+
+/** A name is the whole link: its robot is born, the same one everywhere, and two names race. */
+export async function births(browser, address) {
+  const { page, faults } = await openPage(browser, address);
+  await page.waitForSelector("#parade button:nth-child(6)");
+  await until(page, "the page designs a robot", () => document.getElementById("strip").getAttribute("aria-valuenow") > 2);
+  await page.keyboard.press("Tab");
+  check(await page.evaluate(() => document.activeElement.id) === "name", "the first Tab leads to the name");
+  await page.keyboard.type("Anna");
+  await page.keyboard.press("Enter");
+  const began = Date.now();
+  await until(page, "a name gives a robot, without a question", () => /^Anna walks [\d.]+ m so far/.test(document.getElementById("status").textContent) && !document.querySelector("#leave[open]"));
+  await page.waitForFunction(() => /^Anna walks [\d.]+ m\. Finished/.test(document.getElementById("status").textContent), { timeout: 120_000 });
+  const [said, far] = [/^[^.]*\.\d+ m/.exec(await text(page, "status"))[0], await text(page, "along")];
+  check(page.url() === `${address}#Anna` && said === `Anna walks ${far}`, `${page.url()} after ${((Date.now() - began) / 1000).toFixed(1)} s: ${said}`);
+  await unfold(page);
+  await press(page, "next");
+  await page.click("[name=material][value='1']");
+  await until(page, "an edited robot has a link of the other kind", () => location.hash.includes("robot="));
+  await goBack(page);
+  await until(page, "Back returns to the name and its attempts", said => document.getElementById("status").textContent.startsWith(`${said}. Finished after 120 attempts`), said);
+  await page.goto("about:blank");
+  await page.goto(`${address}#anna`);
+  await page.waitForFunction(() => /^anna walks [\d.]+ m\. Finished/.test(document.getElementById("status").textContent), { timeout: 120_000 });
+  check((await text(page, "status")).startsWith(said.replace("Anna", "anna")), `the link shows it being born: ${said}`);
+  await page.goto("about:blank");
+  await page.goto(`${address}#Anna+%3Cb%3EBen%20%F0%9F%A4%96`);
+  await until(page, "two names race", () => globalThis.race.lanes.length === 2 && globalThis.race.lanes.every(({ walk }) => walk));
+  check(await page.$$eval("#lanes > div:not([hidden]) span", all => all.map(name => name.textContent).join()) === "Anna,<b>Ben \u{1f916}", "as text");
+  await page.waitForFunction(() => / won the race: | tie: /.test(document.getElementById("saved").textContent), { timeout: 240_000 });
+  await until(page, "the winner is on the stage, at the same address", () => location.hash.startsWith("#Anna+") && / walks [\d.]+ m\. This robot is finished/.test(document.getElementById("status").textContent));
+  console.log(`     ${await text(page, "saved")}`);
+  await close(page, faults);
+}
 
 /** Robots of other versions, of other lattices, too short, too long, not text, and scenes with absurd numbers. */
 async function hostileLinks(browser, address) {
