@@ -37,6 +37,12 @@ mv dist/new "dist/$version"
 sed -i -E "s#(href|src)=\"([a-z]+\.[a-z]+)\"#\1=\"$version/\2\"#" dist/index.html
 # Previews need a full address: SITE=https://example.org/robot ./build.sh
 sed -i "s#SITE/#${SITE:+$SITE/}#" dist/index.html
+# The address of the source, once the repository has one.
+source=$(sed -n 's/^repository-code: "\(.*\)"/\1/p' ../CITATION.cff)
+case $source in
+*OWNER*) sed -i 's#<a href="SOURCE">.*</a>#Its source is not published yet#' dist/index.html ;;
+*) sed -i "s#SOURCE#$source#" dist/index.html ;;
+esac
 ../.ci/paths.sh check dist/*.* dist/"$version"/*
 modules=$(cd dist && printf '<link rel="modulepreload" href="%s">' "$version"/{main,client,design,player,scene,strip,cast}.js)
 sed -i "s#</head>#$modules\n</head>#" dist/index.html

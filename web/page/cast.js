@@ -43,6 +43,9 @@ export class Parade {
   #player;
   #onpick;
   #began = 0;
+  #ticks = false;
+  /** Whether the visitor has called the robots back. */
+  isCalled = false;
   /** The robots: { name, link, walk, stage, time }. */
   robots = [];
   /** For tests: the number of frames and the total time of their scripts in milliseconds. */
@@ -76,12 +79,14 @@ export class Parade {
     this.#place.hidden = false;
     this.#began = performance.now();
     this.robots = robots.map(robot => this.#add(robot));
-    everyFrame(passed => { if (this.isOpen) this.#tick(passed); });
+    if (!this.#ticks) everyFrame(passed => { if (this.isOpen) this.#tick(passed); });
+    this.#ticks = true;
     return true;
   }
 
   close() {
     this.#place.hidden = true;
+    this.isCalled = false;
     this.#place.replaceChildren();
   }
 

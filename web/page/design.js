@@ -150,7 +150,8 @@ export class Design {
   /** "empty", "preparing", "ready", "working", "paused", "measuring", "finished", "cancelled" or "stopped". */
   state = "empty";
   world = null;
-  /** The robot before the first iteration and the robot after each iteration, with the iteration's record. */
+  /** The robot before the first iteration and the robot after each iteration, with the iteration's record and the seconds that
+   * all iterations took until then. */
   robots = [];
   /** The finished robot with the user's edits: its `walk`, its `link` (null if it does not fit into one), and what is
    * `measured` (null until it is known). `designed` has the same of the robot before the edits. */
@@ -305,7 +306,7 @@ export class Design {
     const { robot, record, done } = await this.#client.ask({ do: "iterate", shown: true });
     if (run !== this.#run) return false;
     this.seconds += (performance.now() - begun) / 1000;
-    this.robots.push({ walk: new Walk(this.world, robot), record });
+    this.robots.push({ walk: new Walk(this.world, robot), record, seconds: this.seconds });
     this.#stayHome();
     const isUndecided = ["co_design", "attraction"].includes(record.phase);
     if (!isUndecided) this.gains = null;

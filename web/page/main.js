@@ -33,6 +33,7 @@ const LONG = 2000;
 const HANGS = 10_000;
 /** A robot that rises less than this above the ground does not jump, in metres. */
 const JUMPS = 0.02;
+const TOUCH = "These robots are finished. Touch one to make it yours.";
 /** The buttons that cannot be used before there is a robot. */
 const LATER = ["design", "challenge", "twin", "takeback", "race", "back", "ahead", "latest", "save-film", "save-design", "save-scene"];
 /** `?panic=5` makes the library panic after iteration 5, for tests. */
@@ -121,13 +122,29 @@ async function greet() {
   if (linked || new URLSearchParams(location.search).has("wait") || !(await parade.open())) return;
   $("robot").classList.add("greets");
   const next = mayBegin() ? "Meanwhile the page designs one of its own." : "Press “Design a robot” for another one.";
-  const touch = "These robots are finished. Touch one to make it yours.";
-  $("status").textContent = designs ? `${touch} ${next}` : "These robots are finished. Touch one to see it walk.";
+  $("status").textContent = designs ? `${TOUCH} ${next}` : "These robots are finished. Touch one to see it walk.";
 }
 
 function endGreeting() {
   parade.close();
-  $("robot").classList.remove("greets");
+  $("robot").classList.remove("greets", "called");
+  $("finished").textContent = "Finished robots";
+}
+
+/** Calls the parade back; a second press leads back to the robot. */
+async function callParade() {
+  if (parade.isOpen) {
+    endGreeting();
+    return changed(design.state);
+  }
+  race.end();
+  if (!(await parade.open())) return;
+  parade.isCalled = true;
+  $("robot").classList.add("greets", "called");
+  $("finished").textContent = "Back to the robot";
+  $("status").textContent = TOUCH;
+  $("verdict").textContent = "";
+  $("parade").scrollIntoView({ block: "nearest" });
 }
 
 /** Makes a robot of the parade a finished robot of the page. What follows waits until it is. */
@@ -138,6 +155,7 @@ function adopt(robot = parade.robots[0]) {
 }
 
 async function take({ walk, link, time }) {
+  if (!(await mayLose())) return;
   endGreeting();
   player.show(walk, { restart: true });
   player.seek(time);
@@ -156,7 +174,7 @@ async function take({ walk, link, time }) {
 /** Gives the stage to the page's own design once it walks far enough, or is finished. */
 function giveWay(state) {
   const far = design.best?.walk.along ?? 0;
-  if (!parade.isOpen || !(far > ENOUGH || state === "finished")) return;
+  if (!parade.isOpen || parade.isCalled || !(far > ENOUGH || state === "finished")) return;
   if (parade.rest > 0) return setTimeout(() => changed(design.state), parade.rest);
   farewell = { words: `The page’s own design walks ${shownAs(far)} now, so it takes the stage. `, until: performance.now() + 8000 };
   endGreeting();
@@ -239,6 +257,11 @@ async function mayChange() {
     endGreeting();
     changed(design.state);
   }
+  return mayLose();
+}
+
+/** Asks whether a design in progress may be lost. */
+async function mayLose() {
   const busy = ["working", "paused", "measuring"].includes(design.state) && design.iteration > 0;
   // A design that nobody asked for, and a computation that hangs, can be left without a question.
   if (!busy || isUnasked || client.busyFor >= LONG) return true;
@@ -580,6 +603,7 @@ function cancel() {
 
 /** Lets the finished robot walk on in another world, with the same body. Otherwise changes the scene. */
 async function chooseWorld(kind, name, settings) {
+  if (parade.isCalled) callParade();
   if (kind !== "size") await adopt();
   if (!designs) return;
   if (kind === "size" || design.state !== "finished") return changeAndDesign(() => scene.set(...Object.entries(settings)));
@@ -655,6 +679,7 @@ async function raceTwin() {
   // Both walks begin together.
   if (design.state === "finished") await goHome();
   toLatest();
+  $("stage").scrollIntoView({ block: "nearest" });
   try {
     const run = twin.run(scene.asked, scene.seed);
     tellTwin();
@@ -715,7 +740,7 @@ async function challenge() {
 }
 
 async function share() {
-  if (parade.isOpen) return takeLink({ holds: "this parade of finished robots", tell });
+  if (parade.isOpen && !parade.isCalled) return takeLink({ holds: "this parade of finished robots", tell });
   keepAddress(scene);
   if (location.hash === "") history.replaceState(null, "", scene.link);
   const world = Object.keys(scene.visited).length > 0 ? " and the world in which it walks" : "";
@@ -762,6 +787,7 @@ function connect() {
   on("link", share);
   on("challenge", challenge);
   on("twin", raceTwin);
+  on("finished", callParade);
   on("real", chooseReal);
   on("takeback", () => editor.takeBack());
   on("home", goHome);

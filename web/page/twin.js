@@ -8,9 +8,11 @@ const [MOST, OFTEN] = [64, 150];
 
 export class Twin {
   #client = null;
-  /** The best robot so far, and how many robots were tried until it was found; null and 0 before the first. */
+  /** The best robot so far, and how many robots were tried and how many seconds were computed until it was found; null and 0
+   * before the first. */
   walk = null;
   found = 0;
+  seconds = 0;
   /** How many robots were tried. */
   tries = 0;
 
@@ -26,16 +28,18 @@ export class Twin {
   /** Tries robots for a scene until it is ended. */
   async run(scene, seed) {
     const client = new Client();
-    [this.#client, this.walk, this.found, this.tries] = [client, null, 0, 0];
-    let count = 1;
+    [this.#client, this.walk, this.found, this.tries, this.seconds] = [client, null, 0, 0, 0];
+    let [count, computed] = [1, 0];
     try {
       const { world } = await client.ask({ do: "begin", scene, seed });
       while (this.#client === client) {
         const begun = performance.now();
         const { tries, robot } = await client.ask({ do: "evolve", tries: count });
-        if (performance.now() - begun < OFTEN) count = Math.min(MOST, 2 * count);
+        const took = performance.now() - begun;
+        computed += took / 1000;
+        if (took < OFTEN) count = Math.min(MOST, 2 * count);
         this.tries = tries;
-        if (robot !== null) [this.walk, this.found] = [new Walk(world, robot), tries];
+        if (robot !== null) [this.walk, this.found, this.seconds] = [new Walk(world, robot), tries, computed];
         this.onchange();
       }
     } catch (error) {

@@ -120,13 +120,15 @@ function race({ rival, delivered }, state) {
   return own > far ? `You beat it: ${both}. Share the link. ` : `Not beaten yet: ${both}. “Design another” tries again. `;
 }
 
-/** What the race against evolution has come to. */
+const timed = seconds => `${decimals(seconds, seconds < 9.95 ? 1 : 0)} s`;
+
+/** What the race against evolution has come to: how many robots, and how much time, both needed for the same distance. */
 function evolution({ twin, robots }, state) {
   if (!twin.walk) return twin.runs ? "Evolution begins with robots at random. " : "";
   const far = twin.walk.along;
   const as = robots.findIndex(({ walk }) => walk.along >= far);
-  const here = as > 0 ? `; the gradient needed ${as} ${as === 1 ? "attempt" : "attempts"} for that` : as < 0 && robots.length > 1 ? `; the gradient ${state === "finished" ? "did not get" : "has not got"} that far` : "";
-  return `Evolution needed ${twin.found} robots to walk ${metres(far)}${here}. `;
+  const here = as > 0 ? `; the gradient needed ${as} and ${timed(robots[as].seconds)}` : as < 0 && robots.length > 1 ? `; the gradient ${state === "finished" ? "did not get" : "has not got"} that far` : "";
+  return `Evolution needed ${twin.found} robots and ${timed(twin.seconds)} to walk ${metres(far)}${here}. `;
 }
 
 /** The sentence for a state of the design. `looked` is the attempt that the user looks at, or null. */

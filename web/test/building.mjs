@@ -2,7 +2,7 @@
 import { readFileSync } from "node:fs";
 import { partsFile, driveFile } from "../page/shop.js";
 import { open as openPage, ready, says, text } from "./browsers.mjs";
-import { CAST, SMALL, check, close, library, linkTo, open, press, saved, set, until } from "./helpers.mjs";
+import { CAST, SMALL, boxOf, check, close, library, linkTo, open, press, saved, set, until } from "./helpers.mjs";
 import { OWN } from "../page/scene.js";
 import { toBytes } from "../page/packed.js";
 
@@ -96,13 +96,17 @@ export async function building(browser, address, folder) {
 
 /** An evolution races the design in a lane of its own. */
 export async function twins(browser, address) {
-  const { page, faults } = await open(browser, address + linkTo("creature", ["schedule.iterations=40"]));
+  const { page, faults } = await open(browser, address + linkTo("creature", []));
   await ready(page);
   await press(page, "design");
   await page.waitForSelector("#twin:enabled");
+  await boxOf(page, "footer");
   await press(page, "twin");
   await until(page, "evolution has a lane", () => /^evolution, \d+ tries: -?\d/.test(globalThis.onStage().lane));
-  check(/^Evolution needed \d+ robots to walk/.test(await text(page, "status")), await text(page, "status"));
+  check(/^Evolution needed \d+ robots and [\d.]+ s to walk/.test(await text(page, "status")), await text(page, "status"));
+  await until(page, "it is compared by time, too", () => /; the gradient needed \d+ and [\d.]+ s\. /.test(document.getElementById("status").textContent));
+  const { top, bottom } = await page.$eval("#stage", stage => stage.getBoundingClientRect().toJSON());
+  check(top > -1 && bottom <= 900, `its lane is in view: from ${Math.round(top)} to ${Math.round(bottom)} px`);
   await says(page, "Design another");
   await until(page, "it goes on beside the finished robot", () => /^evolution, \d+ tries/.test(globalThis.onStage().lane));
   await press(page, "twin");

@@ -54,6 +54,36 @@ export async function picking(browser, address) {
   await close(page, faults);
 }
 
+/** The parade comes back beside a finished robot and beside a design, and the page says whose it is. */
+export async function recalling(browser, address) {
+  const { page, faults } = await open(browser, address + HELLO.link);
+  await until(page, "a finished robot", () => document.querySelector("#verdict span"));
+  const url = page.url();
+  await press(page, "finished");
+  await until(page, "the parade is called", () => globalThis.parade.isOpen && document.querySelectorAll("#parade button").length === 6);
+  await press(page, "finished");
+  check(await page.evaluate(() => !globalThis.parade.isOpen && document.getElementById("status").textContent.startsWith("This robot is finished")) && page.url() === url, "and goes");
+  await press(page, "finished");
+  await page.waitForSelector("#parade button");
+  await page.click("#worlds [data-choice=Moon]");
+  await until(page, "a switch moves the robot that was on the stage", () => document.getElementById("status").textContent.startsWith("The same robot, now") && !globalThis.parade.isOpen);
+  await press(page, "design");
+  await until(page, "a design", () => Number.parseInt(document.getElementById("iteration").textContent, 10) > 3);
+  await press(page, "finished");
+  await page.waitForSelector("#parade button:nth-child(4)");
+  await page.click("#parade button:nth-child(4)");
+  await page.waitForSelector("#leave[open]");
+  await press(page, "stay");
+  check(await page.evaluate(() => globalThis.parade.isOpen), "a design in progress is not lost without a question");
+  await page.click("#parade button:nth-child(4)");
+  await page.waitForSelector("#leave[open]");
+  await press(page, "go");
+  await until(page, "another robot is chosen", () => document.getElementById("status").textContent.startsWith("This robot is finished") && location.hash.includes("columns%3D6"));
+  const says = await page.$eval("footer", footer => footer.innerText);
+  check(/cosmic.*source.*Guo and L\. Wang, COSMIC: Concurrent/s.test(says), says.replaceAll("\n", " "));
+  await close(page, faults);
+}
+
 /** The switches move the robot, walks go on, and the height of jumps is shown. */
 export async function switches(browser, address) {
   const { page, faults } = await open(browser, address + HELLO.link);

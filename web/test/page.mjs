@@ -10,7 +10,7 @@ import { building, choosing, editingInSpace, evolving, listing, twins } from "./
 import { cancelled, designing, editing, files, framed, motionless, playing, scenes, stopping, unreliable } from "./controls.mjs";
 import { SMALL, checkShifts, close, failed, here, open } from "./helpers.mjs";
 import { asks, births, headlines, links, naming, refusedLinks } from "./links.mjs";
-import { beating, comparing, gaining, loading, measuring, missing, picking, switches, takingBack, tinting } from "./moments.mjs";
+import { beating, comparing, gaining, loading, measuring, missing, picking, recalling, switches, takingBack, tinting } from "./moments.mjs";
 import { racing, standing } from "./races.mjs";
 import { serve } from "./serve.mjs";
 import { shots, stranger, without } from "./strangers.mjs";
@@ -40,6 +40,7 @@ async function everywhere(browser, address, folder) {
   await headlines(browser, address);
   await links(browser, address);
   await switches(browser, address);
+  await recalling(browser, address);
   await takingBack(browser, address);
   await beating(browser, address);
   await tinting(browser, address);
