@@ -118,7 +118,10 @@ function entry(name, link) {
 function designed(name, how) {
   const folder = run(name, how);
   const link = new URLSearchParams({ scene: how.scene, seed: String(how.seed) });
-  for (const [key, value] of Object.entries(how.set ?? {})) link.append("set", `${key}=${value}`);
+  // As on the page, a link has no settings that the scene has already.
+  const { settings } = engine.ask({ do: "check", scene: OWN[how.scene]?.toml ?? how.scene, settings: [] });
+  const isOwn = (key, value) => String(key.split(".").reduce((at, part) => at[part], settings)) === value;
+  for (const [key, value] of Object.entries(how.set ?? {})) if (!isOwn(key, String(value))) link.append("set", `${key}=${value}`);
   link.set("robot", toText(packed(folder)));
   const made = entry(name, link);
   const { robot, measured } = made;

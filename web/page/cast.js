@@ -1,9 +1,10 @@
 // The cast: finished robots that walk in a parade while the library loads and the page's own design learns to walk.
-/* global Stage: of robot.js; decimals, everyFrame: of drawing.js; viewOf: of painter.js */
+/* global Stage: of robot.js; everyFrame: of drawing.js; viewOf: of painter.js */
 
 import { Walk, nameOf } from "./design.js";
 import { framed } from "./player.js";
 import { REAL } from "./scene.js";
+import { metres } from "./words.js";
 
 /** The parade ends when the page's own design walks farther than this, m, but not before this time, milliseconds. */
 export const ENOUGH = 1;
@@ -46,7 +47,7 @@ export class Parade {
   #ticks = false;
   /** Whether the visitor has called the robots back. */
   isCalled = false;
-  /** The robots: { name, link, walk, stage, time }. */
+  /** The robots: { name, link, walk, measured, stage, time }. */
   robots = [];
   /** For tests: the number of frames and the total time of their scripts in milliseconds. */
   cost = { frames: 0, total: 0 };
@@ -90,19 +91,19 @@ export class Parade {
     this.#place.replaceChildren();
   }
 
-  #add({ name, link, world, robot }) {
+  #add({ name, link, world, robot, measured }) {
     const walk = new Walk(world, { ...robot, diverged: null });
     const canvas = document.createElement("canvas");
     const button = Object.assign(document.createElement("button"), { type: "button" });
     const far = document.createElement("b");
     const label = document.createElement("span");
-    far.textContent = `${decimals(walk.along, 1)} m`;
+    far.textContent = metres(measured.distance.p50);
     label.append(name, " ", far);
     button.append(canvas, label);
     button.title = "Make this robot yours";
     this.#place.append(button);
     const stage = new Stage(canvas, walk.world);
-    const one = { name, link, walk, stage, time: this.#player.still.matches ? walk.landing : 0 };
+    const one = { name, link, walk, measured, stage, time: this.#player.still.matches ? walk.landing : 0 };
     const fit = () => {
       stage.world = { ...framed(walk, canvas), view: viewOf(walk.robot), isMarked: false };
       this.#draw(one);

@@ -147,7 +147,7 @@ export class Design {
   #run = 0;
   /** The value of `#run` for which an iteration is being computed, or null. */
   #iterated = null;
-  /** "empty", "preparing", "ready", "working", "paused", "measuring", "finished", "cancelled" or "stopped". */
+  /** "empty", "asking", "preparing", "ready", "working", "paused", "measuring", "finished", "cancelled" or "stopped". */
   state = "empty";
   world = null;
   /** The robot before the first iteration and the robot after each iteration, with the iteration's record and the seconds that
@@ -180,6 +180,8 @@ export class Design {
   gains = null;
   /** The name from which the robot is designed; undefined if there is none. */
   owner;
+  /** How many times as much as usual a walk costs that waits for a click. */
+  costs = 1;
   /** The evolution that races this design. */
   twin = null;
   /** The robot to beat: { walk, link, measured, claimed }; null if there is none. */

@@ -4,7 +4,7 @@
 const LONGEST = 40;
 const MOST = 4;
 
-/** What messages break across: characters that a chat or a sentence leaves at the end of a link. */
+/** What a sentence leaves at the end of a link. */
 const ENDS = /[).,;]+$/;
 /** Characters that are not shown, or that change the order of others; and `=`, which a name cannot have. */
 const UNSEEN = /[\p{Cc}\p{Cs}\u202a-\u202e\u2066-\u2069=]/gu;
@@ -23,12 +23,14 @@ function cleaned(text) {
   return Array.from(name).slice(0, LONGEST).join("").trim();
 }
 
-/** The seed of a name: the hash FNV-1a with 32 bits of its small letters in UTF-8. It must never change. */
-export function seedOf(name) {
-  let hash = 0x811c9dc5;
-  for (const byte of new TextEncoder().encode(name.toLowerCase().normalize("NFC"))) hash = Math.imul(hash ^ byte, 0x01000193);
-  return hash >>> 0;
-}
+/** A name of a link, in few characters for a message. */
+export const cut = name => Array.from(name).length > LONGEST ? `${Array.from(name).slice(0, LONGEST).join("")}…` : name;
+
+/** The hash FNV-1a of bytes, with 32 bits. */
+export const hashOf = bytes => bytes.reduce((hash, byte) => Math.imul(hash ^ byte, 0x01000193), 0x811c9dc5) >>> 0;
+
+/** The seed of a name: the hash of its small letters in UTF-8. It must never change. */
+export const seedOf = name => hashOf(new TextEncoder().encode(name.toLowerCase().normalize("NFC")));
 
 /** The different names in a text, in which `+` is between two names. */
 export function namesIn(text, read = name => name) {

@@ -13,7 +13,7 @@ import { Gains } from "./gains.js";
 import { GroundEditor } from "./ground.js";
 import { toBytes, toText } from "./packed.js";
 import { Player } from "./player.js";
-import { linkOf, namesIn, seedOf } from "./link.js";
+import { cut, linkOf, namesIn, seedOf } from "./link.js";
 import { progressOf } from "./progress.js";
 import { Push } from "./push.js";
 import { Race, entrantsFrom, outcome } from "./race.js";
@@ -29,6 +29,8 @@ import { headline, medianOf, metres, sentence, shownAs, showVerdict } from "./wo
 const $ = id => document.getElementById(id);
 /** After this many milliseconds, a computation can be cancelled. */
 const LONG = 2000;
+/** If the walk of a link costs more than this many walks of the page's own scene, it waits for a click. */
+const COSTLY = 30;
 /** If nothing of the library arrives for this many milliseconds, its download hangs. */
 const HANGS = 10_000;
 /** A robot that rises less than this above the ground does not jump, in metres. */
@@ -120,13 +122,22 @@ const parade = new Parade($("parade"), { player, onpick: adopt });
 /** Lets finished robots walk on the stage until the page's own design walks. */
 async function greet() {
   if (linked || new URLSearchParams(location.search).has("wait") || !(await parade.open())) return;
-  $("robot").classList.add("greets");
+  beginGreeting();
   const next = mayBegin() ? "Meanwhile the page designs one of its own." : "Press “Design a robot” for another one.";
   $("status").textContent = designs ? `${TOUCH} ${next}` : "These robots are finished. Touch one to see it walk.";
 }
 
+/** Shows the parade in place of the stage, which keys cannot reach behind it. */
+function beginGreeting() {
+  $("robot").classList.add("greets");
+  $("stage").tabIndex = -1;
+}
+
 function endGreeting() {
+  const hadFocus = $("parade").contains(document.activeElement);
   parade.close();
+  $("stage").tabIndex = 0;
+  if (hadFocus) $("stage").focus({ preventScroll: true });
   $("robot").classList.remove("greets", "called");
   $("finished").textContent = "Finished robots";
 }
@@ -140,7 +151,8 @@ async function callParade() {
   race.end();
   if (!(await parade.open())) return;
   parade.isCalled = true;
-  $("robot").classList.add("greets", "called");
+  beginGreeting();
+  $("robot").classList.add("called");
   $("finished").textContent = "Back to the robot";
   $("status").textContent = TOUCH;
   $("verdict").textContent = "";
@@ -148,19 +160,19 @@ async function callParade() {
 }
 
 /** Makes a robot of the parade a finished robot of the page. What follows waits until it is. */
-let adopting = Promise.resolve();
-function adopt(robot = parade.robots[0]) {
-  if (parade.isOpen && robot) adopting = take(robot);
-  return adopting;
+let adopting = null;
+async function adopt(robot = parade.robots[0]) {
+  if (parade.isOpen && robot) adopting ??= take(robot).finally(() => { adopting = null; });
+  await adopting;
 }
 
-async function take({ walk, link, time }) {
+async function take({ walk, link, time, measured }) {
   if (!(await mayLose())) return;
   endGreeting();
   player.show(walk, { restart: true });
   player.seek(time);
   if (!designs) {
-    $("along").textContent = shownAs(walk.along);
+    $("along").textContent = shownAs(measured.distance.p50);
     $("status").textContent = "This robot is finished.";
     return;
   }
@@ -196,7 +208,7 @@ async function begin() {
 async function openAddress() {
   const names = [...$("scene").options].map(({ value }) => value);
   if (!names.includes(scene.name)) {
-    return openInstead(DEFAULT, `${JSON.stringify(scene.name)} is not a scene of this page; expected one of ${names.join(", ")}.`);
+    return openInstead(DEFAULT, `${JSON.stringify(cut(scene.name))} is not a scene of this page; expected one of ${names.join(", ")}.`);
   }
   // Something else may be opened in the meantime.
   if (!(await scene.check())) return;
@@ -247,7 +259,11 @@ async function sceneKnown(error) {
   errand.open(settings);
   const columns = settings["lattice.columns"] - 1;
   ground.show(profile, columns * settings["lattice.spacing"]);
-  await prepare();
+  if (!scene.isLinked || scene.cost < COSTLY) return void await prepare();
+  // A link cannot keep the processor busy without a click.
+  toOther();
+  design.costs = scene.cost;
+  design.abandon("asking");
 }
 
 /** Asks before a change that would discard a design in progress. */
@@ -273,7 +289,7 @@ async function mayLose() {
 
 /** Makes a change. If a robot was being designed or finished, the next design begins at once. */
 async function changeAndDesign(change) {
-  const goesOn = !["empty", "preparing", "ready", "cancelled", "stopped"].includes(design.state);
+  const goesOn = !["empty", "preparing", "ready", "asking", "cancelled", "stopped"].includes(design.state);
   const changed = await change();
   if (scene.checked) chips.show(scene.checked.settings);
   if (changed && goesOn && design.state === "ready") await work();
@@ -292,7 +308,7 @@ async function prepare() {
       await meetRival();
       await design.prepare(scene.asked, scene.seed, scene.key);
     } else {
-      if (toBytes(scene.robot) === null) throw new Refused("the robot in this link is not complete; copy the whole link");
+      if (toBytes(scene.robot) === null) throw new Refused("the robot in this link is damaged; copy the whole link");
       const { visited } = scene;
       await meetRival();
       await design.open(scene.asked, scene.robot, scene.key);
@@ -317,7 +333,7 @@ function knowCast() {
 
 /** Opens the robot to beat, if there is one. */
 async function meetRival() {
-  if (scene.rival !== null && toBytes(scene.rival) === null) throw new Refused("the robot to beat in this link is not complete; copy the whole link");
+  if (scene.rival !== null && toBytes(scene.rival) === null) throw new Refused("the robot to beat in this link is damaged; copy the whole link");
   await knowCast();
   await design.meet(scene.asked, scene.rival, scene.key);
   if (design.rival !== null) design.rival.claimed = scene.claimed;
@@ -351,7 +367,7 @@ function shown() {
 const waits = state => state === "preparing" || state === "measuring" || (state === "paused" && design.iterates);
 
 function tellButton(state) {
-  const words = { preparing: "Preparing …", working: "Pause", measuring: "Measuring …", paused: "Resume", finished: design.elsewhere ? "Design for this world" : "Design another" };
+  const words = { asking: "Open it", preparing: "Preparing …", working: "Pause", measuring: "Measuring …", paused: "Resume", finished: design.elsewhere ? "Design for this world" : "Design another" };
   if (state === "empty" && loaded < 1) words.empty = `Loading, ${Math.round(100 * loaded)} %`;
   const long = !race.runs && waits(state) && client.busyFor >= LONG;
   $("design").textContent = race.runs ? "End the race" : long ? "Cancel" : words[state] ?? "Design a robot";
@@ -380,7 +396,7 @@ async function missing(message) {
   design.abandon("empty");
   sayMissing(`The program that designs robots did not arrive: ${message}.`);
   if (design.world === null && !parade.isOpen) await parade.open();
-  $("robot").classList.toggle("greets", parade.isOpen);
+  if (parade.isOpen) beginGreeting();
   $("status").textContent = "Finished robots walk without it. Touch one to see it walk.";
 }
 
@@ -421,7 +437,7 @@ function changed(state) {
     return;
   }
   tellStatus(state);
-  if (design.world === null || ["stopped", "empty", "preparing", "cancelled"].includes(state)) return;
+  if (design.world === null || ["stopped", "empty", "preparing", "asking", "cancelled"].includes(state)) return;
   if (state === "finished" && !$("stage").classList.contains("editable")) {
     looked = null;
     editor.open(design);
@@ -476,7 +492,7 @@ function show(how = {}) {
   const number = looked ?? design.iteration;
   const came = design.delivered !== null && !design.hasAttempts;
   $("strip").classList.toggle("empty", came);
-  $("attempt-title").textContent = came ? "a finished robot" : "attempt";
+  $("attempt-title").textContent = came ? "a finished robot" : "version";
   $("iteration").textContent = came ? "" : `${number} / ${design.world.iterations}`;
   tellJump(walk);
   $("back").disabled = number === 0;
@@ -565,8 +581,8 @@ async function pressDesign() {
   if (design.state === "working") return design.pause();
   if (design.elsewhere) return changeAndDesign(() => scene.set(...Object.entries(design.elsewhere.settings)));
   if (design.state === "finished") return newSeed(scene.seed + 1);
-  if (design.state === "cancelled" && !(await prepare())) return;
-  await designThis();
+  if (["asking", "cancelled"].includes(design.state) && !(await prepare())) return;
+  if (design.state !== "finished") await designThis();
 }
 
 /** Designs the robot of the scene, or lets the robots of several names race. */
@@ -692,7 +708,7 @@ async function raceTwin() {
 /** Shows the latest of the evolution. */
 function tellTwin() {
   $("twin").textContent = twin.runs ? "End evolution" : "Race evolution";
-  if (design.world === null || parade.isOpen || ["stopped", "empty", "preparing", "cancelled"].includes(design.state)) return;
+  if (design.world === null || parade.isOpen || ["stopped", "empty", "preparing", "asking", "cancelled"].includes(design.state)) return;
   flag(headline({ walk: shown().walk, looked, design }).far);
   if (!player.playing) player.paint();
   tellStatus(design.state);
@@ -831,6 +847,6 @@ globalThis.onStage = () => {
   const { world, body, duration } = walk;
   const foot = ({ positions }) => Math.min(...[...body].map(i => positions[3 * i + 2] - levelAt(world.ground, positions[3 * i])));
   const { metres } = walk.at(time);
-  return { metres, frames: walk.walk?.counts.length, lane: player.lane, tints: player.tints, view: stage.orbit.view, box: stage.box, goal, goalLabel, playing, time: walk.began + time, along: walk.along, origin: world.origin, cos: world.cos, foot: foot(walk.at(player.still.matches ? time : duration)) };
+  return { absent: player.absent.map(([i, j]) => [i, j]), held: [...body], metres, frames: walk.walk?.counts.length, lane: player.lane, tints: player.tints, view: stage.orbit.view, box: stage.box, goal, goalLabel, playing, time: walk.began + time, along: walk.along, origin: world.origin, cos: world.cos, foot: foot(walk.at(player.still.matches ? time : duration)) };
 };
 if ("serviceWorker" in navigator && isSecureContext) navigator.serviceWorker.register("sw.js").catch(() => {});

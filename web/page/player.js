@@ -1,8 +1,6 @@
 // Plays walks on the stage. When another robot is shown, the drawing changes gradually.
-/* global everyFrame: of drawing.js; Eye, Orbit, SIDE, viewOf: of painter.js; distance: of robot.js */
+/* global everyFrame: of drawing.js; Eye, Orbit, SIDE, viewOf: of painter.js */
 
-/** A void bar longer than this many rest lengths is not shown: one of its nodes was left behind. */
-const LEFT_BEHIND = 2;
 /** The fraction of the stage's width that a robot takes: of a wide stage, and of a narrow one, which is not this many times
  * as wide as high. */
 const [WIDE, NARROW, ASPECT] = [1 / 3, 1 / 2, 1.7];
@@ -137,10 +135,11 @@ export class Player {
     this.#stage.world = { ...world, width: world.width * (this.#lane === null ? 1 : LANES) };
   }
 
-  /** Whether a void bar is near the robot, and not stretched to a node that was left behind. */
-  #isNear([i, j, rest]) {
-    const [at, { body }] = [this.#shown.positions, this.#walk];
-    return (body.has(i) || body.has(j)) && distance(at, i, j) < LEFT_BEHIND * rest;
+  /** The void bars between nodes of the robot, in the editor. */
+  get absent() {
+    if (!this.withVoid) return [];
+    const { body, edges } = this.#walk;
+    return edges.filter(([i, j, , material]) => material === 0 && body.has(i) && body.has(j));
   }
 
   /**
@@ -178,8 +177,7 @@ export class Player {
       this.#shown = { positions: moved("positions"), camera: moved("camera"), top: moment.top + this.#blend * this.#offset.top };
     }
     // In the editor void bars can be clicked, so they are not drawn fainter than others.
-    const near = this.withVoid ? walk.edges.filter(edge => edge[3] === 0 && this.#isNear(edge)) : [];
-    const edges = [...moment.edges, ...near.map(([i, j, rest, , e]) => [i, j, rest, 0, e, 1])];
+    const edges = [...moment.edges, ...this.absent.map(([i, j, rest, , e]) => [i, j, rest, 0, e, 1])];
     this.#stage.draw({ ...moment, ...this.#shown, edges, highlight: this.highlight, goal: this.goal, goalLabel: this.goalLabel, ghost: this.#ghostNow, tints: this.tints, arrow: this.arrow });
     this.ontime(this.time);
   }

@@ -122,7 +122,7 @@ export class Race {
   async #begin(lane, scene) {
     const { world, first } = await lane.client.ask({ do: "begin", scene, seed: lane.seed });
     lane.world = world;
-    lane.attempt.textContent = `attempt 0 / ${world.iterations}`;
+    lane.attempt.textContent = `version 0 / ${world.iterations}`;
     this.#show(lane, new Walk(world, first));
   }
 
@@ -131,13 +131,13 @@ export class Race {
     for (let [k, done] = [1, false]; !done; k++) {
       const answer = await client.ask({ do: "iterate", shown: k % SHOWN === 0 });
       done = answer.done;
-      lane.attempt.textContent = `attempt ${k} / ${world.iterations}`;
+      lane.attempt.textContent = `version ${k} / ${world.iterations}`;
       if (answer.robot) this.#show(lane, new Walk(world, answer.robot));
     }
     lane.attempt.textContent = "measuring …";
     const { robot, measured } = await client.ask({ do: "deliver", packed: true });
     const far = measured.distance?.p50 ?? null;
-    lane.attempt.textContent = "finished, median";
+    lane.attempt.textContent = "finished, typical";
     this.#show(lane, new Walk(world, robot), far);
     const { bytes } = await client.ask({ do: "share" });
     return { seed: lane.seed, name: lane.title, far, measured, bytes };

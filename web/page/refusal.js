@@ -1,6 +1,10 @@
 // Shows why the library refused something: at the field that the reason is about, or under the main button.
 
 import { Refused, Stopped } from "./client.js";
+import { cut } from "./link.js";
+
+/** The most characters of a refusal. */
+const MOST = 1000;
 
 export class Refusals {
   #text;
@@ -27,7 +31,8 @@ export class Refusals {
   /** Shows a text, under the main button unless it belongs to a field. */
   say(text, field) {
     if (!field) this.#before.before(this.#text);
-    this.#text.textContent = text;
+    // Links may have names of any length.
+    this.#text.textContent = text.replace(/\S{41,}/g, cut).slice(0, MOST);
   }
 
   forget() {

@@ -64,6 +64,9 @@ const FIELDS = [
   { key: "physics.friction", name: "Friction coefficient", min: 0, max: 10, step: 0.1 },
 ];
 
+/** The nodes and the steps of the page's own scene. */
+const OWN_COST = 4 * 3 * 4096;
+
 /** The scene if the link does not name one. */
 export const DEFAULT = "creature";
 const DEFAULT_SEED = 1;
@@ -94,6 +97,8 @@ export class Scene {
   /** The robot to beat in the form that links have, and the distance that its link claims, m; null if there is none. */
   rival = null;
   claimed = null;
+  /** Whether the scene comes from a link, and not from a choice of the visitor. */
+  isLinked = false;
   /** The settings that replace the scene's own: a map from keys to values in TOML. */
   changed = new Map();
   /** Whether the library still checks the scene. */
@@ -117,6 +122,12 @@ export class Scene {
   /** Whether the robot is told where to go. Such a robot does not fit into a link. */
   get takesGoals() {
     return this.checked?.settings["controller.goals"] === "given";
+  }
+
+  /** How many times as much as a walk of the page's own scene a walk costs, roughly: by nodes, steps and kind of step. */
+  get cost() {
+    const { "lattice.columns": columns, "lattice.rows": rows, "lattice.depth": depth, "lattice.kind": kind, "physics.steps": steps, "physics.integrator": integrator } = this.checked.settings;
+    return columns * rows * (kind === "cubic" ? depth : 1) * steps * (integrator === "implicit" ? 10 : 1) / OWN_COST;
   }
 
   /** The scene in the form that requests have. */
@@ -193,6 +204,7 @@ export class Scene {
       this.robot = this.born = null;
       this.visited = {};
       this.names = [];
+      this.isLinked = false;
       if (!keepsRival) this.rival = this.claimed = null;
       make();
       await this.check();
@@ -281,6 +293,7 @@ export class Scene {
     const { names, link } = readLink(location.hash);
     this.names = names;
     this.born = null;
+    this.isLinked = true;
     this.name = link.get("scene")?.toLowerCase() ?? DEFAULT;
     this.robot = link.get("robot");
     const seed = names.length > 0 ? seedOf(names[0]) : Number(link.get("seed") ?? (link.has("scene") ? 0 : DEFAULT_SEED));

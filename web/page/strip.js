@@ -99,7 +99,7 @@ export class Strip extends Drawing {
   }
 
   #tell(far, attempts) {
-    const text = far === undefined ? "no attempt yet" : `attempt ${this.#shown}: ${decimals(far, 2)} m`;
+    const text = far === undefined ? "no version yet" : `version ${this.#shown}: ${decimals(far, 2)} m`;
     const attributes = { min: 0, max: attempts, now: this.#shown, text };
     for (const [name, value] of Object.entries(attributes)) this.canvas.setAttribute(`aria-value${name}`, value);
   }

@@ -16,14 +16,14 @@ const isKnown = distance => distance !== null && [distance.p10, distance.p50, di
 
 /**
  * The headline, the flag and what they mean: { far, title }, where `far` is in metres, or null for a walk that diverged.
- * Of a finished robot it is the distance to quote, otherwise that of the walk on the stage.
+ * Of a finished robot it is the median of slightly different walks, otherwise the distance of the walk on the stage.
  * @param walk is the walk on the stage, `looked` the attempt that the user chose to see, or null.
  */
 export function headline({ walk, looked, design: { delivered, told } }) {
-  const distance = looked === null && told === null && delivered?.measured?.distance;
-  if (distance) return { far: distance.p50, title: "distance, robust median" };
+  const within = `in ${walk.took.toFixed(1)} s`;
+  if (looked === null && told === null && delivered?.measured?.distance) return { far: delivered.measured.distance.p50, title: `typical distance ${within}` };
   if (looked === null && told !== null && told.to !== null) return { far: walk.along, title: "place at the end" };
-  return { far: walk.along, title: looked === null && told !== null ? "distance, this walk" : "distance, one walk" };
+  return { far: walk.along, title: `distance ${within}` };
 }
 
 /** What the headline shows. */
@@ -41,7 +41,7 @@ function attempt(design, looked) {
   const { walk, record } = design.robots[looked];
   const far = walk.along === null ? walk.diverged : `it walks ${metres(walk.along)}`;
   const phase = record === null ? "Every bar is still undecided" : `${DOING[record.phase]}: ${HOW[record.phase]}`;
-  return `Attempt ${looked} of ${design.world.iterations}: ${far}. ${phase}.`;
+  return `Version ${looked} of ${design.world.iterations}: ${far}. ${phase}.`;
 }
 
 /** The median distance of a robot, m; null if it is not measured, and if it sometimes falls apart. */
@@ -50,27 +50,31 @@ export function medianOf({ measured }) {
   return Number.isFinite(median) ? median : null;
 }
 
-/** What is known about slightly different robots. */
-function spread({ measured }) {
-  if (measured === null || measured.distance === null) return "";
+/** How far a finished robot walks: in slightly different walks, if they are measured. */
+function distance({ walk, measured }) {
+  const within = `in ${walk.took.toFixed(1)} s`;
+  const changes = "with small changes of start, friction and stiffness";
+  if (!measured?.distance) return `It walks ${metres(walk.along)} ${within}.`;
   const { p10, p50, p90 } = measured.distance;
   const { verdict, reason } = measured.reliability;
   const doubt = verdict === "unreliable" ? ` Unreliable: ${reason}.` : "";
   const far = isKnown(measured.distance)
-    ? `With small changes of start, friction and stiffness it walks ${range(p10, p90)} in eight trials, median ${metres(p50)}.`
-    : "With small changes of start, friction and stiffness it sometimes falls apart in eight trials.";
-  return ` ${far}${doubt}`;
+    ? `Typically it walks ${metres(p50)} ${within}: ${range(p10, p90)} in eight trials ${changes}.`
+    : `It walks ${metres(walk.along)} ${within}, but ${changes} it sometimes falls apart in eight trials.`;
+  return `${far}${doubt}`;
 }
 
 function finished(design) {
   const { delivered, seconds, iteration } = design;
   const { walk, designed } = delivered;
-  if (walk.along === null) return walk === designed.walk ? `This robot falls apart: ${walk.diverged}.` : `Changed by you: ${walk.diverged}.`;
-  const far = `${metres(walk.along)} in ${walk.took.toFixed(1)} s`;
-  if (walk !== designed.walk) return `Changed by you: in this walk it covers ${far}; before, it covered ${metres(designed.walk.along ?? 0)}.${spread(delivered)}`;
-  const touch = "Click a bar, drag the robot, or choose another ground.";
-  if (!design.hasAttempts) return `This robot is finished. It walks ${far}.${spread(delivered)} ${touch}`;
-  return `Finished after ${iteration} attempts and ${Math.round(seconds)} s: in this walk it covers ${far}.${spread(delivered)} ${touch}`;
+  const isChanged = walk !== designed.walk;
+  const how = isChanged ? "Changed by you" : design.hasAttempts ? `Finished after ${iteration} versions and ${Math.round(seconds)} s` : "This robot is finished";
+  if (walk.along === null) return isChanged ? `${how}: ${walk.diverged}.` : `This robot falls apart: ${walk.diverged}.`;
+  if (isChanged) {
+    const [own, before] = [delivered, designed].map(robot => delivered.measured ? medianOf(robot) ?? robot.walk.along : robot.walk.along);
+    return `${how}: ${metres(own)} instead of ${metres(before ?? 0)}. ${distance(delivered)}`;
+  }
+  return `${how}. ${distance(delivered)} Click a bar, drag the robot, or choose another ground.`;
 }
 
 /** The other world in which the robot walks. */
@@ -83,8 +87,7 @@ function visits({ walk }, { elsewhere, delivered }) {
   const here = place(elsewhere.changes);
   if (walk.along === null) return `The same robot ${here}: ${walk.diverged}.`;
   const median = medianOf(delivered);
-  const home = median !== null ? `${metres(median)} (the median)` : metres(delivered.walk.along ?? 0);
-  return `The same robot, now ${here}: it walks ${metres(walk.along)} in ${walk.took.toFixed(1)} s. In its own world it walks ${home}.`;
+  return `The same robot, now ${here}: it walks ${metres(walk.along)} in ${walk.took.toFixed(1)} s. In its own world it walks ${metres(median ?? delivered.walk.along ?? 0)}.`;
 }
 
 function told({ walk, to, left }) {
@@ -127,7 +130,7 @@ function evolution({ twin, robots }, state) {
   if (!twin.walk) return twin.runs ? "Evolution begins with robots at random. " : "";
   const far = twin.walk.along;
   const as = robots.findIndex(({ walk }) => walk.along >= far);
-  const here = as > 0 ? `; the gradient needed ${as} and ${timed(robots[as].seconds)}` : as < 0 && robots.length > 1 ? `; the gradient ${state === "finished" ? "did not get" : "has not got"} that far` : "";
+  const here = as > 0 ? `; the gradient needed ${as} ${as === 1 ? "version" : "versions"} and ${timed(robots[as].seconds)}` : as < 0 && robots.length > 1 ? `; the gradient ${state === "finished" ? "did not get" : "has not got"} that far` : "";
   return `Evolution needed ${twin.found} robots and ${timed(twin.seconds)} to walk ${metres(far)}${here}. `;
 }
 
@@ -140,9 +143,10 @@ export function sentence(state, design, looked) {
   return named(design, state) + evolution(design, state) + race(design, state) + {
     empty: "",
     preparing: "Preparing the robot …",
+    asking: `A walk of this link costs about ${Math.round(design.costs)} times as much as one of the page’s own. Press “Open it” to go on.`,
     cancelled: "Cancelled. Press “Design a robot” to start again.",
     ready: "Here every bar is still undecided. Press “Design a robot”.",
-    paused: `Paused after attempt ${design.iteration}.`,
+    paused: `Paused after version ${design.iteration}.`,
     measuring: "Trying the robot from slightly different starts …",
     stopped: "The computation stopped.",
     finished: state === "finished" && finished(design),

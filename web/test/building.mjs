@@ -65,7 +65,7 @@ export async function choosing(browser, address) {
   const { page, faults } = await openPage(browser, address);
   await page.waitForSelector("#parade button");
   await press(page, "real");
-  await until(page, "the switch takes the robot of real parts from the parade", () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
+  await until(page, "the switch takes the robot of real parts from the parade", () => document.getElementById("status").textContent.startsWith("This robot is finished"));
   check(await page.$eval("#real", button => button.getAttribute("aria-pressed")) === "true" && page.url().includes("scene=real_parts"), "and is on");
   await close(page, faults);
 }

@@ -257,12 +257,15 @@ export async function unreliable(browser, address) {
 
 /** A slow computation can be cancelled, before and during a design. Choosing another scene also ends it. */
 export async function cancelled(browser, address) {
-  const huge = "#scene=stability&set=lattice.columns%3D64&set=lattice.rows%3D64";
+  const huge = "#scene=stability&set=lattice.columns%3D32&set=lattice.rows%3D32";
   const { page, faults } = await open(browser, address + huge);
+  await says(page, "Open it");
+  check(/^A walk of this link costs about 171 times as much/.test(await text(page, "status")), `a link that costs much waits for a click: ${await text(page, "status")}`);
+  await press(page, "design");
   await says(page, "Cancel");
   await press(page, "design");
   await says(page, "Design a robot", 1000);
-  check(/^Cancelled/.test(await text(page, "status")), `64x64 nodes: ${await text(page, "status")}`);
+  check(/^Cancelled/.test(await text(page, "status")), `32x32 nodes: ${await text(page, "status")}`);
   await press(page, "design");
   await says(page, "Cancel");
   const chosen = Date.now();

@@ -2,6 +2,7 @@
 import { open as openPage, ready, says, text } from "./browsers.mjs";
 import { SMALL, HELLO, open, unfold, goBack, boxOf, check, press, value, until, close } from "./helpers.mjs";
 import { linkOf, namesIn, readLink, seedOf } from "../page/link.js";
+import { toBytes, toText } from "../page/packed.js";
 import { winning } from "./races.mjs";
 
 /** A name is a seed, and links survive what messages do to them. */
@@ -19,6 +20,9 @@ export function naming() {
     const names = namesIn(typed);
     check(JSON.stringify(readLink(linkOf(names)).names) === JSON.stringify(names), `the address ${linkOf(names)}`);
   }
+  const robot = new URLSearchParams(HELLO.link.slice(1)).get("robot");
+  const others = Array.from(robot, (letter, k) => robot.slice(0, k) + (letter === "A" ? "B" : "A") + robot.slice(k + 1));
+  check(toBytes(robot) !== null && others.every(other => toBytes(other) === null), `a robot with any of its ${robot.length} letters changed is refused`);
   for (const hash of ["#scene=cube&amp;seed=3", "#scene=cube&seed=3).", "#SCENE=cube&Seed=3", "#scene%3Dcube%26seed%3D3"]) check(String(readLink(hash).link) === "scene=cube&seed=3", `${hash} is understood`);
 }
 
@@ -41,7 +45,7 @@ export async function births(browser, address) {
   await page.click("[name=material][value='1']");
   await until(page, "an edited robot has a link of the other kind", () => location.hash.includes("robot="));
   await goBack(page);
-  await until(page, "Back returns to the name and its attempts", said => document.getElementById("status").textContent.startsWith(`${said}. Finished after 120 attempts`), said);
+  await until(page, "Back returns to the name and its attempts", said => document.getElementById("status").textContent.startsWith(`${said}. Finished after 120 versions`), said);
   await page.goto("about:blank");
   await page.goto(`${address}#anna`);
   await page.waitForFunction(() => /^anna walks [\d.]+ m\. Finished/.test(document.getElementById("status").textContent), { timeout: 120_000 });
@@ -63,10 +67,12 @@ async function hostileLinks(browser, address) {
   const set = setting => `#scene=creature&set=${encodeURIComponent(setting)}`;
   const hostile = [
     creature(""), creature("AQ"), creature(robot.slice(0, 40)), creature(`${robot}AAAA`), creature(`B${robot.slice(1)}`),
+    ...[bytes => bytes.slice(0, 2), bytes => bytes.slice(0, 40), bytes => [...bytes, 0, 0, 0], bytes => bytes.with(0, 2), bytes => bytes.with(1, 255), bytes => bytes.with(6, 255)].map(change => creature(toText(change(toBytes(robot))))),
     creature("A".repeat(100_000)), creature("%00%ff"), creature("<img src=x onerror=alert(1)>"), creature("\u{1f916}"), creature(robot, "&set=lattice.columns%3D5"),
-    creature(robot, "&set=controller.goals%3D%22given%22"), `#scene=errand&robot=${robot}`, `#scene=large&robot=${robot}`, `AQD${robot.slice(3)}`.replace(/^/, "#scene=creature&robot="),
+    creature(robot, "&set=controller.goals%3D%22given%22"), `#scene=errand&robot=${robot}`, `#scene=large&robot=${robot}`,
     "#scene=", "#scene=<script>alert(1)</script>", "#scene=../../etc/passwd", `#scene=${"x".repeat(50_000)}`, "#seed=-1", "#seed=1e400", "#%E0%A4%A",
     set("lattice.columns=1e9"), set("lattice.columns=-3"), set("physics.gravity=nan"), set("physics.steps=0"), set("__proto__.x=1"), set("base=\"earth\""), set(`${"x".repeat(20_000)}=1`),
+    `#scene=${encodeURIComponent("x y ".repeat(9000))}`, set("lattice.columns=64") + "&set=lattice.rows%3D64", set("physics.gravity=1\nphysics.steps=64"),
   ];
   let bad = [];
   for (const link of hostile) {
@@ -77,7 +83,7 @@ async function hostileLinks(browser, address) {
       // The reason is written just after the other scene is ready.
       if (isWrong) await page.waitForFunction(() => document.getElementById("refusal").textContent !== "", { timeout: 5000 });
       const [says, scene] = [await text(page, "refusal"), await value(page, "scene")];
-      if (faults.length > 0 || scene === "") bad.push(`${link.slice(0, 80)}: ${says} ${faults}`);
+      if (faults.length > 0 || scene === "" || says.length > 1000 || /\S{42}/.test(says)) bad.push(`${link.slice(0, 80)}: ${says} ${faults}`);
     } catch (error) {
       bad.push(`${link.slice(0, 80)}: ${error.message} ${faults}`);
     }
@@ -93,7 +99,10 @@ export async function refusedLinks(browser, address) {
     ["#scene=stabilty&seed=1", "\"stabilty\" is not a scene of this page", "creature"],
     ["#scene=incline&set=lattice.columns%3D1", "`lattice.columns` is out of range: 1; allowed: a whole number from 2 to 64", "incline"],
     ["#scene=incline&set=lattice.colums%3D3", "did you mean `columns`?", "incline"],
-    ["#scene=creature&robot=AQ", "the robot in this link has an unknown format", "creature"],
+    ["#scene=creature&robot=AQ", "the robot in this link is damaged; copy the whole link", "creature"],
+    [`#scene=creature&robot=${toText([2, 16])}`, "the robot in this link has an unknown format", "creature"],
+    ["#scene=creature&set=lattice.columns%3D64&set=lattice.rows%3D64", "make 4096 nodes; the memory of a browser is enough for 1024", "creature"],
+    ["#scene=creature&set=physics.gravity%3D1%0Aphysics.steps%3D64", "a setting sets one key, and this one sets 2", "creature"],
   ]) {
     const { page, faults } = await open(browser, address + link, { height: 900 });
     await ready(page);
@@ -109,8 +118,8 @@ export async function refusedLinks(browser, address) {
 
 /** What the page says about the robot: the headline, the sentence without the attempts, and the verdict. */
 async function said(page) {
-  await page.waitForFunction(() => document.getElementById("along-title").textContent === "distance, robust median", { timeout: 20_000 });
-  const [status] = /in this walk it covers .* m\)?\.|It walks .* m\)?\./.exec(await text(page, "status"))?.map(says => says.replace("in this walk it covers", "It walks").replace(/; before, it covered [^.]*\.\d+ m/, "")) ?? [];
+  await page.waitForFunction(() => document.getElementById("along-title").textContent.startsWith("typical distance"), { timeout: 20_000 });
+  const [status] = /Typically .* stiffness\.|It walks .* trials\./.exec(await text(page, "status")) ?? [];
   return JSON.stringify([await text(page, "along"), status, await text(page, "verdict")]);
 }
 
@@ -127,20 +136,20 @@ export async function links(browser, address) {
   await until(page, "and the edited one", url => location.hash.includes("robot=") && location.href !== url, designed.url);
   const edited = { url: page.url(), said: await said(page) };
   await goBack(page);
-  await until(page, "Back undoes the edit, and keeps the attempts", () => document.getElementById("status").textContent.startsWith("Finished after 120 attempts"));
+  await until(page, "Back undoes the edit, and keeps the attempts", () => document.getElementById("status").textContent.startsWith("Finished after 120 versions"));
   check(await said(page) === designed.said && await isStripped(page), "as they were");
   await lookAt(page, 36);
   await page.evaluate(robot => { location.hash = robot; }, HELLO.link);
-  await until(page, "another link in the address opens another robot", () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
+  await until(page, "another link in the address opens another robot", () => document.getElementById("status").textContent.startsWith("This robot is finished"));
   check(!(await isStripped(page)), "which has no attempts");
   await goBack(page);
-  await until(page, "Back returns to the robot and its attempts", () => document.getElementById("status").textContent.startsWith("Finished after 120 attempts"));
+  await until(page, "Back returns to the robot and its attempts", () => document.getElementById("status").textContent.startsWith("Finished after 120 versions"));
   check(await said(page) === designed.said && await isStripped(page), "as they were");
   await lookAt(page, 36);
   for (const { url, said: before } of [designed, edited]) {
     await page.goto("about:blank");
     await page.goto(url);
-    await until(page, "the link opens the robot", () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
+    await until(page, "the link opens the robot", () => document.getElementById("status").textContent.startsWith("This robot is finished"));
     const after = await said(page);
     check(after === before, `the same robot: ${after}${after === before ? "" : `, not ${before}`}`);
   }
@@ -151,9 +160,9 @@ export async function links(browser, address) {
   await goBack(page);
   await page.waitForSelector("#leave[open]");
   await press(page, "go");
-  await until(page, "Back returns to the robot, but asks before a design is lost", () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
+  await until(page, "Back returns to the robot, but asks before a design is lost", () => document.getElementById("status").textContent.startsWith("This robot is finished"));
   await page.reload();
-  await until(page, "so does a refresh", () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
+  await until(page, "so does a refresh", () => document.getElementById("status").textContent.startsWith("This robot is finished"));
   await page.evaluate(() => globalThis.push([1, 1]));
   await until(page, "a push", () => document.getElementById("status").textContent.startsWith("You pushed the robot"));
   const box = await boxOf(page, "#stage");
@@ -174,7 +183,7 @@ async function lookAt(page, attempt) {
   for (let k = 0; k < attempt; k++) await page.keyboard.press("ArrowRight");
   const status = await text(page, "status");
   const far = await text(page, "along");
-  check(status.startsWith(`Attempt ${attempt} of 120: it walks ${far}.`) && await text(page, "iteration") === `${attempt} / 120` && await text(page, "verdict") === "", `the words describe the attempt: ${status}`);
+  check(status.startsWith(`Version ${attempt} of 120: it walks ${far}.`) && await text(page, "iteration") === `${attempt} / 120` && await text(page, "verdict") === "", `the words describe the attempt: ${status}`);
   await agree(page, `attempt ${attempt}`);
   const before = page.url();
   await page.$eval("#stage", stage => stage.click());
@@ -198,7 +207,7 @@ export async function agree(page, what) {
 export async function headlines(browser, address) {
   const { page, faults } = await open(browser, address + HELLO.link);
   await said(page);
-  const [low, high, median] = /walks ([\d.]+) (?:m|to ([\d.]+) m), median ([\d.]+) m/.exec(await text(page, "status")).slice(1).map(Number);
+  const [median, low, high] = /walks ([\d.]+) m in [\d.]+ s: ([\d.]+) (?:to ([\d.]+) )?m in/.exec(await text(page, "status")).slice(1).map(Number);
   check(Number.parseFloat(await text(page, "along")) === median && low <= median && median <= (high || low), `the headline is the median: ${await text(page, "status")}`);
   await agree(page, "a finished robot");
   await page.evaluate(() => globalThis.push([1, 0.5]));

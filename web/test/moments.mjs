@@ -2,6 +2,7 @@
 import { open as openPage, ready, says, text } from "./browsers.mjs";
 import { CAST, HELLO, SMALL, check, close, here, library, linkTo, open, press, until, wait } from "./helpers.mjs";
 import { sentence } from "../page/words.js";
+import { agree } from "./links.mjs";
 import { serve } from "./serve.mjs";
 
 /** The gradient is the derivative of the distance: small changes of bars bring what it says. */
@@ -25,10 +26,23 @@ export async function picking(browser, address) {
   for (const [k, { name }] of CAST.entries()) {
     const { page, faults } = await openPage(browser, address);
     await page.waitForSelector(`#parade button:nth-child(${k + 1})`);
+    const far = await page.$eval(`#parade button:nth-child(${k + 1}) b`, far => far.textContent);
     await page.click(`#parade button:nth-child(${k + 1})`);
-    await until(page, `a touch takes the robot of the parade: ${name}`, () => document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
+    await until(page, `a touch takes the robot of the parade: ${name}`, () => document.getElementById("status").textContent.startsWith("This robot is finished"));
     const robot = new URLSearchParams(CAST[k].link.slice(1)).get("robot");
     check(page.url().endsWith(`&robot=${robot}`), `and is in the address: ${page.url().length} characters`);
+    check(far === await text(page, "along") && (await text(page, "status")).includes(` ${far} in `), `the parade, the headline and the sentence say ${far} (${await text(page, "along-title")})`);
+    await agree(page, name);
+    const onMoon = [];
+    for (const pause of k === 0 ? [300, 1700] : []) {
+      await wait(pause);
+      await page.click("#worlds [data-choice=Moon]");
+      await page.waitForFunction(() => document.getElementById("status").textContent.startsWith("The same robot"));
+      onMoon.push(await text(page, "along"));
+      await press(page, "home");
+      await page.waitForFunction(() => document.getElementById("status").textContent.startsWith("This robot"));
+    }
+    if (k === 0) check(onMoon[0] === onMoon[1], `on the Moon it walks ${onMoon.join(" and ")}, at whatever moment`);
     await close(page, faults);
   }
   for (const [what, next, status] of [
@@ -43,14 +57,28 @@ export async function picking(browser, address) {
       document.querySelector(next).click();
     }, next);
     await until(page, `a robot of the parade and at once ${what}`, status => document.getElementById("status").textContent.startsWith(status), status);
-    check(!(await page.$("#leave[open]")) && page.url().includes("columns%3D6"), "with that robot, without a question");
+    check(!(await page.$("#leave[open]")) && await page.evaluate(() => location.hash.includes("columns%3D6")), `with that robot, without a question: ${await page.evaluate(() => location.hash.slice(0, 120))}`);
     await close(page, faults);
   }
   const { page, faults } = await openPage(browser, address);
   await page.waitForSelector("#parade button");
   await page.focus("#parade button:nth-child(2)");
+  check(await page.$eval("#stage", stage => stage.tabIndex) === -1, "the stage behind the parade cannot be reached by keys");
   await page.keyboard.press("Enter");
-  await until(page, "keys take a robot, too", () => document.getElementById("parade").hidden && document.getElementById("status").textContent.startsWith("This robot is finished. It walks"));
+  await until(page, "keys take a robot, too", () => document.getElementById("parade").hidden && document.getElementById("status").textContent.startsWith("This robot is finished"));
+  check(await page.evaluate(() => document.activeElement.id === "stage" && document.activeElement.tabIndex === 0), "and the focus is on the stage");
+  const [held, nodes] = await page.evaluate(() => [globalThis.onStage().absent, globalThis.onStage().held]);
+  check(held.length > 0 && held.flat().every(node => nodes.includes(node)), `${held.length} absent bars are drawn, all between nodes of the robot`);
+  await close(page, faults);
+}
+
+/** When the page's own design takes the stage from the parade, so does the focus. */
+export async function focusing(browser, address) {
+  const { page, faults } = await openPage(browser, address);
+  await page.waitForSelector("#parade button");
+  await page.focus("#parade button:nth-child(3)");
+  await until(page, "the page's own design takes the stage", () => document.getElementById("parade").hidden);
+  check(await page.evaluate(() => document.activeElement.id) === "stage", "with the focus");
   await close(page, faults);
 }
 
@@ -195,7 +223,7 @@ export async function beating(browser, address) {
   await ready(page);
   await press(page, "design");
   await says(page, "Design another");
-  await until(page, "a robot to beat", () => location.hash.includes("robot=") && document.getElementById("along-title").textContent === "distance, robust median");
+  await until(page, "a robot to beat", () => location.hash.includes("robot=") && document.getElementById("along-title").textContent.startsWith("typical distance"));
   const far = await text(page, "along");
   await page.evaluate(() => { navigator.clipboard.writeText = async text => { globalThis.copied = text; }; });
   await press(page, "challenge");

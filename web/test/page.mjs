@@ -10,7 +10,7 @@ import { building, choosing, editingInSpace, evolving, listing, twins } from "./
 import { cancelled, designing, editing, files, framed, motionless, playing, scenes, stopping, unreliable } from "./controls.mjs";
 import { SMALL, checkShifts, close, failed, here, open } from "./helpers.mjs";
 import { asks, births, headlines, links, naming, refusedLinks } from "./links.mjs";
-import { beating, comparing, gaining, loading, measuring, missing, picking, recalling, switches, takingBack, tinting } from "./moments.mjs";
+import { beating, comparing, focusing, gaining, loading, measuring, missing, picking, recalling, switches, takingBack, tinting } from "./moments.mjs";
 import { racing, standing } from "./races.mjs";
 import { serve } from "./serve.mjs";
 import { shots, stranger, without } from "./strangers.mjs";
@@ -63,6 +63,7 @@ async function inChromium(address) {
     await standing(browser, address);
     await stranger(browser, address);
     await picking(browser, address);
+    await focusing(browser, address);
     await loading(browser, address);
     await measuring(browser, address);
     await missing(browser);

@@ -39,7 +39,7 @@ export async function stranger(browser, address) {
     const { stage } = await page.evaluate(() => globalThis.first);
     console.log(`     after ${seconds(stage[0])} s: ${stage[1]}; ${stage[2]}`);
     check(/^The page’s own design walks ([1-9]\.\d+) m now/.test(stage[2]), "it takes the stage when it walks a metre, with a sentence");
-    check(/Finished after 120 attempts/.test(await text(page, "status")), `and the design begins by itself: ${await text(page, "status")}`);
+    check(/Finished after 120 versions/.test(await text(page, "status")), `and the design begins by itself: ${await text(page, "status")}`);
     await checkShifts(page);
     await page.close();
   }
