@@ -32,7 +32,7 @@ fn main() -> Result<(), cosmic::Error> {
     let mut losses = [0.0; 20];
     for value in &mut losses {
         let (loss, gradient) = inputs.differentiate(CONTROLLER, |inputs| {
-            let projector = &world.projector;
+            let projector = world.projector();
             let mixtures = projector.mixtures(Projection::Performance, &inputs.z);
             let robot = inputs.robot(world, &Design::Undecided(mixtures));
             loss_of(world, &robot, &Level([6, 8]), &Span::of_steps(128))

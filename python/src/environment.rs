@@ -73,12 +73,14 @@ impl Driven {
             let Simulator { scene, kind } = simulator.get();
             let (world, settings) = (&kind.world, scene.controller.clone());
             let settings = match is_scaled {
-                true => scaled(settings, &world.lattice),
+                true => scaled(settings, world.lattice()),
                 false => settings,
             };
             let materials = z.iter().map(Material::dominant).collect();
             let design = Design::of_vectors(z);
-            let design = world.projector.projected(Projection::Performance, &design);
+            let design = world
+                .projector()
+                .projected(Projection::Performance, &design);
             Ok(Self {
                 body: Arc::new(world.body(&design)),
                 simulator,
@@ -126,7 +128,7 @@ impl Driven {
             let mut stream = stream(seed, Purpose::Errands);
             Ok(draw_goals(world, settings, ahead, &mut stream))
         })?;
-        let dimension = world.lattice.dimension;
+        let dimension = world.lattice().dimension;
         let points = goals.iter().flat_map(|goal| dimension.components(goal));
         let changes = goals.later.iter().map(|&(steps, _)| steps).collect();
         let shape = [goals.later.len() + 1, dimension.count()];
@@ -137,8 +139,8 @@ impl Driven {
     /// array of shape `(robots, 2)`, in space `(robots, 3)`.
     fn places<'py>(&self, py: Python<'py>, x: PyReadonlyArray3<f64>) -> PyResult<Floats<'py>> {
         let world = &self.simulator.get().kind.world;
-        let (ground, dimension) = (world.ground(), world.lattice.dimension);
-        let rest = world.lattice.state_at_rest();
+        let (ground, dimension) = (world.ground(), world.lattice().dimension);
+        let rest = world.lattice().state_at_rest();
         let place = |state| ground.vector_to_ground(self.body.marker.place(&rest.x, state));
         let states = states(dimension, &x, &x)?;
         let places: Vec<Vector<f64>> = states.iter().map(place).collect();
@@ -165,7 +167,7 @@ impl Driven {
         is_metered: bool,
     ) -> PyResult<(Floats<'py>, Floats<'py>, Vec<bool>, Vec<f64>)> {
         let world = &self.simulator.get().kind.world;
-        let (starts, robots) = (states(world.lattice.dimension, &x, &v)?, x.shape()[0]);
+        let (starts, robots) = (states(world.lattice().dimension, &x, &v)?, x.shape()[0]);
         let surroundings = Arc::new(world.surroundings());
         let held = activations.as_slice()?.chunks_exact(activations.shape()[1]);
         let robot = |(held, start): (&[f64], State<f64>)| Robot {
@@ -218,7 +220,7 @@ impl Driven {
         let Simulator { scene, kind } = self.simulator.get();
         let world = &kind.world;
         let mut settings = self.settings.clone();
-        let dimension = world.lattice.dimension;
+        let dimension = world.lattice().dimension;
         let (states, ground) = (states(dimension, &x, &v)?, world.ground());
         let goals = match goals {
             Some(goals) => {
@@ -247,7 +249,7 @@ impl Driven {
     ) -> PyResult<Bound<'py, PyArrayDyn<u8>>> {
         let Simulator { scene, kind } = self.simulator.get();
         let world = &kind.world;
-        let lattice = &world.lattice;
+        let lattice = world.lattice();
         let layout = Design::Layout(self.materials.clone());
         let controller = Controller::xavier(&scene.controller, lattice, 0);
         let robot = RobotFiles {

@@ -43,7 +43,7 @@ impl Kind {
         projection: String,
     ) -> Self {
         Self {
-            sizes: Sizes::of(&world.lattice, controller),
+            sizes: Sizes::of(world.lattice(), controller),
             world,
             on_gpu,
             is_automatic: projection == "auto",
@@ -139,14 +139,14 @@ impl Kind {
     pub(crate) fn body<R: Real>(&self, mixing: &Mixing, row: &Row<R>) -> Body<R> {
         let (world, z) = (&self.world, row.z);
         let mut body = match mixing {
-            Mixing::By(projection) => {
-                world.body(&Design::Undecided(world.projector.mixtures(*projection, z)))
-            }
+            Mixing::By(projection) => world.body(&Design::Undecided(
+                world.projector().mixtures(*projection, z),
+            )),
             Mixing::AsGiven => world.body(&Design::of_shares(z)),
             Mixing::Layout(layout) => world.body_near(layout, z),
         };
         for (name, factors) in &row.physics {
-            body.scale(name, factors, &world.lattice.rest_length);
+            body.scale(name, factors, &world.lattice().rest_length);
         }
         body
     }

@@ -128,7 +128,7 @@ impl Simulator {
     #[getter]
     fn goal_origin(&self) -> Option<Vec<f64>> {
         let Kind { world, sizes, .. } = &self.kind;
-        let (lattice, ground) = (&world.lattice, world.ground());
+        let (lattice, ground) = (world.lattice(), world.ground());
         let origin = lattice.payload_point(&lattice.state_at_rest(), &ground);
         let origin = || sizes.dimension.list(origin);
         sizes.changes.is_some().then(origin)
@@ -155,7 +155,7 @@ impl Simulator {
     /// The nodes `[i, j]` of every edge, of shape `(edges, 2)`.
     #[getter]
     fn edges<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<i64>>> {
-        let ends = self.kind.world.lattice.edges.as_flattened().iter();
+        let ends = self.kind.world.lattice().edges.as_flattened().iter();
         let ends = ends.map(|&node| node as i64).collect();
         array(py, ends, &[self.kind.sizes.edges, 2])
     }
@@ -163,13 +163,13 @@ impl Simulator {
     /// The rest length of every edge, in metres.
     #[getter]
     fn rest_length(&self) -> Vec<f64> {
-        self.kind.world.lattice.rest_length.clone()
+        self.kind.world.lattice().rest_length.clone()
     }
 
     /// The node of the payload whose displacement counts.
     #[getter]
     fn payload(&self) -> usize {
-        self.kind.world.lattice.payload[0].node
+        self.kind.world.lattice().payload[0].node
     }
 
     /// The unit vector along the ground, in which distances are measured.
@@ -201,11 +201,11 @@ impl Simulator {
     ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         caught(|| {
             let (scene, world) = (&self.scene, &self.kind.world);
-            let rules = LayoutRules::new(&world.lattice, &scene.design);
+            let rules = LayoutRules::new(world.lattice(), &scene.design);
             let bounds = VolumeBounds::widened(&scene.volume, VolumeSettings::WIDENING);
             let robots = z.as_slice()?.as_chunks().0.chunks(self.kind.sizes.edges);
             let snapped = robots.flat_map(|z| {
-                let mixtures = world.projector.mixtures(Projection::Performance, z);
+                let mixtures = world.projector().mixtures(Projection::Performance, z);
                 snap(&mixtures, &bounds, &rules)
             });
             array(py, snapped.flat_map(Material::one_hot).collect(), z.shape())

@@ -170,7 +170,7 @@ fn a_run_learns_the_frequency() {
     let begun = codesign.begin(2).unwrap().controller;
     let mut fixed = scene(&settings);
     fixed.controller.clock = ClockKind::Fixed;
-    let of_fixed = Controller::xavier(&fixed.controller, &codesign.world().lattice, 2);
+    let of_fixed = Controller::xavier(&fixed.controller, codesign.world().lattice(), 2);
     assert_eq!(begun.numbers(), [of_fixed.numbers(), &[0.0]].concat());
     let delivered = codesign.optimise(2, |_| ()).unwrap().controller;
     let tempo = delivered.block(TEMPO)[0];

@@ -21,7 +21,7 @@ struct ByNumber<'a> {
 impl<'a> ByNumber<'a> {
     fn new(case: &Case, name: &'a str) -> Self {
         let (world, mut robot) = (case.world(), case.robot());
-        let third = world.physics.steps / 3;
+        let third = world.physics().steps / 3;
         if case.scene.controller.goals == GoalKind::Given {
             let goal = |place: [f64; 3]| case.lattice.dimension.onto(Vector::new(place));
             let goals = Goals::at(goal([0.4, 0.3, 0.1]));
@@ -48,7 +48,7 @@ impl<'a> ByNumber<'a> {
     /// as a list of numbers.
     fn ends<R: Real>(&self, values: &[R], together: bool) -> Vec<Vec<R>> {
         let robot = self.robot.map(R::lit);
-        let span = Span::of_steps(self.world.physics.steps);
+        let span = Span::of_steps(self.world.physics().steps);
         let with = |&value: &R| {
             let surroundings = (*robot.surroundings).clone();
             match component(self.name) {

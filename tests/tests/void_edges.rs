@@ -112,7 +112,7 @@ fn dropped_edges_are_edges_without_stiffness_to_the_bit() {
 /// The loss of the first half of the rollout.
 fn loss_at_half<R: Real>(world: &World, design: &Design<Mixture<R>>, inputs: &Inputs<R>) -> R {
     let loss = Displacement::at_end(world.ground());
-    assert!(world.physics.steps == STEPS);
+    assert!(world.physics().steps == STEPS);
     let span = Span::of_steps(STEPS / 2);
     loss_of(world, &inputs.robot(world, design), &loss, &span)
 }

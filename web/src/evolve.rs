@@ -51,7 +51,7 @@ pub(crate) struct Evolution {
 
 impl Evolution {
     pub(crate) fn new(work: &Work) -> Self {
-        let (scene, lattice) = (work.codesign.scene(), &work.codesign.world().lattice);
+        let (scene, lattice) = (work.codesign.scene(), work.codesign.world().lattice());
         Self {
             random: stream(work.progress.seed, Purpose::Mutation),
             rules: Rules {
@@ -108,7 +108,7 @@ impl Work {
 
 /// A random body that the scene allows, with random weights as at the start of a design.
 fn founder(work: &Work, rules: &Rules, random: &mut ChaCha8Rng) -> Tried {
-    let (scene, lattice) = (work.codesign.scene(), &work.codesign.world().lattice);
+    let (scene, lattice) = (work.codesign.scene(), work.codesign.world().lattice());
     let edges = lattice.edges.len();
     let number = |[low, high]: [f64; 2], most: usize, random: &mut ChaCha8Rng| {
         let most = most.min((high * edges as f64) as usize);

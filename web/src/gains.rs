@@ -45,7 +45,7 @@ pub(crate) fn gains(
     let more = shares.iter().map(|&mixture| more(mixture));
     let along = |(g, more): (&[f64; 3], [f64; 3])| {
         let rise: f64 = g.iter().zip(more).map(|(g, more)| g * more).sum();
-        -world.lattice.scale * rise
+        -world.lattice().scale * rise
     };
     let gains: Vec<f64> = slope
         .gradient
@@ -72,7 +72,7 @@ pub(crate) fn gains(
         let [there] = evaluator.slopes([Variables::Nothing(&other)], &at(shares));
         farther = Some(slope.loss - there.loss);
     }
-    let seconds = steps as f64 * world.physics.dt;
+    let seconds = steps as f64 * world.physics().dt;
     Ok(json!({ "gains": gains, "farther": farther, "seconds": seconds }))
 }
 

@@ -163,7 +163,7 @@ impl Session {
         let work = self.work()?;
         let (robot, own) = (work.finished()?.clone(), work.codesign.world());
         let there = work.world_with(settings)?;
-        let mut start = own.lattice.state_at_rest();
+        let mut start = own.lattice().state_at_rest();
         let solid = solid_nodes(&robot, &there);
         let lift = clearance(&start, &solid, own) - clearance(&start, &solid, &there);
         for x in &mut start.x {
@@ -221,7 +221,7 @@ impl Session {
     pub(crate) fn design(&mut self) -> Answer {
         let work = self.work()?;
         let robot = work.finished()?;
-        let lattice = &work.codesign.world().lattice;
+        let lattice = work.codesign.world().lattice();
         let file = DesignFile::new(
             lattice,
             &robot.design,

@@ -26,9 +26,9 @@ pub(crate) fn every(codesign: &CoDesign) -> usize {
 
 /// Returns the lattice with lengths in metres (the points of `start` have three coordinates), its world, and the number of iterations.
 pub(crate) fn world(world: &World, iterations: usize) -> Value {
-    let (lattice, ground) = (&world.lattice, world.ground());
+    let (lattice, ground) = (world.lattice(), world.ground());
     let [cos, sin] = ground.tangent().in_plane();
-    let limit = world.materials.actuator_strain();
+    let limit = world.materials().actuator_strain();
     let payloads: Vec<usize> = lattice.payload.iter().map(|payload| payload.node).collect();
     let origin = lattice.positions[payloads.first().copied().unwrap_or(0)];
     json!({
@@ -54,8 +54,8 @@ pub(crate) fn world(world: &World, iterations: usize) -> Value {
 /// Returns the corners of the terrain in the world, in metres. On both sides the terrain extends farther than any robot
 /// gets.
 fn terrain(world: &World, ground: &Ground) -> Vec<[f64; 2]> {
-    let side = world.lattice.side();
-    let profile = world.physics.ground.resolved();
+    let side = world.lattice().side();
+    let profile = world.physics().ground.resolved();
     let points = profile.between(Range::default().widened(100.0 * side));
     let points = points.into_iter();
     points
@@ -69,7 +69,7 @@ fn terrain(world: &World, ground: &Ground) -> Vec<[f64; 2]> {
 pub(crate) fn walk(codesign: &CoDesign, seen: &Trajectory<f64>) -> Value {
     let Lattice {
         spacing, dimension, ..
-    } = codesign.world().lattice;
+    } = codesign.world().lattice();
     let unit = spacing / PARTS;
     let mut before = vec![0; dimension.count() * seen.states[0].x.len()];
     let mut moved = |state: &State<f64>| -> Vec<i64> {

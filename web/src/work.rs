@@ -136,7 +136,7 @@ impl Work {
         let (world, controller) = (self.codesign.world(), &whole.controller);
         packed::pack(
             &whole.settings,
-            &world.lattice,
+            world.lattice(),
             &world.ground(),
             materials,
             controller,
@@ -147,7 +147,7 @@ impl Work {
     pub(crate) fn unpack(&self, bytes: Vec<u8>) -> cosmic::Result<PageRobot> {
         let settings = &self.codesign.scene().controller;
         let (materials, controller) =
-            packed::unpack(settings, &self.codesign.world().lattice, &bytes)?;
+            packed::unpack(settings, self.codesign.world().lattice(), &bytes)?;
         Ok(PageRobot {
             design: Design::Layout(materials.clone()),
             projected: Design::Layout(materials),
@@ -190,7 +190,7 @@ impl Work {
     /// The measurements of a finished robot for an answer: the distance to quote (`null` if goals are given), whether it
     /// is reliable, and the verdict.
     pub(crate) fn measured(&self, progress: &Progress, delivery: &Delivery) -> Value {
-        let (scene, lattice) = (self.codesign.scene(), &self.codesign.world().lattice);
+        let (scene, lattice) = (self.codesign.scene(), self.codesign.world().lattice());
         let summary = Summary::new(scene, progress, delivery);
         let verdict = summary.measured(scene, lattice).verdict();
         let has_distance = scene.controller.goals != GoalKind::Given;
@@ -222,8 +222,8 @@ impl Work {
     pub(crate) fn world_with(&self, settings: &[String]) -> cosmic::Result<World> {
         let (own, scene) = (self.codesign.world(), self.codesign.scene());
         let physics = PhysicsSettings {
-            steps: own.physics.steps,
-            dt: own.physics.dt,
+            steps: own.physics().steps,
+            dt: own.physics().dt,
             ..scene.set(settings)?.physics
         };
         Ok(own.with_physics(&physics, &scene.controller))
@@ -253,7 +253,7 @@ impl Work {
         start: &State<f64>,
         goal: Option<Vector<f64>>,
     ) -> (Value, Option<Vector<f64>>) {
-        let mut physics = self.world().physics.clone();
+        let mut physics = self.world().physics().clone();
         physics.steps += first;
         let world = (self.world()).with_physics(&physics, &self.codesign.scene().controller);
         let span = Span {
@@ -285,7 +285,7 @@ impl Work {
         self.measurements = Measurements::default();
         let world = self.codesign.world();
         let (start, span) = (
-            world.lattice.state_at_rest(),
+            world.lattice().state_at_rest(),
             Span::from_start(self.steps()),
         );
         let seen = rollout(world, robot, &start, None, &span);
@@ -301,7 +301,7 @@ impl Work {
         start: &State<f64>,
         [along, across]: [f64; 2],
     ) -> Value {
-        let (lattice, ground) = (&self.world().lattice, self.world().ground());
+        let (lattice, ground) = (self.world().lattice(), self.world().ground());
         let (rest, dimension) = (lattice.state_at_rest(), lattice.dimension);
         let way = dimension.onto(Vector::new([along, across, 0.0]));
         let goal = lattice.payload_point(&rest, &ground) + way;
@@ -357,18 +357,18 @@ pub(crate) fn along(seen: &Trajectory<f64>, ground: &Ground) -> f64 {
 /// Returns the nodes that have a solid bar; all nodes if there is no solid bar.
 pub(crate) fn solid_nodes(robot: &PageRobot, world: &World) -> Vec<usize> {
     let materials = robot.projected.materials();
-    let bars = world.lattice.edges.iter().zip(&materials);
+    let bars = world.lattice().edges.iter().zip(&materials);
     let solid = bars.filter(|(_, material)| material.is_solid());
     let nodes: Vec<usize> = solid.flat_map(|(edge, _)| *edge).collect();
     if nodes.is_empty() {
-        return (0..world.lattice.positions.len()).collect();
+        return (0..world.lattice().positions.len()).collect();
     }
     nodes
 }
 
 /// Returns the height of the lowest of these nodes above the terrain, in metres.
 pub(crate) fn clearance(state: &State<f64>, nodes: &[usize], world: &World) -> f64 {
-    let (ground, profile) = (world.ground(), world.physics.ground.resolved());
+    let (ground, profile) = (world.ground(), world.physics().ground.resolved());
     let above = |x: Vector<f64>| x.up() - profile.height_in_world(&ground, x.forward());
     let heights = nodes.iter().map(|&node| above(state.x[node]));
     heights.fold(f64::INFINITY, f64::min)

@@ -104,7 +104,7 @@ pub fn walk(case: &Case, goals: &Goals, steps: usize) -> Result<Walk> {
 /// # Errors
 /// [`Error::Diverged`].
 fn trajectory(world: &World, robot: &Robot<f64>, goals: &Goals) -> Result<Trajectory<f64>> {
-    let steps = world.physics.steps;
+    let steps = world.physics().steps;
     let times = goals
         .times(steps)
         .flat_map(|(time, _)| [time.start, time.end]);
@@ -125,12 +125,12 @@ fn legs(
     goals: &Goals,
     trajectory: &Trajectory<f64>,
 ) -> Vec<Leg> {
-    let (ground, dimension) = (world.ground(), world.lattice.dimension);
+    let (ground, dimension) = (world.ground(), world.lattice().dimension);
     let place = |step: usize| ground.vector_to_ground(trajectory.position(step)) - start;
     let leg = |(time, goal): (Range<usize>, Vector<f64>)| {
         let ends = [time.start, time.end];
         let [first, last] = ends.map(place);
-        let [from, until] = ends.map(|step| step as f64 * world.physics.dt);
+        let [from, until] = ends.map(|step| step as f64 * world.physics().dt);
         let goal = goal - start;
         Leg {
             goal: goal.forward(),
@@ -141,7 +141,7 @@ fn legs(
             left: dimension.norm_along(last - goal),
         }
     };
-    goals.times(world.physics.steps).map(leg).collect()
+    goals.times(world.physics().steps).map(leg).collect()
 }
 
 /// Returns the table of legs, with a row for each.

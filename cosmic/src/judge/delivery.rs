@@ -269,14 +269,14 @@ impl Evaluator {
         let reliability = reliability.and(unsteady).and(veers.flatten());
         let reliability = reliability.and(stops.map(Standstill::reason));
         match self.loss.is_far() {
-            true => reliability.of_walk(varied.displacement.p50, self.world.lattice.least_walk()),
+            true => reliability.of_walk(varied.displacement.p50, self.world.lattice().least_walk()),
             // For other tasks, a robot may have good reasons to stay.
             false => reliability,
         }
     }
 
     fn is_in_space(&self) -> bool {
-        self.world.lattice.dimension == Dimension::Space
+        self.world.lattice().dimension == Dimension::Space
     }
 
     /// Chooses what belongs to the merit to quote, of perturbed starts and of robots that vary a little. `None` if robots are

@@ -76,7 +76,7 @@ impl Evaluator {
 
     /// The form of a design that is simulated: its design vectors after the performance projection, or its layout (D7).
     pub fn simulated(&self, design: &Design<[f64; 3]>) -> Design<Mixture<f64>> {
-        (self.world.projector).projected(Projection::Performance, design)
+        (self.world.projector()).projected(Projection::Performance, design)
     }
 
     /// Compares the time step with the vibrations of a design. Random variations of the robot, which domain

@@ -66,7 +66,7 @@ impl Evaluator {
             None => self.standstill(controller, &trajectory),
         };
         let structure = design.layout();
-        let structure = structure.map(|layout| Structure::new(&self.world.lattice, layout));
+        let structure = structure.map(|layout| Structure::new(self.world.lattice(), layout));
         let [volume, actuator_volume] = volumes(&design.mixtures());
         ObservedRollout {
             loads: measured.as_ref().map(|measured| measured.loads.clone()),
@@ -90,7 +90,7 @@ impl Evaluator {
         controller: &Controller<f64>,
     ) -> Walk {
         let world = &self.world;
-        let span = (self.rollouts).observing(kept_steps(world.physics.steps, every));
+        let span = (self.rollouts).observing(kept_steps(world.physics().steps, every));
         let robot = world.robot(world.body(design), controller.clone(), &self.start);
         let seen = walk::guarded(world, &robot, &span);
         if seen.divergence.is_some() {
@@ -133,7 +133,7 @@ impl Evaluator {
         displacement: f64,
     ) -> Option<Energy> {
         let (layout, world) = (design.layout()?, &self.world);
-        let steps = world.physics.steps;
+        let steps = world.physics().steps;
         let robot = world.robots(&[(design, variation)], controller).remove(0);
         let bars = walk::bar_loads(world, layout, &robot, &self.rollouts.observing(vec![steps]));
         Some(Energy::of(
@@ -166,7 +166,7 @@ impl Evaluator {
             &times.collect::<Vec<_>>(),
             &places.collect::<Vec<_>>(),
             period,
-            self.world.lattice.scale,
+            self.world.lattice().scale,
         )
     }
 }

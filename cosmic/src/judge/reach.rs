@@ -111,7 +111,7 @@ impl Evaluator {
 
     /// The kind of merit by which robots of this scene are ranked.
     pub(crate) fn merit(&self) -> Merit {
-        let scale = self.world.lattice.scale;
+        let scale = self.world.lattice().scale;
         match (self.loss.is_far(), self.scene.controller.goals) {
             (true, _) => Merit::Distance { scale },
             (false, GoalKind::Fixed) => Merit::MinusLoss,
@@ -127,7 +127,7 @@ impl Evaluator {
         controller: &Controller<f64>,
         precision: GradientPrecision,
     ) -> Vec<Reached> {
-        let physics = &self.world.physics;
+        let physics = self.world.physics();
         let finer = (self.scene.physics.dt / physics.dt).round() as usize;
         let steps = physics.steps / finer;
         let observed = match self.loss.is_far() {

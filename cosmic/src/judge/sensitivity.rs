@@ -84,7 +84,7 @@ impl Evaluator {
     ) -> Median {
         let world = &self.world;
         let (mut surroundings, mut body) = (world.surroundings(), world.body(design));
-        if !body.scale(name, &[factor], &world.lattice.rest_length) {
+        if !body.scale(name, &[factor], &world.lattice().rest_length) {
             surroundings = surroundings.scaled(name, factor);
         }
         let robot = world.robot(body, controller.clone(), &self.start);

@@ -104,7 +104,7 @@ impl Evaluator {
         count: usize,
     ) -> Vec<Variation> {
         let mut stream = stream(seed, purpose);
-        let distance = SelectionSettings::PERTURBATION * self.world.lattice.scale;
+        let distance = SelectionSettings::PERTURBATION * self.world.lattice().scale;
         let mut start = || perturbed(&self.start, distance, &mut stream);
         let nominal = self.nominal();
         let variation = |_| Variation {

@@ -63,7 +63,7 @@ pub fn walks<R: Real>(
     span: &Span,
 ) -> Vec<Trajectory<R>> {
     let of_markers = robots.iter().map(|robot| robot.body.marker.nodes());
-    let steps = span.steps().min(world.physics.steps);
+    let steps = span.steps().min(world.physics().steps);
     let span = Span {
         nodes: of_markers.fold(loss.nodes(), usize::max),
         metered: loss.reads_efforts(),

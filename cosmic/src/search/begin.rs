@@ -112,7 +112,7 @@ impl CoDesign {
     fn of_loss(scene: &Scene, loss: Arc<dyn AnyLoss>) -> Result<Self> {
         let evaluator = Evaluator::new(scene, loss)?;
         check_loss(&*evaluator.loss, scene)?;
-        let lattice = &evaluator.world.lattice;
+        let lattice = evaluator.world.lattice();
         let variables = 3 * lattice.edges.len();
         let (lower, upper) = (vec![0.0; variables], vec![1.0; variables]);
         let mma = Mma::new(method(), &lower, &upper).expect("these settings suit the method");
@@ -202,7 +202,7 @@ impl CoDesign {
     /// Refuses design vectors outside 0 to 1, and designs that contradict the rules of the lattice.
     fn check_vectors(&self, z: &[[f64; 3]]) -> Result<()> {
         let refuse = |says: String| Err(Error::Usage(format!("the initial design: {says}")));
-        let rules = &self.world().lattice.rules;
+        let rules = &self.world().lattice().rules;
         for (edge, z) in z.iter().enumerate() {
             if z.iter().any(|z| !(0.0..=1.0).contains(z)) {
                 return refuse(format!(
@@ -242,14 +242,14 @@ impl CoDesign {
 
     /// Like [`begin`](Self::begin), but without the check of the time step.
     pub(crate) fn first(&self, seed: u64) -> Result<Progress> {
-        let controller = Controller::xavier(&self.scene().controller, &self.world().lattice, seed);
+        let controller = Controller::xavier(&self.scene().controller, self.world().lattice(), seed);
         Ok(self.progress(seed, self.start_of(seed)?, controller))
     }
 
     /// The initial design of the scene. The seed has an effect only if the scene draws the design at random.
     fn start_of(&self, seed: u64) -> Result<Design<[f64; 3]>> {
         let beta = self.scene().projection.beta;
-        start(&self.scene().start, &self.world().lattice, beta, seed)
+        start(&self.scene().start, self.world().lattice(), beta, seed)
     }
 
     /// The state, before the first iteration, of an optimisation that begins with a given design and controller.
@@ -260,7 +260,10 @@ impl CoDesign {
         controller: Controller<f64>,
     ) -> Progress {
         let z = design.vectors();
-        let mixtures = self.world().projector.mixtures(Projection::Performance, &z);
+        let mixtures = self
+            .world()
+            .projector()
+            .mixtures(Projection::Performance, &z);
         let first_measures = measures(&mixtures, self.scene().projection.delta).constrained();
         Progress {
             seed,
@@ -316,7 +319,7 @@ impl CoDesign {
         let start = self.start_of(seed)?;
         let design = self
             .world()
-            .projector
+            .projector()
             .projected(Projection::Performance, &start);
         Ok(self.evaluator.step_check_of(&design))
     }

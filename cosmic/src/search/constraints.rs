@@ -24,7 +24,10 @@ pub(super) struct Constraints {
 impl CoDesign {
     /// The binarisation measures of the mixtures that the performance projection makes of the design vectors `z` (D10).
     fn measured<R: Real>(&self, z: &[[R; 3]]) -> Measures<R> {
-        let mixtures = self.world().projector.mixtures(Projection::Performance, z);
+        let mixtures = self
+            .world()
+            .projector()
+            .mixtures(Projection::Performance, z);
         measures(&mixtures, self.scene().projection.delta)
     }
 

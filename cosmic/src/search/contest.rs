@@ -55,7 +55,7 @@ impl CoDesign {
 
     /// A controller that begins anew.
     fn contender(&self, seed: u64, k: usize) -> Learner {
-        let (settings, lattice) = (&self.scene().controller, &self.world().lattice);
+        let (settings, lattice) = (&self.scene().controller, self.world().lattice());
         // Each draws its weights with a seed of its own.
         let seed = seed.wrapping_add((k as u64) << 32);
         let mut controller = Controller::xavier(settings, lattice, seed);

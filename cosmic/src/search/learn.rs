@@ -101,7 +101,7 @@ impl CoDesign {
     ) -> Slope {
         let (evaluator, walkers) = (&self.evaluator, &mut learner.walkers);
         let (world, steps) = (&evaluator.world, window.span.steps());
-        if walkers.states.is_empty() || walkers.steps + steps > world.physics.steps {
+        if walkers.states.is_empty() || walkers.steps + steps > world.physics().steps {
             *walkers = Walkers {
                 walks: walkers.walks + 1,
                 ..Walkers::default()

@@ -57,15 +57,13 @@ impl CoDesign {
         let (slopes, _) = gradient.as_chunks();
         let cost = |edge: usize, from: Material, to: Material| {
             let slope = |m: Material| m.of(&slopes[edge]);
-            (!world.projector.is_held(edge, to)).then(|| slope(to) - slope(from))
+            (!world.projector().is_held(edge, to)).then(|| slope(to) - slope(from))
         };
         let (bounds, trials) = (now.volume_bounds(), schedule.polish_trials);
         let tried = flipped(layout, &bounds, &self.rules, trials, cost);
-        let mut short = world.clone();
         let [first, last] = schedule.horizon;
-        short.physics.steps = first.min(last).min(world.physics.steps);
         let designs: Vec<_> = tried.iter().cloned().map(Design::Layout).collect();
-        let short = evaluator.in_world(short);
+        let short = evaluator.in_world(world.shortened(first.min(last)));
         let reached = short.reached(&designs, &progress.controller);
         let merits = reached.iter().map(|r| r.merit);
         let mut ranked: Vec<_> = merits.zip(tried).collect();

@@ -41,7 +41,9 @@ impl Variables<'_> {
     /// undecided design, whose void edges keep their small stiffness.
     pub fn design<R: Real>(&self, world: &World, z: &[[R; 3]]) -> Design<Mixture<R>> {
         match self {
-            Self::Design(projection) => Design::Undecided(world.projector.mixtures(*projection, z)),
+            Self::Design(projection) => {
+                Design::Undecided(world.projector().mixtures(*projection, z))
+            }
             Self::Shares => Design::of_shares(z),
             Self::Controller(design) | Self::Nothing(design) => design.lift(),
         }
@@ -66,7 +68,7 @@ impl Evaluator {
     /// The bound on cotangents of the scene.
     pub(super) fn cotangent_bound(&self) -> Option<CotangentBound> {
         // The cotangent of a position is a loss per length.
-        let per_length = self.unit() / self.world.lattice.scale;
+        let per_length = self.unit() / self.world.lattice().scale;
         let bound = |norm: f64| CotangentBound {
             norm: norm * per_length,
             every: GradientSettings::COTANGENT_EVERY,
@@ -76,7 +78,7 @@ impl Evaluator {
 
     /// The [unit of the loss](crate::objective::Loss::unit).
     pub(super) fn unit(&self) -> f64 {
-        self.loss.unit(self.world.lattice.scale)
+        self.loss.unit(self.world.lattice().scale)
     }
 
     /// The gradients with respect to the design, through the performance projection and through the stability
@@ -165,11 +167,9 @@ impl Evaluator {
         if displacement.abs() <= WALKS * bound * steps as f64 * physics.dt {
             return displacement;
         }
-        let mut short = self.world.clone();
-        short.physics.steps = steps;
         let design = variables.design(&self.world, &at.inputs.z);
         let again = self
-            .in_world(short)
+            .in_world(self.world.shortened(steps))
             .reached(&[design], &at.inputs.controller)[0];
         match again.along().is_nan() {
             true => f64::NAN,

@@ -45,7 +45,7 @@ pub(super) fn blame(
     node: usize,
 ) -> Cause {
     let body = &robot.body;
-    let time = step as f64 * world.physics.dt;
+    let time = step as f64 * world.physics().dt;
     let activation = world.activations(robot, &[(seen, time)]).remove(0);
     let edges = pulling_edges(world, body, node);
     // The activation of an edge with strain 0 has no effect, even if it is NaN.
@@ -59,7 +59,7 @@ pub(super) fn blame(
     let pose = Pose {
         activation: &activation,
         time,
-        ..Pose::idle(&world.lattice, body, before, &world.ground())
+        ..Pose::idle(world.lattice(), body, before, &world.ground())
     };
     let forces = mechanics.forces.iter();
     let pulls = forces.flat_map(|force| force.pulls(&pose, node));
@@ -77,7 +77,12 @@ pub(super) fn blame(
 
 /// The edges of a node that can pull on it, because their stiffness is not 0.
 fn pulling_edges(world: &World, body: &Body<f64>, node: usize) -> Vec<usize> {
-    let edges = world.lattice.edges.iter().zip(&body.stiffness).enumerate();
+    let edges = world
+        .lattice()
+        .edges
+        .iter()
+        .zip(&body.stiffness)
+        .enumerate();
     edges
         .filter(|(_, (ends, stiffness))| ends.contains(&node) && **stiffness != 0.0)
         .map(|(edge, _)| edge)

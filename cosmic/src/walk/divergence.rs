@@ -111,7 +111,7 @@ pub fn divergence(world: &World, robot: &Robot<f64>, span: &Span) -> Option<Dive
     world.each_state(robot, &plain, |step, state, _| {
         let absurd = state.absurd_node().map(|node| (node, None));
         let too_fast = || {
-            let bound = world.physics.speed_bound?;
+            let bound = world.physics().speed_bound?;
             let (node, speed) = state.too_fast(bound)?;
             Some((node, Some(Cause::TooFast { speed, bound })))
         };

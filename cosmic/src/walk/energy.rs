@@ -46,19 +46,20 @@ impl Energy {
             (actuators.map(|(bar, _)| bar.as_ref().map_or(0.0, of))).sum()
         };
         let power = of_actuators(|bar| bar.given);
-        let nodes = body.mass.iter().zip(is_present(&world.lattice, layout));
+        let nodes = body.mass.iter().zip(is_present(world.lattice(), layout));
         let present = nodes.filter(|(_, is_present)| *is_present);
         let mass: f64 = present.map(|(mass, _)| mass).sum();
-        let moves = displacement.abs() >= world.lattice.least_walk();
-        let per_metre = moves.then(|| power * steps as f64 * world.physics.dt / displacement.abs());
+        let moves = displacement.abs() >= world.lattice().least_walk();
+        let per_metre =
+            moves.then(|| power * steps as f64 * world.physics().dt / displacement.abs());
         let weight = mass * world.mechanics().gravity.abs();
-        let air = world.materials.parts.air(of_actuators(|bar| bar.travel));
+        let air = world.materials().parts.air(of_actuators(|bar| bar.travel));
         Self {
             mass,
             power,
             net_power: of_actuators(|bar| bar.net),
             air,
-            air_power: air.map(|air| world.materials.parts.air_power(air)),
+            air_power: air.map(|air| world.materials().parts.air_power(air)),
             per_metre,
             cost_of_transport: per_metre
                 .filter(|_| weight > 0.0)

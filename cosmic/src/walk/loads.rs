@@ -97,8 +97,11 @@ impl Loads {
         for (edge, (bar, &material)) in bars.iter().zip(layout).enumerate() {
             let Some(bar) = bar else { continue };
             loads.compression = loads.compression.max(bar.compression);
-            let safety =
-                bar.euler_safety(&world.materials, material, world.lattice.rest_length[edge]);
+            let safety = bar.euler_safety(
+                world.materials(),
+                material,
+                world.lattice().rest_length[edge],
+            );
             let both = loads.euler_safety.into_iter().chain(safety);
             loads.euler_safety = both.reduce(f64::min);
             if material == Material::Skeleton {
@@ -181,7 +184,7 @@ fn moments_of(
     robot: &Robot<f64>,
     states: &[(usize, &State<f64>)],
 ) -> Vec<EdgeMoments> {
-    let time = |step: usize| step as f64 * world.physics.dt;
+    let time = |step: usize| step as f64 * world.physics().dt;
     let moments: Vec<_> = states.iter().map(|&(step, s)| (s, time(step))).collect();
     let activations = world.activations(robot, &moments);
     let both = states.iter().zip(activations);
@@ -199,7 +202,7 @@ fn moment(
     time: f64,
     activation: Vec<f64>,
 ) -> EdgeMoments {
-    let edges = 0..world.lattice.edges.len();
+    let edges = 0..world.lattice().edges.len();
     let forces = &world.mechanics().forces;
     let pose = pose(world, body, state, time, &activation);
     let motion = edges.clone().map(|edge| motion(world, state, edge));
@@ -224,7 +227,7 @@ fn pose<'a>(
     Pose {
         activation,
         time,
-        ..Pose::idle(&world.lattice, body, state, &world.ground())
+        ..Pose::idle(world.lattice(), body, state, &world.ground())
     }
 }
 
@@ -271,7 +274,7 @@ pub fn bar_loads(
     let show = |step: usize, state: State<f64>, effort: Option<Effort<f64>>| {
         let effort = effort.expect("the steps are metered");
         if !is_implicit {
-            let time = (step - 1) as f64 * world.physics.dt;
+            let time = (step - 1) as f64 * world.physics().dt;
             let pose = pose(world, body, &before, time, &effort.activation);
             of_all(&mut bars, &|bar, edge| {
                 bar.see_end(pull(world, &pose, edge))
@@ -297,10 +300,12 @@ pub fn bar_loads(
     if !is_implicit {
         see_end(&mut bars, steps, &before);
     }
-    let seconds = steps as f64 * world.physics.dt;
-    let bars = bars.into_iter().zip(&world.lattice.rest_length);
-    bars.map(|(bar, length)| bar.map(|bar| bar.load([length / seconds, length / world.physics.dt])))
-        .collect()
+    let seconds = steps as f64 * world.physics().dt;
+    let bars = bars.into_iter().zip(&world.lattice().rest_length);
+    bars.map(|(bar, length)| {
+        bar.map(|bar| bar.load([length / seconds, length / world.physics().dt]))
+    })
+    .collect()
 }
 
 /// The strain of an edge in a state.
@@ -311,17 +316,17 @@ fn strain(world: &World, state: &State<f64>, edge: usize) -> f64 {
 
 /// The strain of an edge in a state, and the rate of its length (m/s).
 fn motion(world: &World, state: &State<f64>, edge: usize) -> [f64; 2] {
-    let vector = EdgeVector::of(state, world.lattice.edges[edge]);
-    let length = vector.length(world.lattice.softening());
-    let strain = length / world.lattice.rest_length[edge] - 1.0;
+    let vector = EdgeVector::of(state, world.lattice().edges[edge]);
+    let length = vector.length(world.lattice().softening());
+    let strain = length / world.lattice().rest_length[edge] - 1.0;
     [strain, vector.rate(length)]
 }
 
 /// For each state, the number of pairs of bars that cross but do not cross at rest.
 fn tangles(world: &World, layout: &[Material], trajectory: &Trajectory<f64>) -> Vec<usize> {
-    let bars = (world.lattice.edges.iter().zip(layout)).filter(|(_, m)| m.is_solid());
+    let bars = (world.lattice().edges.iter().zip(layout)).filter(|(_, m)| m.is_solid());
     let bars: Vec<[usize; 2]> = bars.map(|(ends, _)| *ends).collect();
-    let at_rest = crossings(world.lattice.dimension, &world.lattice.places, &bars);
+    let at_rest = crossings(world.lattice().dimension, &world.lattice().places, &bars);
     let at_rest: HashSet<[usize; 2]> = at_rest.into_iter().collect();
     let count = |state: &State<f64>| {
         let crossed = crossings(state.dimension, &state.x, &bars);

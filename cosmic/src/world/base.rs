@@ -40,13 +40,13 @@ pub fn together(walks: usize) -> usize {
 #[derive(Clone, Debug)]
 pub struct World {
     /// The nodes, edges and rest lengths of the robot.
-    pub lattice: Lattice,
+    pub(super) lattice: Lattice,
     /// The physics: time step, number of steps, forces, masses and ground.
-    pub physics: PhysicsSettings,
+    pub(super) physics: PhysicsSettings,
     /// The stiffnesses, densities and strains of the materials.
-    pub materials: MaterialSettings,
+    pub(super) materials: MaterialSettings,
     /// Projects the design vectors of designs to mixtures.
-    pub projector: Projector,
+    pub(super) projector: Projector,
     /// True if the [presence](Body::with_presence) of a node depends on how solid its edges are. Otherwise all nodes have
     /// presence 1.
     one_piece: bool,
@@ -76,6 +76,26 @@ impl World {
         }
     }
 
+    /// The nodes, edges and rest lengths of the robot.
+    pub fn lattice(&self) -> &Lattice {
+        &self.lattice
+    }
+
+    /// The physics: time step, number of steps, forces, masses and ground.
+    pub fn physics(&self) -> &PhysicsSettings {
+        &self.physics
+    }
+
+    /// The stiffnesses, densities and strains of the materials.
+    pub fn materials(&self) -> &MaterialSettings {
+        &self.materials
+    }
+
+    /// Projects the design vectors of designs to mixtures.
+    pub fn projector(&self) -> &Projector {
+        &self.projector
+    }
+
     /// A copy of the world with another part of the robot whose displacement counts (`objective.body`).
     #[must_use]
     pub(crate) fn with_moved(&self, moved: MovedBody) -> Self {
@@ -83,6 +103,14 @@ impl World {
             moved,
             ..self.clone()
         }
+    }
+
+    /// A copy of the world whose walks have this number of steps, unless they are shorter already.
+    #[must_use]
+    pub(crate) fn shortened(&self, steps: usize) -> Self {
+        let mut short = self.clone();
+        short.physics.steps = steps.min(self.physics.steps);
+        short
     }
 
     /// A copy of the world with other physics, such as a shorter time step. Its robots have the controller's settings

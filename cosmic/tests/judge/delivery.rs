@@ -137,7 +137,7 @@ fn delivered_loads_cover_every_step() {
     let fastest = |edge: usize, moments: &[EdgeMoments], every: usize| {
         let change = |pair: &[EdgeMoments]| (pair[1].strain[edge] - pair[0].strain[edge]).abs();
         let most = moments.windows(2).map(change).fold(0.0, f64::max);
-        most * world.lattice.rest_length[edge] / (every as f64 * scene.physics.dt)
+        most * world.lattice().rest_length[edge] / (every as f64 * scene.physics.dt)
     };
     for (edge, (bar, material)) in (delivery.seen.bars.iter().zip(&delivery.materials)).enumerate()
     {

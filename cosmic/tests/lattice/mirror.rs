@@ -89,7 +89,7 @@ fn an_optimised_robot_is_its_own_image() {
     let scene = Scene::parse("errand", scene).unwrap();
     let mut codesign = CoDesign::new(&scene).unwrap();
     let mut progress = codesign.begin(2).unwrap();
-    let mirror = codesign.world().lattice.mirror.clone().unwrap();
+    let mirror = codesign.world().lattice().mirror.clone().unwrap();
     while !codesign.is_done(&progress) {
         codesign.iterate(&mut progress);
         let design = codesign.design(&progress);

@@ -71,7 +71,7 @@ fn a_robot_of_another_task_keeps_its_task_if_its_loss_is_not_known() {
             let text = serde_json::to_string(&summary).unwrap();
             let read: Summary = serde_json::from_str(&text).unwrap();
             assert_eq!(read, summary);
-            let measured = read.measured(&scene, &codesign.world().lattice);
+            let measured = read.measured(&scene, codesign.world().lattice());
             assert_eq!(measured.is_far, is_far);
         }
     }

@@ -63,7 +63,7 @@ fn a_held_material_is_not_tried() {
     let mut scene = scene("polish_trials = 100");
     let wrong = |scene: &Scene| {
         let (codesign, progress) = after(scene, scene.schedule.iterations, 1);
-        let held = filled(&codesign.world().lattice);
+        let held = filled(codesign.world().lattice());
         let materials = progress.design.layout().unwrap();
         let differs = |(&m, own): (&Material, Material)| m.is_solid() && m != own;
         materials.iter().zip(held).filter(|&p| differs(p)).count()

@@ -177,8 +177,8 @@ fn frequency(codesign: &CoDesign, progress: &Progress, variation: &Variation) ->
     let robot = world
         .robots(&[(&design, variation)], &progress.controller)
         .remove(0);
-    let rest = &world.lattice.positions;
-    Vibration::new(&world.lattice, &robot.body, &world.physics, rest)
+    let rest = &world.lattice().positions;
+    Vibration::new(world.lattice(), &robot.body, world.physics(), rest)
         .fastest()
         .0
 }
@@ -224,7 +224,7 @@ fn robots_get_their_goals_at_rest_or_on_their_way() {
         (scene.schedule.horizon, scene.loss.window) = ([horizon; 2], 16);
         let codesign = CoDesign::new(&scene).unwrap();
         let mut progress = codesign.begin(0).unwrap();
-        let payload = codesign.world().lattice.payload[0].node;
+        let payload = codesign.world().lattice().payload[0].node;
         for iteration in 0..6 {
             progress.iteration = iteration;
             let now = Schedule::at(&scene, iteration + 1);

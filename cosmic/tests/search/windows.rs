@@ -78,7 +78,7 @@ fn the_gradient_of_a_window_agrees_with_differences() {
             let mut controller = progress.controller.clone();
             let numbers = controller.numbers_mut().iter_mut().zip(&direction);
             numbers.for_each(|(x, d)| *x += h * d);
-            slope_at(&controller).0.loss / evaluator.loss.unit(world.lattice.scale)
+            slope_at(&controller).0.loss / evaluator.loss.unit(world.lattice().scale)
         });
         let difference = (more - less) / (2.0 * h);
         let slope: f64 = slope

@@ -13,7 +13,7 @@ fn without_ranges_the_variation_is_the_nominal_one() {
     let world = &World::new(lattice(3, 2, 0.0), &scene);
     let none = scene.robust.scatter();
     let drawn = draw(world, &none, &mut stream(3, Purpose::DomainRandomisation));
-    assert_eq!(drawn.start, world.lattice.state_at_rest());
+    assert_eq!(drawn.start, world.lattice().state_at_rest());
     assert_eq!(*drawn.surroundings, world.surroundings());
     let some = Scatter { mass: 0.1, ..none };
     let [a, b] = [4, 4].map(|seed| {
@@ -23,8 +23,8 @@ fn without_ranges_the_variation_is_the_nominal_one() {
             &mut stream(seed, Purpose::DomainRandomisation),
         )
     });
-    let design = Design::Layout(vec![Material::Skeleton; world.lattice.edges.len()]);
-    let controller = Arc::new(Controller::xavier(&scene.controller, &world.lattice, 1));
+    let design = Design::Layout(vec![Material::Skeleton; world.lattice().edges.len()]);
+    let controller = Arc::new(Controller::xavier(&scene.controller, world.lattice(), 1));
     let mass = |drawn: &Variation| world.varied(&design, &controller, drawn).body.mass.clone();
     assert_eq!(mass(&a), mass(&b));
     let pairs = mass(&a).into_iter().zip(world.body(&design).mass);

@@ -7,11 +7,15 @@ use cosmic::walk;
 use cosmic::world::{Robot, Span, Trajectory, World};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// A world whose robots get their goals, and a robot there.
-fn with_goals() -> (World, Robot<f64>) {
+/// A scene whose robots get their goals.
+fn scene() -> Scene {
     let text = "base = \"errand\"\nlattice.columns = 3\nlattice.rows = 2\nphysics.steps = 60";
-    let scene = Scene::parse("small", text).unwrap();
-    let case = Case::of_scene(&scene, 1).unwrap();
+    Scene::parse("small", text).unwrap()
+}
+
+/// Its world, and a robot there.
+fn with_goals() -> (World, Robot<f64>) {
+    let case = Case::of_scene(&scene(), 1).unwrap();
     (case.world(), case.robot())
 }
 
@@ -26,7 +30,7 @@ fn a_robot_has_the_same_bits_in_any_batch() {
     let scaled = robot.surroundings.as_ref().clone();
     let scaled = scaled.scaled("physics.gravity", 0.5);
     let negative = robot.controller.map(|x| -x);
-    let edges = world.lattice.edges.len();
+    let edges = world.lattice().edges.len();
     let robots = [
         robot.clone(),
         robot.clone().in_surroundings(scaled),
@@ -69,7 +73,7 @@ fn robots_with_different_steps_are_not_recorded_together() {
     };
     let mut stretched = (*robot.body).clone();
     stretched.largest_strain *= 2.0;
-    let given = Controller::given(vec![0.5; world.lattice.edges.len()]);
+    let given = Controller::given(vec![0.5; world.lattice().edges.len()]);
     let others = [
         later(20),
         Robot {
@@ -148,7 +152,7 @@ fn surroundings_fit_a_world_with_other_steps() {
 /// The guard repeats the walk that diverged, not another one: an open loop stays one.
 #[test]
 fn a_divergence_in_open_loop_is_found_in_open_loop() {
-    let (mut world, robot) = with_goals();
+    let (world, robot) = with_goals();
     let span = Span {
         open_loop: Some(robot.start.clone()),
         ..Span::from_start((0..=60).collect())
@@ -161,7 +165,9 @@ fn a_divergence_in_open_loop_is_found_in_open_loop() {
         world.run_one(&robot, &span)
     });
     let speeds = open.states.iter().flat_map(|state| state.speeds());
-    world.physics.speed_bound = Some(0.9 * speeds.fold(0.0, f64::max));
+    let mut scene = scene();
+    scene.physics.speed_bound = Some(0.9 * speeds.fold(0.0, f64::max));
+    let world = world.with_physics(&scene.physics, &scene.controller);
     let guarded = walk::guarded(&world, &robot, &span);
     let last = guarded
         .divergence

@@ -68,7 +68,7 @@ impl Begun {
         for (k, (walked, found)) in walked.iter().zip(&differentiated).enumerate() {
             let (expected, slopes) = self.on_processor(k, device.printed().span());
             for (a, b) in positions(walked).into_iter().zip(expected) {
-                let spacing = self.world.lattice.spacing;
+                let spacing = self.world.lattice().spacing;
                 compared.position = f64::max(compared.position, (a - b).abs() / (10.0 * spacing));
             }
             let lists = self.lists(k, &found.gradient).into_iter();

@@ -133,7 +133,7 @@ impl Run {
         sweep(folder)?;
         keep_scene(folder, &plan.scene)?;
         if progress.entered == Some(progress.iteration) {
-            let lattice = &codesign.world().lattice;
+            let lattice = codesign.world().lattice();
             let materials = codesign.design(&progress).materials();
             let start =
                 DesignFile::new(lattice, &progress.design, &materials, &progress.controller);
@@ -292,7 +292,7 @@ impl Run {
         let physics = &self.plan.scene.physics;
         let moments = Frames::moments(physics.steps, physics.dt);
         let seen = self.codesign.watch(&self.progress, moments)?;
-        let spacing = self.codesign.world().lattice.spacing;
+        let spacing = self.codesign.world().lattice().spacing;
         Frames::of_moments(&seen, physics.dt, spacing)
     }
 
@@ -433,7 +433,7 @@ impl Run {
     fn write_design(&self, delivery: &Delivery) -> Result<()> {
         let folder = self.lock.folder();
         let design = DesignFile::new(
-            &self.codesign.world().lattice,
+            self.codesign.world().lattice(),
             &delivery.design,
             &delivery.materials,
             &delivery.controller,

@@ -447,10 +447,10 @@ fn a_mechanism_without_muscles_does_not_pass() {
     let scene = Scene::load(folder.join("chain.toml").to_str().unwrap()).unwrap();
     let codesign = CoDesign::new(&scene).unwrap();
     let layout = Design::Layout(vec![Material::Skeleton; 2]);
-    let controller = Controller::xavier(&scene.controller, &codesign.world().lattice, 1);
+    let controller = Controller::xavier(&scene.controller, codesign.world().lattice(), 1);
     let progress = codesign.begin_with(1, layout, controller).unwrap();
     let delivery = codesign.deliver(&progress);
-    let lattice = &codesign.world().lattice;
+    let lattice = codesign.world().lattice();
     let summary = Summary::new(&scene, &progress, &delivery);
     let verdict = summary.measured(&scene, lattice).verdict();
     let text = verdict.to_text();

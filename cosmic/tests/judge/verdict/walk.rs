@@ -202,7 +202,7 @@ fn friction_is_judged_only_where_feet_slip() {
     for (name, slips) in [("earth", true), ("stability", false), ("coulomb", true)] {
         let scene = Scene::load(name).unwrap();
         let codesign = CoDesign::new(&scene).unwrap();
-        let measured = unmeasured(&scene, &codesign.world().lattice);
+        let measured = unmeasured(&scene, codesign.world().lattice());
         assert_eq!(measured.slips, slips, "{name}");
     }
 }

@@ -427,7 +427,7 @@ impl<'a> CaseLoss<'a> {
         dyn AnyLoss + 'a: LossOf<R>,
     {
         let world = &self.probe.world;
-        let span = Span::of_steps(world.physics.steps);
+        let span = Span::of_steps(world.physics().steps);
         loss_of(world, &inputs.robot(world, design), self.of, &span)
     }
 }
