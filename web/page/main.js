@@ -139,7 +139,7 @@ function endGreeting() {
   $("stage").tabIndex = 0;
   if (hadFocus) $("stage").focus({ preventScroll: true });
   $("robot").classList.remove("greets", "called");
-  $("finished").textContent = "Finished robots";
+  $("finished").textContent = "More robots";
 }
 
 /** Calls the parade back; a second press leads back to the robot. */
@@ -153,7 +153,7 @@ async function callParade() {
   parade.isCalled = true;
   beginGreeting();
   $("robot").classList.add("called");
-  $("finished").textContent = "Back to the robot";
+  $("finished").textContent = "Back to mine";
   $("status").textContent = TOUCH;
   $("verdict").textContent = "";
   $("parade").scrollIntoView({ block: "nearest" });

@@ -162,7 +162,8 @@ export class Player {
   }
 
   seek(time) {
-    this.time = time;
+    // A walk that was lengthened in the meantime has forgotten its first seconds.
+    this.time = Math.max(0, time);
     this.#blend = 0;
     this.paint();
   }

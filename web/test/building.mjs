@@ -104,7 +104,7 @@ export async function twins(browser, address) {
   await press(page, "twin");
   await until(page, "evolution has a lane", () => /^evolution, \d+ tries: -?\d/.test(globalThis.onStage().lane));
   check(/^Evolution needed \d+ robots and [\d.]+ s to walk/.test(await text(page, "status")), await text(page, "status"));
-  await until(page, "it is compared by time, too", () => /; the gradient needed \d+ and [\d.]+ s\. /.test(document.getElementById("status").textContent));
+  await until(page, "it is compared by time, too", () => /; the gradient needed \d+ versions? and [\d.]+ s\. /.test(document.getElementById("status").textContent));
   const { top, bottom } = await page.$eval("#stage", stage => stage.getBoundingClientRect().toJSON());
   check(top > -1 && bottom <= 900, `its lane is in view: from ${Math.round(top)} to ${Math.round(bottom)} px`);
   await says(page, "Design another");
