@@ -3,6 +3,9 @@
 #
 # `python/check.sh --gpu` runs only the tests of GPU support, with the wheel cosmic-codesign-gpu. It is not installed, so that
 # the other wheel stays. `python/check.sh --gpu LIBRARY` takes an extension module that is already built (an absolute path).
+#
+# `python/check.sh --frameworks` tests the newest wheel in target/wheels, or builds it, with the oldest versions of torch, JAX
+# and stable-baselines3 that pyproject.toml promises, and with the newest. The packages take about 8 GB.
 set -euo pipefail
 cd "$(dirname "$0")"
 here=$PWD
@@ -30,6 +33,29 @@ install() {
 
 elsewhere=$(mktemp -d)
 trap 'rm -rf "$elsewhere"' EXIT
+
+# The packages that pyproject.toml names as `NAME>=VERSION`, with exactly these versions.
+promised() { grep -oE '"(gymnasium|jax|optax|stable-baselines3|torch)>=[0-9.]+"' pyproject.toml | tr -d '"' | sed 's/>=/==/' | sort -u; }
+
+if [ "${1:-}" = --frameworks ]; then
+  wheels=${CARGO_TARGET_DIR:-$here/../target}/wheels
+  for age in oldest newest; do
+    say "the $age frameworks"
+    export VENV=frameworks-$age
+    install pip
+    if ! ls "$wheels"/cosmic_codesign-*.whl >/dev/null 2>&1; then
+      install 'maturin>=1.8,<2'
+      PATH=$(dirname "$python"):$PATH "$python" -m maturin build --out "$wheels"
+    fi
+    [ "$age" = newest ] && versions=(gymnasium jax optax stable-baselines3 torch) || mapfile -t versions < <(promised)
+    install --upgrade pytest pygame-ce "${versions[@]}"
+    install --upgrade --force-reinstall --no-deps "$wheels"/cosmic_codesign-*.whl
+    install "$(echo "$wheels"/cosmic_codesign-*.whl)[jax,torch,sb3]" "${versions[@]}"
+    "$python" -m pip list 2>/dev/null | grep -E '^(gymnasium|jax|numpy|optax|stable_baselines3|torch) '
+    (cd "$elsewhere" && "$python" -m pytest -p no:cacheprovider --tb=short -rs "$here"/tests/test_{derivatives,gym,jax,sb3,torch}.py)
+  done
+  exit
+fi
 
 say 'the environment'
 install "${needs[@]}"

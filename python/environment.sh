@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# Installs Python packages into target/venv, the one virtual environment of all tests, and prints the path of its Python.
+# Installs Python packages into target/venv, the virtual environment of all tests, and prints the path of its Python. With VENV
+# set, the environment has that name.
 # If there is no Python, or the registry of packages cannot be reached, it says so on standard error and ends with 3.
 #   python/environment.sh 'numpy>=2' pytest
 set -euo pipefail
 target=${CARGO_TARGET_DIR:-$(dirname "$0")/../target}
 mkdir -p "$target"
-venv=$(cd "$target" && pwd)/venv
+venv=$(cd "$target" && pwd)/${VENV:-venv}
 
 if ! python3 -c 'import ensurepip, sys; sys.exit(sys.version_info < (3, 10))' 2>/dev/null; then
   echo 'python3 3.10 or later with venv is missing' >&2

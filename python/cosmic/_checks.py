@@ -65,9 +65,13 @@ def path(name: str, value: Any) -> Path:
 
 
 def array(name: str, value: Any, of: Any = np) -> Any:
-    """Converts an argument to an array of the module ``of``."""
+    """Converts an argument to an array of the module ``of``. Tensors of torch keep their history."""
+    # From torch 2.11 on, `torch.asarray` detaches tensors. `torch.as_tensor` warns about memory that is read-only.
+    make = getattr(of, "as_tensor", of.asarray)
+    if of is not np and isinstance(value, np.ndarray) and not value.flags.writeable:
+        value = value.copy()
     try:
-        return of.asarray(value)
+        return make(value)
     except (TypeError, ValueError, RuntimeError) as error:
         raise InputError(f"{name}: expected an array of numbers: {error}") from None
 

@@ -84,13 +84,13 @@ def rollout(
     if policy is not None:
         run = partial(rollout, simulator, bounded=bounded)
         return with_policy(run, simulator, inputs, steps, observed, first, policy, frame_skip, goal, torch)
-    device = torch.as_tensor(inputs[0]).device
+    device = array("z", leaves(inputs)["z"], torch).device
 
     def numbers(point: Any) -> Any:
         return array("goal", point, torch).to(device, torch.float64)
 
     plan, arrays = planned(simulator, inputs, steps, observed, first, bounded, goal, numbers, torch)
-    return Trajectory(*_Rollout.apply(plan, *map(torch.as_tensor, arrays)))
+    return Trajectory(*_Rollout.apply(plan, *arrays))
 
 
 def step(

@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
 import cosmic
 import numpy as np
 import pytest
@@ -136,3 +142,65 @@ def test_nodes_without_a_bar_have_the_same_derivatives_in_every_mode(
         # Away from contacts the states are smooth; rounding adds 1e-15 / 1e-6.
         difference = (shifted(1e-6) - shifted(-1e-6)) / 2e-6
         assert difference == pytest.approx(slope, rel=1e-5, abs=1e-8), name
+
+
+class Tensor:
+    """As much of a tensor of torch as a rollout needs."""
+
+    def __init__(self, numbers: Any) -> None:
+        self.numbers = np.asarray(numbers)
+        self.shape, self.ndim, self.device = self.numbers.shape, self.numbers.ndim, "cpu"
+        self.requires_grad, self.grad = False, None
+
+    def requires_grad_(self, requires_grad: bool = True) -> Tensor:
+        self.requires_grad = requires_grad
+        return self
+
+    def detach(self) -> Tensor:
+        return Tensor(self.numbers)
+
+    def to(self, *_: Any) -> Tensor:
+        return self
+
+    cpu, numpy, dim = detach, lambda self: self.numbers, lambda self: self.ndim
+
+
+class Function:
+    """A function with its own rule for gradients. It gives gradients to the tensors that it gets."""
+
+    @classmethod
+    def apply(cls: Any, *given: Any) -> Any:
+        context = SimpleNamespace(save_for_backward=lambda *tensors: setattr(context, "saved_tensors", tensors))
+        made = cls.forward(context, *given)
+
+        def backward(*bars: Tensor) -> None:
+            for own, gradient in zip(given, cls.backward(context, *bars), strict=True):
+                if isinstance(own, Tensor) and own.requires_grad:
+                    own.grad = gradient
+
+        made[0].backward = backward
+        return made
+
+
+def test_torch_gets_gradients_although_its_asarray_detaches(
+    sim: cosmic.Simulator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # This stands in for torch 2.11 and later, so that no test needs torch.
+    torch: Any = ModuleType("torch")
+    torch.asarray = lambda given: getattr(given, "requires_grad_", Tensor)(False)
+    torch.as_tensor = lambda given: given if isinstance(given, Tensor) else Tensor(given)
+    torch.tensor = torch.from_numpy = Tensor
+    torch.autograd = SimpleNamespace(Function=Function)
+    torch.autograd.function = SimpleNamespace(once_differentiable=lambda backward: backward)
+    monkeypatch.setitem(sys.modules, "torch", torch)
+    spec: Any = importlib.util.spec_from_file_location("cosmic.stand_in", Path(cosmic.__file__).with_name("torch.py"))
+    own: Any = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(own)
+
+    plain = robot(sim, 0)
+    inputs = own.inputs(plain, requires_grad=True)
+    seen = own.rollout(sim, inputs, *SPAN)
+    bars = cosmic.Trajectory(*like(sim.rollout(plain, *SPAN), 1))
+    seen.x.backward(*map(Tensor, bars))
+    assert all(own.requires_grad for own in leaves(inputs).values())
+    assert same(mapped(lambda own: own.grad.numbers, inputs), sim.vjp(plain, bars, *SPAN))
