@@ -52,7 +52,8 @@ class Run:
     """A designed robot, from :func:`optimize` or :func:`load`."""
 
     folder: Path
-    """The run's folder; temporary unless you named one."""
+    """The run's folder; temporary unless you named one. If Ctrl-C stopped the run, the folder holds what :func:`resume`
+    continues, and the files of the robot so far are temporary."""
     scene: Scene
     seed: int
     design: Design
@@ -74,22 +75,25 @@ class Run:
     times: _Floats
     """The times of these states, s."""
 
-    def __init__(self, folder: _Path, *, keep: Any = None) -> None:
-        self.folder = as_path("folder", folder)
+    def __init__(self, folder: _Path, *, keep: Any = None, of: Optional[Path] = None) -> None:
+        files = as_path("folder", folder)
+        # The unfinished run whose robot so far is in `folder`.
+        self._of = None if of is None else of.absolute()
+        self.folder = files if of is None else of
         # The run may be unpickled in another working directory.
-        self._absolute = self.folder.absolute()
+        self._files = files.absolute()
         # A temporary folder lives as long as the run.
         self._keep = keep
         # Reads and checks all files of the run.
-        design, rest = _core.load(self.folder)
+        design, rest = _core.load(files)
         read = json.loads(design)
         self.design = Design(*(np.array(read[name]) for name in ("edges", "z", "materials")))
         self.controller = {name: np.array(block) for name, block in read["controller"].items()}
         self.summary = json.loads(self._text("summary.json"))
         self.seed = self.summary["seed"]
         # Read from the file, because a custom lattice is in a second file beside it.
-        self.scene = Scene.load(self.folder / "scene.toml")
-        has_history = (self.folder / "history.jsonl").exists()
+        self.scene = Scene.load(self._files / "scene.toml")
+        has_history = (self._files / "history.jsonl").exists()
         self.history = _columns(self._text("history.jsonl") if has_history else "")
         moved = json.loads(self._text("trajectory.json"))
         self.trajectory, self.velocities = (
@@ -100,7 +104,7 @@ class Run:
         self._rest = np.array(rest)
 
     def _text(self, name: str) -> str:
-        return (self.folder / name).read_text(encoding="utf-8")
+        return (self._files / name).read_text(encoding="utf-8")
 
     @property
     def displacement(self) -> float:
@@ -120,27 +124,28 @@ class Run:
         return Simulator(self.scene, "layout" if is_finished else "performance")
 
     def save(self, path: _Path) -> Path:
-        """Copies the run's folder to a new one."""
+        """Copies the files of the run to a new folder."""
         path = as_path("path", path)
         if path.exists() and (not path.is_dir() or any(path.iterdir())):
             raise InputError(f"{path} exists and is not empty; name a new or empty folder")
-        shutil.copytree(self.folder, path, dirs_exist_ok=True)
+        shutil.copytree(self._files, path, dirs_exist_ok=True)
         return path
 
     def report(self, path: Optional[_Path] = None) -> Path:
         """Writes a page, a picture and an animation into the run's folder, or into a copy of the run
         in the new folder ``path``. Returns the path of the page."""
-        folder = self.folder if path is None else self.save(path)
+        own = self.folder if self._of is None else self._files
+        folder = own if path is None else self.save(path)
         _core.report(folder)
         return folder / "report.html"
 
     def __reduce__(self) -> tuple[Any, ...]:
         # The files of a temporary folder are pickled with the run.
         if self._keep is None:
-            return Run, (self._absolute,)
-        files = [path for path in self._absolute.rglob("*") if path.is_file()]
-        packed = {str(path.relative_to(self._absolute)): path.read_bytes() for path in files}
-        return _unpacked, (packed,)
+            return Run, (self._files,)
+        files = [path for path in self._files.rglob("*") if path.is_file()]
+        packed = {str(path.relative_to(self._files)): path.read_bytes() for path in files}
+        return _unpacked, (packed, self._of)
 
     def __repr__(self) -> str:
         name, solid = self.summary["scene"], self.summary["V"]
@@ -150,7 +155,7 @@ class Run:
         return f"<Run {name}, seed {self.seed}: {self.displacement:.3f} m{mark}, V {solid:.3f}>"
 
     def _repr_html_(self) -> str:
-        page = html.escape(_core.player_page(self.folder))
+        page = html.escape(_core.player_page(self._files))
         title = html.escape(repr(self))
         return f'<iframe srcdoc="{page}" style="{_STYLE}" onload="{_FIT}" title="{title}"></iframe>'
 
@@ -165,14 +170,14 @@ _FIT = (
 )
 
 
-def _unpacked(files: dict[str, bytes]) -> Run:
+def _unpacked(files: dict[str, bytes], of: Optional[Path]) -> Run:
     """Makes a run from the files of its folder."""
     keep = _Temporary()
     for name, content in files.items():
         path = keep.path / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content)
-    return Run(keep.path, keep=keep)
+    return Run(keep.path, keep=keep, of=of)
 
 
 def _columns(history: str) -> dict[str, npt.NDArray[Any]]:
@@ -234,8 +239,8 @@ def optimize(
     - ``progress``: True for a progress bar, or a function that is called after every iteration with
       its number, the last iteration's number, and a dictionary of results.
 
-    Ctrl-C stops the run and returns the robot of the last iteration, with a warning.
-    :func:`resume` then continues the run in ``out``.
+    Ctrl-C stops the run and returns the robot of the last iteration, with a warning. ``resume(run.folder)``
+    continues it.
     """
     given = as_scene(_core.scenes()[0] if scene is None else scene)
     folder, keep = _folder(out)
@@ -272,7 +277,7 @@ def resume(
     own, pool, folder = as_loss(loss), _threads(threads), as_path("folder", folder)
     with _Bar(folder.absolute().name, progress) as bar, _iteration(folder):
         interrupted = _core.resume(folder, own, yes("allow_unstable", allow_unstable), pool, bar, _warn)
-    return _result(folder, None, own, interrupted)
+    return _result(folder, _TEMPORARY.get(folder.absolute()), own, interrupted)
 
 
 @contextmanager
@@ -324,19 +329,26 @@ class _Temporary:
     """A temporary folder, which is removed with this object."""
 
     def __init__(self) -> None:
-        self.path = Path(tempfile.mkdtemp(prefix="cosmic-"))
+        self.path = Path(tempfile.mkdtemp(prefix="cosmic-")).absolute()
+        _TEMPORARY[self.path] = self
         weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
+
+
+#: The temporary folders that exist.
+_TEMPORARY: weakref.WeakValueDictionary[Path, _Temporary] = weakref.WeakValueDictionary()
 
 
 def _result(folder: Path, keep: Any, loss: Any, interrupted: bool) -> Run:
     if not interrupted:
         return Run(folder, keep=keep)
-    go_on = "" if keep else f"; continue with cosmic.resume({os.fspath(folder)!r})"
+    name = "run.folder" if keep else repr(os.fspath(folder))
+    go_on = f"; continue with cosmic.resume({name})"
     if not (folder / "history.jsonl").stat().st_size:
+        go_on = "" if keep else go_on
         raise KeyboardInterrupt(f"interrupted in the first iteration, so there is no robot yet{go_on}")
     so_far, kept = _folder(None)
     _core.deliver_so_far(folder, so_far, loss)
-    run = Run(so_far, keep=kept)
+    run = Run(so_far, keep=(kept, keep), of=folder)
     done = run.summary["iterations"]
     _warn(f"interrupted after iteration {done}: this is the robot of that iteration{go_on}", 4)
     return run

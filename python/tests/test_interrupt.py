@@ -16,8 +16,8 @@ import pytest
 from common import SCENE, SEED, is_same_run
 
 INTERRUPTED = """
-import json, os, signal, sys, threading, warnings
-import cosmic
+import json, os, pathlib, pickle, signal, sys, threading, warnings
+import cosmic, numpy as np
 
 scene, out = json.loads(sys.argv[1]), sys.argv[2] or None
 
@@ -31,7 +31,13 @@ with warnings.catch_warnings(record=True) as told:
 text = [str(each.message) for each in told if "interrupted" in str(each.message)]
 files = [each.filename for each in told]
 moved = float(abs(run.trajectory[-1] - run.trajectory[0]).max())
-print(json.dumps([run.summary["iterations"], text, files, moved]))
+iterations, reason, folder = run.summary["iterations"], run.summary["stop_reason"], run.folder
+copy = pickle.loads(pickle.dumps(run))
+assert copy.folder == folder.absolute() and np.array_equal(copy.trajectory, run.trajectory)
+assert run.report().stat().st_size and run.report(sys.argv[4]).parent == pathlib.Path(sys.argv[4])
+# A temporary folder must outlive the first run.
+run = copy = cosmic.resume(folder, progress=False) if not out else None
+print(json.dumps([iterations, text, files, moved, str(folder), reason, run and run.summary["iterations"]]))
 """
 
 #: Enough iterations that the signal arrives before the run ends.
@@ -40,9 +46,10 @@ LONG = {**SCENE, "schedule": {**SCENE["schedule"], "iterations": 400}}
 LONG_TEXT = cosmic.as_scene(LONG).to_toml()
 
 
-def interrupted(out: Path | str) -> tuple[int, str]:
-    """Interrupts a run. Returns the number of its last iteration, and its warning."""
-    arguments = [json.dumps(LONG), str(out), str(SEED)]
+def interrupted(out: Path | str, copy: Path) -> tuple[int, str, str, int | None]:
+    """Interrupts a run. Returns the number of its last iteration, its warning, its folder, and the number of the last iteration
+    of a temporary run that is continued."""
+    arguments = [json.dumps(LONG), str(out), str(SEED), str(copy)]
     done = subprocess.run(
         [sys.executable, "-c", INTERRUPTED, *arguments],
         capture_output=True,
@@ -50,27 +57,30 @@ def interrupted(out: Path | str) -> tuple[int, str]:
         timeout=120,
     )
     assert done.returncode == 0, done.stderr
-    iterations, [warning], files, moved = json.loads(done.stdout)
+    iterations, [warning], files, moved, folder, reason, later = json.loads(done.stdout)
+    assert reason == "unfinished"
     # The warning is about the line that called optimize.
     assert set(files) == {"<string>"} and moved > 0.0
-    return iterations, warning
+    return iterations, warning, folder, later
 
 
 def test_an_interrupted_run_is_returned_and_can_be_resumed(tmp_path: Path) -> None:
     out = tmp_path / "run"
-    iterations, warning = interrupted(out)
-    assert 3 <= iterations < 400
+    iterations, warning, folder, _ = interrupted(out, tmp_path / "copy")
+    assert 3 <= iterations < 400 and folder == str(out)
+    assert cosmic.load(tmp_path / "copy").summary["iterations"] == iterations
     assert f"after iteration {iterations}:" in warning and f"cosmic.resume('{out}')" in warning
     with pytest.raises(cosmic.FileError):
         cosmic.load(out)
     whole = cosmic.optimize(LONG, SEED, progress=False)
-    assert is_same_run(cosmic.resume(out, progress=False).folder, whole.folder)
+    assert is_same_run(cosmic.resume(folder, progress=False).folder, whole.folder)
 
 
-def test_a_run_without_a_folder_is_returned_as_well() -> None:
-    iterations, warning = interrupted("")
-    assert 3 <= iterations < 400
-    assert warning.endswith("the robot of that iteration")
+def test_a_run_without_a_folder_is_returned_and_can_be_resumed(tmp_path: Path) -> None:
+    iterations, warning, folder, later = interrupted("", tmp_path / "copy")
+    assert 3 <= iterations < 400 and later == 400
+    assert warning.endswith("the robot of that iteration; continue with cosmic.resume(run.folder)")
+    assert not Path(folder).exists()
 
 
 def test_a_run_of_a_sweep_saves_itself(tmp_path: Path) -> None:

@@ -104,7 +104,7 @@ fn a_robot_of_mixtures_is_undecided() {
     let summary = bench.json("run/summary.json");
     assert_eq!(
         (&summary["stop_reason"], &summary["undecided"]),
-        (&"iteration_limit".into(), &true.into())
+        (&"unfinished".into(), &true.into())
     );
     // The two volumes are means over 20 edges, which were added in different orders.
     let [told, found] =

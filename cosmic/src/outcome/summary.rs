@@ -112,7 +112,7 @@ crate::keys! {
         iterations: usize, "whole number";
         /// The iteration that produced the delivered controller.
         delivered_iteration: usize, "whole number", columns ["delivered_iteration"];
-        /// `finished`, or `iteration_limit` for the robot of an unfinished run.
+        /// `finished`, or `unfinished` if iterations of the scene are left.
         stop_reason: StopReason, "text";
         /// Version of the program.
         cosmic_version: String, "text";
@@ -135,8 +135,8 @@ fn present<'de, D: Deserializer<'de>>(value: D) -> Result<Option<Option<f64>>, D
 pub enum StopReason {
     /// All iterations of the scene are done.
     Finished,
-    /// The run reached the limit of its plan before the last iteration of the scene.
-    IterationLimit,
+    /// Iterations of the scene are left: the run was interrupted, or its plan has fewer.
+    Unfinished,
 }
 
 crate::keys! {
@@ -310,7 +310,7 @@ impl Summary {
             stop_reason: if all {
                 StopReason::Finished
             } else {
-                StopReason::IterationLimit
+                StopReason::Unfinished
             },
             cosmic_version: env!("CARGO_PKG_VERSION").to_string(),
             seconds: 0.0,
