@@ -11,14 +11,18 @@ gradients through a differentiable simulator.
 - :mod:`cosmic.sweep` does many runs in any executor or on a cluster.
 - ``python -m cosmic`` is the program ``cosmic``, with all its commands.
 - :mod:`cosmic.jax` and :mod:`cosmic.torch` offer rollouts as differentiable functions and turn your
-  functions into objectives. :mod:`cosmic.gym` has environments for reinforcement learning. Import
-  them separately; each needs its package.
+  functions into objectives. :mod:`cosmic.gym` and :mod:`cosmic.sb3` have environments for reinforcement
+  learning. Each needs its package.
 """
+
+import importlib as _importlib
+from typing import TYPE_CHECKING as _TYPE_CHECKING
+from typing import Any as _Any
 
 from . import sweep
 from ._core import VERSION as __version__
 from ._core import Scene, scenes
-from ._docs import documented
+from ._docs import documented as _documented
 from ._errors import (
     DivergedError,
     Error,
@@ -30,7 +34,7 @@ from ._errors import (
     UnstableStepError,
 )
 from ._lattice import Lattice
-from ._loss import Loss
+from ._loss import Loss, LossError
 from ._memory import limit_memory
 from ._run import Design, Run, load, optimize, resume
 from ._scene import SceneLike, as_scene
@@ -47,6 +51,7 @@ __all__ = [
     "InterruptedError",
     "Lattice",
     "Loss",
+    "LossError",
     "OutOfMemoryError",
     "Run",
     "Scene",
@@ -64,4 +69,24 @@ __all__ = [
     "sweep",
 ]
 
-documented(Design, Inputs, Run, Simulator, Trajectory)
+_documented(Design, Inputs, Run, Simulator, Trajectory)
+
+if _TYPE_CHECKING:
+    from . import gym, jax, sb3, torch, workshop
+
+#: The modules that need further packages. They are imported when they are used.
+_LATER = ("gym", "jax", "sb3", "torch", "workshop")
+
+
+def __getattr__(name: str) -> _Any:
+    if name not in _LATER:
+        raise AttributeError(f"module 'cosmic' has no attribute {name!r}")
+    try:
+        return _importlib.import_module(f"cosmic.{name}")
+    except ImportError as error:
+        # `hasattr` and `help` expect this class.
+        raise AttributeError(str(error)) from error
+
+
+def __dir__() -> list[str]:
+    return sorted({*__all__, *_LATER})

@@ -66,7 +66,7 @@ def path(name: str, value: Any) -> Path:
 
 def array(name: str, value: Any, of: Any = np) -> Any:
     """Converts an argument to an array of the module ``of``. Tensors of torch keep their history."""
-    # From torch 2.11 on, `torch.asarray` detaches tensors. `torch.as_tensor` warns about memory that is read-only.
+    # Many versions of `torch.asarray` detach tensors, also the given one. `torch.as_tensor` warns about read-only memory.
     make = getattr(of, "as_tensor", of.asarray)
     if of is not np and isinstance(value, np.ndarray) and not value.flags.writeable:
         value = value.copy()

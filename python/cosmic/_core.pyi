@@ -69,6 +69,7 @@ class Simulator:
     payload: int
     along: list[float]
     goal_origin: Optional[list[float]]
+    terrain: list[list[float]]
     physics: list[tuple[str, float, int]]
     def with_others(
         self, driven: Optional[int], changes: Optional[list[int]], physics: list[tuple[str, int]]
@@ -122,17 +123,21 @@ GRADIENTS: list[str]
 
 def xla_handler(minor: int) -> object: ...
 
+def animate(simulator: Simulator, path: _Path, z: _Floats, steps: list[int], x: _Floats) -> None: ...
+
 class Driven:
     """Robots with given design vectors, whose activations come from the caller."""
 
-    def __init__(self, simulator: Simulator, z: _Floats, is_scaled: bool) -> None: ...
+    def __init__(self, simulator: Simulator, z: _Floats, robots: int, is_scaled: bool) -> None: ...
     actuators: list[int]
     inputs: int
-    presence: list[float]
+    presence: list[list[float]]
+    def vary(self, robot: int, physics: list[tuple[str, list[float]]]) -> None: ...
     def draw_goals(self, seed: int) -> tuple[list[int], _Floats]: ...
     def places(self, x: _Floats) -> _Floats: ...
     def advance(
         self,
+        which: list[int],
         activations: _Floats,
         x: _Floats,
         v: _Floats,
@@ -143,7 +148,7 @@ class Driven:
     def observe(
         self, x: _Floats, v: _Floats, done: list[int], goals: Optional[list[list[float]]]
     ) -> _Floats: ...
-    def picture(self, steps: list[int], x: _Floats) -> npt.NDArray[np.uint8]: ...
+    def picture(self, robot: int, steps: list[int], x: _Floats) -> npt.NDArray[np.uint8]: ...
 
 _Progress = Callable[[int, int, dict[str, Any]], object]
 

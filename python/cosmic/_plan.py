@@ -9,7 +9,7 @@ from typing import Any, Optional
 from . import _core
 from ._checks import array
 from ._goal import Goal, Goals, as_goals
-from ._simulator import Array, Inputs, Observed, Simulator, Trajectory, check_kind, leaves, tree, with_goal
+from ._simulator import DRIVEN, Array, Inputs, Observed, Simulator, Trajectory, check_kind, leaves, tree, with_goal
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,11 @@ class Plan:
         """The plan for XLA, which it can run as long as this object exists. Equal plans share it."""
 
         def made() -> _core.Planned:
-            core = self.simulator.core_for(self.shapes, self.changes)
+            core = self.simulator._core_for(self.shapes, self.changes)
             ranks = [(name, len(shape)) for name, shape in self.arrays if name != "first"]
             return _core.Planned(core, self.observed, self.bounded, ranks)
 
-        return self.simulator.kept((self.observed, self.bounded, self.changes, self.arrays), made)
+        return self.simulator._kept_as((self.observed, self.bounded, self.changes, self.arrays), made)
 
     def run(self, arrays: Sequence[Array]) -> Trajectory:
         """The rollout. A robot that diverges gets NaN."""
@@ -82,17 +82,21 @@ def planned(
 ) -> tuple[Plan, list[Any]]:
     """The plan of a rollout, and its arrays. ``numbers`` makes arrays of the module ``of`` from the parts of a goal."""
     check_kind(simulator)
-    seen, first = simulator.span(steps, observed, first)
-    named, changes = simulator.named(inputs), None
+    seen, first = simulator._span(steps, observed, first)
+    named, changes = simulator._named(inputs), None
     if goal is not None:
         origin = simulator._core.goal_origin
         later, points = as_goals(goal, origin, simulator.dt, numbers, of)
         named, changes = with_goal(named, points), tuple(later)
     arrays = {name: array(name, own, of) for name, own in named.items()}
+    if DRIVEN in arrays:
+        own = arrays[DRIVEN]
+        # Within the limits the derivative is 1, also at the limits.
+        arrays[DRIVEN] = of.where(abs(own) > 1.0, of.clip(own, -1.0, 1.0), own)
     # A scalar factor gets an axis of length 1, so that an axis for robots in front of it is recognised.
     arrays = {
         name: own.reshape(1) if name in simulator.factors and own.ndim == 0 else own
         for name, own in arrays.items()
     }
-    shapes = simulator.shapes_of(arrays, seen[-1], changes)
+    shapes = simulator._shapes_of(arrays, seen[-1], changes)
     return Plan(simulator, tuple(seen), first, bounded, changes, tuple(shapes.items())), list(arrays.values())

@@ -24,10 +24,10 @@ from ._checks import path as as_path
 from ._checks import whole, yes
 from ._core import Scene
 from ._errors import InputError
-from ._loss import LossError, as_loss
+from ._loss import Loss, LossError, ValueAndGradient, as_loss
 from ._memory import check_optimisation
 from ._scene import SceneLike, as_scene
-from ._simulator import Inputs, Simulator
+from ._simulator import Inputs, Simulator, equal
 
 _Path = Union[str, "os.PathLike[str]"]
 _Floats = npt.NDArray[np.float64]
@@ -36,7 +36,7 @@ _Whole = npt.NDArray[np.int64]
 Progress = Callable[[int, int, dict[str, Any]], object]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Design:
     """The design of a robot: the materials on the edges of a lattice."""
 
@@ -47,9 +47,18 @@ class Design:
     materials: _Whole
     """Per edge 0 for void, 1 for skeleton, 2 for actuator."""
 
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Design) and equal(vars(self), vars(other))
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        counts = np.bincount(self.materials, minlength=3)
+        return f"<Design: {len(self.edges)} edges, of them {counts[1]} skeleton, {counts[2]} actuators>"
+
 
 class Run:
-    """A designed robot, from :func:`optimize` or :func:`load`."""
+    """A designed robot, from :func:`optimize` or :func:`load`. Its arrays are read-only; ``run.inputs.x0.copy()`` can be changed."""
 
     folder: Path
     """The run's folder; temporary unless you named one. If Ctrl-C stopped the run, the folder holds what :func:`resume`
@@ -87,8 +96,8 @@ class Run:
         # Reads and checks all files of the run.
         design, rest = _core.load(files)
         read = json.loads(design)
-        self.design = Design(*(np.array(read[name]) for name in ("edges", "z", "materials")))
-        self.controller = {name: np.array(block) for name, block in read["controller"].items()}
+        self.design = Design(*(_fixed(read[name]) for name in ("edges", "z", "materials")))
+        self.controller = {name: _fixed(block) for name, block in read["controller"].items()}
         self.summary = json.loads(self._text("summary.json"))
         self.seed = self.summary["seed"]
         # Read from the file, because a custom lattice is in a second file beside it.
@@ -97,11 +106,11 @@ class Run:
         self.history = _columns(self._text("history.jsonl") if has_history else "")
         moved = json.loads(self._text("trajectory.json"))
         self.trajectory, self.velocities = (
-            np.array([state[of] for state in moved["states"]]) for of in ("x", "v")
+            _fixed([state[name] for state in moved["states"]]) for name in ("x", "v")
         )
-        self.steps = np.array(moved["steps"])
-        self.times = self.steps * moved["dt"]
-        self._rest = np.array(rest)
+        self.steps = _fixed(moved["steps"])
+        self.times = _fixed(self.steps * moved["dt"])
+        self._rest = _fixed(rest)
 
     def _text(self, name: str) -> str:
         return (self._files / name).read_text(encoding="utf-8")
@@ -116,12 +125,14 @@ class Run:
     @property
     def inputs(self) -> Inputs:
         """The robot at rest, as inputs of a :class:`Simulator` of its scene."""
-        return Inputs(self.design.z, self.controller, self._rest, np.zeros_like(self._rest))
+        return Inputs(self.design.z, dict(self.controller), self._rest, _fixed(np.zeros_like(self._rest)))
 
     def simulator(self) -> Simulator:
         """A simulator of the run's scene and of its kind of robot: finished, or still undecided."""
         is_finished = ((self.design.z == 0) | (self.design.z == 1)).all()
-        return Simulator(self.scene, "layout" if is_finished else "performance")
+        made = Simulator(self.scene, "layout" if is_finished else "performance")
+        made._design = self.design.z
+        return made
 
     def save(self, path: _Path) -> Path:
         """Copies the files of the run to a new folder."""
@@ -153,6 +164,20 @@ class Run:
         doubt = ", stays in place" if reliability.get("stays_in_place") else ", unreliable"
         mark = doubt if reliability.get("verdict") == "unreliable" else ""
         return f"<Run {name}, seed {self.seed}: {self.displacement:.3f} m{mark}, V {solid:.3f}>"
+
+    def __eq__(self, other: object) -> bool:
+        """True if the runs have the same scene, seed, robot and final rollout."""
+        if not isinstance(other, Run):
+            return False
+        own, others = ((run.scene.to_toml(), run.seed, run.design) for run in (self, other))
+        return own == others and self.inputs == other.inputs and equal(self._seen, other._seen)
+
+    def __hash__(self) -> int:
+        return hash((self.scene.to_toml(), self.seed))
+
+    @property
+    def _seen(self) -> tuple[_Floats, _Floats, _Whole]:
+        return self.trajectory, self.velocities, self.steps
 
     def _repr_html_(self) -> str:
         page = html.escape(_core.player_page(self._files))
@@ -203,8 +228,15 @@ def _flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
 
 def _column(cells: list[Any]) -> npt.NDArray[Any]:
     if any(isinstance(cell, str) for cell in cells):
-        return np.array(["" if cell is None else cell for cell in cells])
-    return np.array([float("nan") if cell is None else float(cell) for cell in cells])
+        return _fixed(["" if cell is None else cell for cell in cells])
+    return _fixed([float("nan") if cell is None else float(cell) for cell in cells])
+
+
+def _fixed(given: Any) -> npt.NDArray[Any]:
+    """A read-only array, so that a change of a copy's part does not change the run."""
+    made = np.array(given)
+    made.flags.writeable = False
+    return made
 
 
 def load(folder: _Path) -> Run:
@@ -216,7 +248,7 @@ def optimize(
     scene: Optional[SceneLike] = None,
     seed: int = 0,
     *,
-    loss: Any = None,
+    loss: Union[Loss, ValueAndGradient, None] = None,
     iterations: Optional[int] = None,
     start: Union[Run, Inputs, _Path, None] = None,
     out: Optional[_Path] = None,
@@ -266,7 +298,7 @@ def optimize(
 def resume(
     folder: _Path,
     *,
-    loss: Any = None,
+    loss: Union[Loss, ValueAndGradient, None] = None,
     allow_unstable: bool = False,
     threads: Optional[int] = None,
     progress: Union[bool, Progress] = True,
@@ -307,7 +339,7 @@ def _folder(out: Optional[_Path]) -> tuple[Path, Any]:
 def _design_file(scene: Scene, robot: Inputs) -> _Temporary:
     """A temporary folder with the ``design.json`` of a robot. Raises :class:`InputError` if the arrays do not fit the scene."""
     sim = Simulator(scene)
-    arrays = {name: np.asarray(array, float) for name, array in sim.named(robot).items()}
+    arrays = {name: np.asarray(array, float) for name, array in sim._named(robot).items()}
     for name, array in arrays.items():
         if array.shape != sim.shapes.get(name, array.shape):
             expected, found = list(sim.shapes[name]), list(array.shape)

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import math
 import operator
+import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
+from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple, Optional, TypeVar, Union, overload
+from typing import Any, Literal, NamedTuple, Optional, TypeVar, Union, get_args, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
 from ._checks import array, choice, floats, whole
+from ._checks import path as as_path
 from ._checks import seed as as_seed
 from ._core import Scene
 from ._errors import InputError
@@ -30,12 +33,35 @@ Policy = Callable[[Any, Any, Any], Any]
 
 
 #: The projections from design vectors to mixtures of materials.
-PROJECTIONS = ("auto", "performance", "stability", "none", "layout")
+Projection = Literal["auto", "performance", "stability", "none", "layout"]
+#: Where a simulator computes.
+Device = Literal["cpu", "gpu"]
+
+#: By default the number of steps with the same activations. It is also the default interval of observed states.
+FRAME_SKIP = 16
 
 _Made = TypeVar("_Made")
 
-#: Where a simulator computes.
-DEVICES = ("cpu", "gpu")
+
+def _shown(arrays: Any) -> str:
+    """A text that has the shapes of arrays in place of their numbers."""
+    if not isinstance(arrays, Mapping):
+        return str(list(np.shape(arrays)))
+    return "{" + ", ".join(f"{name!r}: {_shown(own)}" for name, own in arrays.items()) + "}"
+
+
+def short(of: Any) -> str:
+    """The text of a named tuple of arrays, with their shapes."""
+    return f"{type(of).__name__}({', '.join(f'{name}={_shown(own)}' for name, own in of._asdict().items())})"
+
+
+def equal(one: Any, other: Any) -> bool:
+    """True if arrays have equal numbers, or dictionaries and tuples of arrays do."""
+    if isinstance(one, Mapping):
+        return isinstance(other, Mapping) and one.keys() == other.keys() and all(equal(one[k], other[k]) for k in one)
+    if isinstance(one, tuple):
+        return isinstance(other, tuple) and len(one) == len(other) and all(map(equal, one, other))
+    return bool(np.array_equal(one, other))
 
 
 class Inputs(NamedTuple):
@@ -65,6 +91,22 @@ class Inputs(NamedTuple):
     ``"bars.rest_length"`` and ``"nodes.mass"`` multiply the numbers of the lattice and the design: one factor for all edges or
     nodes, or one for each."""
 
+    def replace(self, **arrays: Any) -> Inputs:
+        """A copy with other ``z``, ``controller``, ``x0``, ``v0`` or ``physics``."""
+        for name in arrays:
+            if name not in self._fields:
+                raise InputError(f"replace: {name!r}: allowed: {', '.join(self._fields)}")
+        return self._replace(**arrays)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Inputs) and equal(tuple(self), tuple(other))
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    def __repr__(self) -> str:
+        return short(self)
+
 
 class Trajectory(NamedTuple):
     """States of a rollout, with one more axis in front for several robots."""
@@ -73,6 +115,15 @@ class Trajectory(NamedTuple):
     """Positions, shape ``(states, nodes, D)``, m."""
     v: Array
     """Velocities, ``(states, nodes, D)``, m/s."""
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Trajectory) and equal(tuple(self), tuple(other))
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    def __repr__(self) -> str:
+        return short(self)
 
 
 def leaves(inputs: Inputs) -> dict[str, Any]:
@@ -150,16 +201,17 @@ class Simulator:
     package ``cosmic-codesign-gpu``. It pays for hundreds of robots; one robot is faster on the processor.
     """
 
-    def __init__(self, scene: SceneLike, projection: str = "auto", device: str = "cpu") -> None:
+    def __init__(self, scene: SceneLike, projection: Projection = "auto", device: Device = "cpu") -> None:
         self.scene: Scene = as_scene(scene)
-        choice("projection", projection, PROJECTIONS)
-        choice("device", device, DEVICES)
-        self.device = device
+        choice("projection", projection, get_args(Projection))
+        choice("device", device, get_args(Device))
+        self.device: Device = device
         self._sizes = self.scene.sizes
         check_simulator(self._sizes)
         self._core = _core.Simulator(self.scene, device == "gpu", projection)
-        self._given_projection = projection
+        self._given_projection: Projection = projection
         self._kept: dict[Any, Any] = {}
+        self._design: Optional[Array] = None
         self.dt: float = self._core.dt
         """Length of a step, s."""
         self.steps: int = self._core.steps
@@ -183,6 +235,8 @@ class Simulator:
         """The node of the payload, whose displacement counts. It need not be node 0."""
         self.along: npt.NDArray[np.float64] = np.array(self._core.along)
         """The unit vector along the ground, in which distances are measured."""
+        for own in (self.edges, self.rest_length, self.along):
+            own.flags.writeable = False
 
     @property
     def projection(self) -> str:
@@ -194,6 +248,25 @@ class Simulator:
         check_start(self._sizes, 3)
         return tree(split(self._core.initial(as_seed(seed))[0], self.shapes))
 
+    def ground(self, x: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """The heights of the ground in the world's frame at the places ``x``, such as ``seen.x[..., 0]``, m. At a wall, it is the
+        height of its foot."""
+        places = floats("x", x).astype(np.float64)
+        cos, sin = self.along[0], self.along[-1]
+        corners = np.array(self._core.terrain or [[0.0, 0.0]])
+        # The ground ends as a line in both directions. It reaches beyond all places, also where an incline is steep.
+        far = (np.abs(places[np.isfinite(places)]).max(initial=0.0) + np.abs(corners).max() + 1.0) / cos
+        ends = corners[0] - [2.0 * far, 0.0], corners[-1] + [2.0 * far, 0.0]
+        line = np.array([ends[0], *corners, ends[1]]) @ [[cos, sin], [-sin, cos]]
+        lowest = np.full(places.shape, np.inf)
+        for one, other in zip(line, line[1:]):
+            (left, at_left), (right, at_right) = sorted((tuple(one), tuple(other)))
+            share = (places - left) / (right - left) if right > left else 0.0
+            height = at_left + share * (at_right - at_left)
+            is_on = (left <= places) & (places <= right)
+            lowest = np.where(is_on, np.minimum(lowest, height), lowest)
+        return np.where(np.isfinite(places), lowest, np.nan)
+
     def layout(self, z: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """The finished robots to which an optimisation would snap the design vectors ``z``, of shape ``(edges, 3)`` or
         ``(batch, edges, 3)``. The result has the same shape, and its rows are one-hot.
@@ -204,7 +277,7 @@ class Simulator:
         numbers drawn uniformly from 0 to 1 give a random robot, and ``0.5 * layout`` plus such numbers times 0.5 a
         relative of a robot."""
         given = floats("z", z)
-        robots = _batch("z", given, self.shapes["z"])
+        robots = batch_of("z", given, self.shapes["z"])
         if not np.isfinite(given).all():
             raise InputError("z: expected finite numbers")
         snapped = self._core.layouts(ordered(given if robots else given[None]))
@@ -233,7 +306,7 @@ class Simulator:
             raise InputError(f"observed: expected steps that ascend, found {listed}")
         return listed
 
-    def span(
+    def _span(
         self, steps: Optional[int] = None, observed: Observed = 16, first: int = 0
     ) -> tuple[list[int], int]:
         """The numbers of the observed steps, and ``first``. Raises :class:`InputError` if a rollout of the
@@ -255,7 +328,7 @@ class Simulator:
         check: bool = True,
         goal: Optional[Goal] = None,
         policy: Optional[Policy] = None,
-        frame_skip: int = 16,
+        frame_skip: int = FRAME_SKIP,
     ) -> Trajectory:
         """Simulates one robot or several from their starts.
 
@@ -283,7 +356,7 @@ class Simulator:
         if policy is not None:
             of = (self.rollout, self, inputs, steps, observed, first, policy, frame_skip, goal, np)
             return with_policy(*of, check=check)
-        seen, first = self.span(steps, observed, first)
+        seen, first = self._span(steps, observed, first)
         robots = self._robots(inputs, seen, goal, check)
         try:
             states = robots.core.rollout(robots.arrays, seen, first, check)
@@ -351,7 +424,7 @@ class Simulator:
         cotangents of step 0 are added after the bound. For ``check`` see :meth:`rollout`. With ``check=False`` the gradient of a robot that diverges is
         NaN.
         """
-        seen, first = self.span(steps, observed, first)
+        seen, first = self._span(steps, observed, first)
         robots = self._robots(inputs, seen, goal, check, steps=seen[-1])
         if not isinstance(cotangents, (tuple, list)) or len(cotangents) != 2:
             found = len(cotangents) if isinstance(cotangents, (tuple, list)) else type(cotangents).__name__
@@ -387,7 +460,7 @@ class Simulator:
         compute them."""
         if self.device == "gpu":
             raise InputError('jvp: not on a GPU; use a Simulator with device="cpu"')
-        seen, first = self.span(steps, observed, first)
+        seen, first = self._span(steps, observed, first)
         goals = None if goal is None else self._goals(goal)
         robots = self._robots(inputs, seen, goals, check, copies=4)
         still = None if goals is None else Goals(goals.changes, np.zeros(robots.shapes["goal"]))
@@ -420,6 +493,35 @@ class Simulator:
         states. Everything else is as in :meth:`rollout`."""
         return stepped(self.rollout, z, x, v, activations, steps, physics, np, first=first, check=check)
 
+    def animate(
+        self,
+        trajectory: Trajectory,
+        path: Union[str, os.PathLike[str]],
+        z: Optional[npt.ArrayLike] = None,
+        steps: Optional[int] = None,
+        observed: Observed = 16,
+    ) -> Path:
+        """Writes any motion of one robot as an animated GIF, and returns its path. ``steps`` and ``observed`` are those of the
+        rollout. ``z`` is the design, such as ``inputs.z``; a simulator of :meth:`Run.simulator` knows that of its run."""
+        file, given = as_path("path", path), self._design if z is None else z
+        if file.suffix.lower() != ".gif":
+            raise InputError(f"path: {os.fspath(file)!r}: expected a name that ends in .gif")
+        if given is None:
+            raise InputError("z: expected the design of the robot, such as inputs.z")
+        x, design = floats("trajectory", trajectory[0]), floats("z", given)
+        for name, own, shape in (("z", design, self.shapes["z"]), ("trajectory", x, (*x.shape[:1], *self.shapes["x0"]))):
+            if own.shape != shape or not len(own):
+                raise InputError(f"{name}: expected the shape {list(shape)} for one robot, found {list(own.shape)}")
+            if not np.isfinite(own).all():
+                raise InputError(f"{name}: expected finite numbers; a robot that diverged has finite states before that")
+        seen = self.observed(steps, observed)
+        if steps is None and isinstance(observed, (int, np.integer)) and len(seen) != len(x):
+            seen = [int(observed) * k for k in range(len(x))]
+        if len(seen) != len(x):
+            raise InputError(f"trajectory: {len(x)} states, but `steps` and `observed` are those of {len(seen)} states")
+        _core.animate(self._core, file, ordered(design), seen, ordered(x))
+        return file
+
     def _robots(
         self,
         inputs: Inputs,
@@ -432,18 +534,19 @@ class Simulator:
     ) -> _Robots:
         """Checks the arrays of robots and how much memory a rollout needs, and gives each array an axis of
         robots."""
-        given = self.named(inputs)
+        given = self._named(inputs)
         named = {name: floats(name, own) for name, own in given.items()}
         if dtype is None:
+            check_activations(named)
             # Python's numbers do not decide, as in NumPy and JAX.
             dtype = _precision(named[name] for name, own in given.items() if not isinstance(own, (int, float)))
         changes: Optional[list[int]] = None
         if goal is not None:
             changes, points = self._goals(goal)
             named = with_goal(named, points)
-        shapes = self.shapes_of(named, seen[-1], changes)
-        core = self.core_for(shapes, changes)
-        counts = {name: _batch(name, array, shapes[name]) for name, array in named.items()}
+        shapes = self._shapes_of(named, seen[-1], changes)
+        core = self._core_for(shapes, changes)
+        counts = {name: batch_of(name, array, shapes[name]) for name, array in named.items()}
         batched = [(name, count) for name, count in counts.items() if count is not None]
         for (name, count), (other, of_other) in zip(batched[1:], batched):
             if count != of_other:
@@ -463,7 +566,7 @@ class Simulator:
         """The goals of an argument."""
         return as_goals(goal, self._core.goal_origin, self.dt, partial(floats, "goal"))
 
-    def named(self, inputs: Inputs) -> dict[str, Any]:
+    def _named(self, inputs: Inputs) -> dict[str, Any]:
         """The arrays of a robot by name. Raises :class:`InputError` if one is missing or unknown."""
         named = leaves(inputs)
         own = [name for name in self.shapes if name not in ("z", "x0", "v0")]
@@ -479,7 +582,7 @@ class Simulator:
         order = [name for name in self.shapes if name in named]
         return {**{name: named[name] for name in order}, **named}
 
-    def shapes_of(
+    def _shapes_of(
         self, named: Mapping[str, Any], steps: int, changes: Optional[Sequence[int]] = None
     ) -> dict[str, tuple[int, ...]]:
         """The shapes of these arrays for one robot and a rollout with this number of steps. The arrays may have an axis of
@@ -503,7 +606,7 @@ class Simulator:
             )
         return (1,) if array.shape[-1] == 1 else (count,)
 
-    def core_for(
+    def _core_for(
         self, shapes: Mapping[str, tuple[int, ...]], changes: Optional[Sequence[int]]
     ) -> _core.Simulator:
         """The simulator of the library for arrays of these shapes."""
@@ -515,9 +618,9 @@ class Simulator:
             raise InputError(f'{DRIVEN}: not on a GPU; use a Simulator with device="cpu"')
         goals = None if changes is None else list(changes)
         key = (driven, None if goals is None else tuple(goals), tuple(physics))
-        return self.kept(key, lambda: self._core.with_others(driven, goals, physics))
+        return self._kept_as(key, lambda: self._core.with_others(driven, goals, physics))
 
-    def kept(self, key: Any, make: Callable[[], _Made]) -> _Made:
+    def _kept_as(self, key: Any, make: Callable[[], _Made]) -> _Made:
         """What ``make`` made for this key. Only the newest 32 objects are kept."""
         made: _Made = self._kept.get(key) or make()
         self._kept[key] = made
@@ -525,20 +628,31 @@ class Simulator:
             self._kept.pop(old, None)
         return made
 
-    def __reduce__(self) -> tuple[Callable[..., Simulator], tuple[Scene, str, str, str]]:
-        return _restored, (self.scene, self._given_projection, self.device, self.projection)
+    def __reduce__(self) -> tuple[Callable[..., Simulator], tuple[Any, ...]]:
+        return _restored, (self.scene, self._given_projection, self.device, self.projection, self._design)
 
     def __repr__(self) -> str:
         device = "" if self.device == "cpu" else f", device={self.device!r}"
         return f"Simulator({self.scene!r}, projection={self.projection!r}{device})"
 
 
-def _restored(scene: Scene, given: str, device: str, projection: str) -> Simulator:
+def _restored(scene: Scene, given: Projection, device: Device, projection: str, design: Any) -> Simulator:
     """A copy of a simulator whose projection may already be decided."""
     made = Simulator(scene, given, device)
+    made._design = design
     if projection != "auto":
         made._core.decide(projection)
     return made
+
+
+def check_activations(named: Mapping[str, Array]) -> None:
+    """Checks that given activations are from -1 to 1."""
+    beyond = np.argwhere(np.abs(named.get(DRIVEN, 0.0)) > 1.0)
+    if len(beyond):
+        place = beyond[0].tolist()
+        raise InputError(
+            f"{DRIVEN}{place} is {named[DRIVEN][tuple(place)]}: expected numbers from -1 to 1; np.clip or np.tanh makes such"
+        )
 
 
 #: The bits of the argument ``by`` of ``_core.Simulator.vjp``.
@@ -612,7 +726,7 @@ def with_policy(
     z, _, x0, v0, physics = Inputs(*inputs)
     # The number of earlier steps may be a counter of JAX.
     known = int(first) if isinstance(first, (int, np.integer)) else 0
-    length, (seen, _) = whole("frame_skip", frame_skip, 1), simulator.span(steps, observed, known)
+    length, (seen, _) = whole("frame_skip", frame_skip, 1), simulator._span(steps, observed, known)
     for step in seen:
         if step % length:
             raise InputError(
@@ -644,7 +758,7 @@ def _loop(frame: Callable[[Trajectory, int], Trajectory], start: Trajectory, fra
     return [of.stack([of.broadcast_to(own, shape) for own in each], -3) for each in zip(*states)]
 
 
-def _batch(name: str, array: Array, shape: tuple[int, ...]) -> Optional[int]:
+def batch_of(name: str, array: Array, shape: tuple[int, ...]) -> Optional[int]:
     """The number of robots of an array, or None if it has no axis of robots."""
     if array.shape == shape:
         return None

@@ -1,4 +1,4 @@
-"""Gymnasium environments in which a policy controls robots of one design.
+"""Gymnasium environments in which a policy controls robots of one lattice.
 
 >>> import cosmic.gym, gymnasium
 >>> env = gymnasium.make("cosmic/Walk-v0", robot="three_legged")
@@ -9,8 +9,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, Optional, Union
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Literal, Optional, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +21,7 @@ from ._goal import Goals, as_goals
 from ._run import Run
 from ._scene import SceneLike
 from ._checks import array, choice, floats, real, whole
-from ._simulator import Simulator, ordered
+from ._simulator import FRAME_SKIP, Simulator, batch_of, ordered
 
 with extra("gym"):
     import gymnasium
@@ -32,6 +32,11 @@ with extra("gym"):
 
 __all__ = ["WalkEnv", "WalkVectorEnv"]
 
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 #: The kinds of observations, each with its bound and its type of numbers. Scaled observations are clipped. Those of the
 #: paper keep to their bound: beyond 1e6 m or m/s a robot counts as diverged, and goals are at most 1e6 m away. An offset
 #: from the mean is then at most 2e6 m, rotated to a slope at most 3e6 m. Scales are at most 1e6.
@@ -40,16 +45,21 @@ _OBSERVATIONS: dict[str, tuple[float, type[np.floating[Any]]]] = {
     "paper": (1e13, np.float64),
 }
 
+#: The kinds of observations.
+Observation = Literal["scaled", "paper"]
+
 #: The terms of a reward.
 _TERMS = ("distance", "goal", "energy", "upright")
 
 _Floats = npt.NDArray[np.float64]
+#: Numbers of the physics, as in :attr:`cosmic.Inputs.physics`, or a function that draws them for a robot.
+Physics = Union[Mapping[str, Any], Callable[[np.random.Generator], Mapping[str, Any]]]
 #: Observations, in single precision, or in double precision as in the paper.
 _Seen = npt.NDArray[Any]
 
 
 class _Walk:
-    """Robots of one design: the part that both environments share."""
+    """The robots of an environment: the part that both environments share."""
 
     def __init__(
         self,
@@ -58,8 +68,9 @@ class _Walk:
         robots: int,
         frame_skip: int,
         scatter: float,
-        observation: str,
+        observation: Observation,
         reward: Optional[Mapping[str, float]],
+        physics: Optional[Physics],
     ) -> None:
         choice("observation", observation, list(_OBSERVATIONS))
         self.observation = observation
@@ -67,11 +78,15 @@ class _Walk:
         first = self.sim.initial()
         if z is None:
             z = robot.design.z if isinstance(robot, Run) else first.z
-        self.z = ordered(floats("z", z))
-        if self.z.shape != self.sim.shapes["z"] or not np.isfinite(self.z).all():
-            expected = list(self.sim.shapes["z"])
-            raise InputError(f"z: expected the shape {expected} and finite numbers, found {list(self.z.shape)}")
-        self.core = self.driven()
+        given, shape = ordered(floats("z", z)), self.sim.shapes["z"]
+        if given.shape not in (shape, (robots, *shape)) or not np.isfinite(given).all():
+            expected = f"{list(shape)}, or {[robots, *shape]} for a design of each robot"
+            raise InputError(f"z: expected the shape {expected}, and finite numbers, found {list(given.shape)}")
+        self.z = given.reshape(-1, *shape)
+        self.draw = physics if callable(physics) else None
+        self.physics = [{}] * robots if self.draw else self.physics_of({} if physics is None else physics, robots)
+        self.core = self.driven(robots)
+        self.weight = np.array(self.core.presence)[..., None]
         if not self.core.actuators:
             raise InputError("the design has no actuator, so actions would have no effect; choose another design")
         self.frame_skip = whole("frame_skip", frame_skip, 1, self.sim.steps)
@@ -88,8 +103,28 @@ class _Walk:
         self.bound, kind = _OBSERVATIONS[observation]
         self.observation_space = spaces.Box(-self.bound, self.bound, (self.core.inputs,), kind)
 
-    def driven(self) -> _core.Driven:
-        return _core.Driven(self.sim._core, self.z, self.observation == "scaled")
+    def driven(self, robots: int) -> _core.Driven:
+        made = _core.Driven(self.sim._core, self.z, robots, self.observation == "scaled")
+        for robot, own in enumerate(self.physics):
+            if own:
+                made.vary(robot, list(own.items()))
+        return made
+
+    def physics_of(self, physics: Any, robots: int) -> list[dict[str, list[float]]]:
+        """The numbers of the physics of each robot, with the shapes of :attr:`cosmic.Inputs.physics`."""
+        if not isinstance(physics, Mapping):
+            raise InputError(f"physics: {physics!r}: expected a dictionary of numbers, or a function that returns one")
+        each: list[dict[str, list[float]]] = [{} for _ in range(robots)]
+        for name, value in physics.items():
+            if name not in self.sim.physics:
+                raise InputError(f"physics: {name!r}: allowed: {', '.join(self.sim.physics)}")
+            numbers = floats(name, value).astype(np.float64)
+            count = batch_of(name, numbers, self.sim._factor(name, numbers))
+            if count not in (None, robots) or not np.isfinite(numbers).all():
+                raise InputError(f"{name}: expected finite numbers, for all robots or for {robots}, found {value!r}")
+            for robot, own in enumerate(each):
+                own[name] = np.atleast_1d(numbers if count is None else numbers[robot]).tolist()
+        return each
 
     def weights(self, reward: Optional[Mapping[str, float]]) -> dict[str, float]:
         """The weights of the terms of a reward. Raises :class:`InputError` if the scene lacks a term."""
@@ -107,18 +142,18 @@ class _Walk:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
-        self.core = self.driven()
+        self.core = self.driven(len(self.done))
 
     @property
     def frames_per_second(self) -> int:
         """The frame rate of a video, rounded to a whole number of 1 or more, as video players need."""
         return max(1, round(1.0 / self.seconds))
 
-    def picture(self, seen: list[_Floats]) -> Any:
+    def picture(self, seen: list[_Floats], robot: int = 0) -> Any:
         """Draws a robot in the last of the states ``seen``, which are its positions at the start and
         after each frame."""
         steps = [min(k * self.frame_skip, self.sim.steps) for k in range(len(seen))]
-        return self.core.picture(steps, np.array(seen))
+        return self.core.picture(robot, steps, np.array(seen))
 
     def begin(
         self, robot: int, random: np.random.Generator, goals: Optional[Goals] = None
@@ -132,12 +167,19 @@ class _Walk:
         if self.origin is not None and goals is None:
             goals = Goals(*self.core.draw_goals(int(random.integers(2**63))))
         self.goals[robot] = goals
+        if self.draw is not None:
+            [self.physics[robot]] = self.physics_of(self.draw(random), 1)
+            self.core.vary(robot, list(self.physics[robot].items()))
 
-    def goals_of(self, options: Optional[dict[str, Any]]) -> list[Optional[Goals]]:
-        """The goals that the options of a reset give to each robot."""
+    def goals_of(self, options: Optional[dict[str, Any]], *others: str) -> list[Optional[Goals]]:
+        """The goals that the options of a reset give to each robot. There may be ``others`` among the options."""
         robots = len(self.done)
         if not isinstance(options, (dict, type(None))):
             raise InputError(f"options: {options!r}: expected a dictionary, such as {{'goal': 1.0}}")
+        allowed = ("goal", *others)
+        for name in options or {}:
+            if name not in allowed:
+                raise InputError(f"options: {name!r}: allowed: {', '.join(map(repr, allowed))}")
         if options is None or options.get("goal") is None:
             return [None] * robots
         changes, points = as_goals(options["goal"], self.origin, self.sim.dt, _finite)
@@ -166,7 +208,7 @@ class _Walk:
             raise InputError(f"action: expected the shape {expected}, found {given.shape}")
         if not np.all(np.isfinite(given)):
             raise InputError(f"action: expected finite numbers, found {given}")
-        held = np.zeros((len(self.done), len(self.z)))
+        held = np.zeros((len(self.done), self.z.shape[1]))
         held[:, self.core.actuators] = np.clip(given, -1.0, 1.0)
         return held
 
@@ -182,7 +224,7 @@ class _Walk:
             those = np.flatnonzero(frames == steps)
             first = int(self.done[those].min())
             x, v, diverged, energy[those] = self.core.advance(
-                held[those], self.x[those], self.v[those], first, int(steps), is_metered
+                those.tolist(), held[those], self.x[those], self.v[those], first, int(steps), is_metered
             )
             kept = ~np.array(diverged)
             self.x[those[kept]], self.v[those[kept]] = x[kept], v[kept]
@@ -202,10 +244,10 @@ class _Walk:
 
     def upright(self) -> _Floats:
         """The cosine of each robot's tilt: of the rotation that best turns its shape at rest into its shape now."""
-        weight = np.array(self.core.presence)[:, None]
+        weight = self.weight
 
         def offsets(x: _Floats) -> _Floats:
-            offset: _Floats = x - (weight * x).sum(-2, keepdims=True) / weight.sum()
+            offset: _Floats = x - (weight * x).sum(-2, keepdims=True) / weight.sum(-2, keepdims=True)
             return offset
 
         u, _, vt = np.linalg.svd(offsets(self.x).swapaxes(-1, -2) @ (weight * offsets(self.rest)))
@@ -305,6 +347,10 @@ class WalkEnv(gymnasium.Env[_Seen, npt.NDArray[np.float32]]):
       :meth:`cosmic.Simulator.rollout` does. A goal that changes within a frame counts from the next
       frame. The info ``goal`` is its position along the ground, measured like ``along``, m; in space
       ``goal_across`` is its position across, measured like ``across``.
+    - ``physics`` replaces numbers of the physics, as :attr:`cosmic.Inputs.physics` does. For domain randomization it is a
+      function that takes a random generator, draws numbers for a robot and returns a dictionary; each reset calls it.
+    - For rewards of your own, in a wrapper, ``env.unwrapped`` has copies of the positions ``x`` and the velocities ``v``,
+      the edges ``actuators`` in the order of an action, and the ``simulator``.
     - ``scatter``: at the start, every coordinate moves at random by at most this distance, m.
     - ``render_mode``: ``"rgb_array"`` for pictures, or ``"human"`` for a window, which needs pygame.
     """
@@ -316,14 +362,15 @@ class WalkEnv(gymnasium.Env[_Seen, npt.NDArray[np.float32]]):
         robot: Union[Run, SceneLike] = "earth",
         z: Optional[npt.ArrayLike] = None,
         *,
-        frame_skip: int = 10,
+        frame_skip: int = FRAME_SKIP,
         scatter: float = 1e-3,
-        observation: str = "scaled",
+        observation: Observation = "scaled",
         reward: Optional[Mapping[str, float]] = None,
-        render_mode: Optional[str] = None,
+        physics: Optional[Physics] = None,
+        render_mode: Optional[Literal["human", "rgb_array"]] = None,
     ) -> None:
         _check_mode(render_mode, ["human", "rgb_array"])
-        self._walk = _Walk(robot, z, 1, frame_skip, scatter, observation, reward)
+        self._walk = _Walk(robot, z, 1, frame_skip, scatter, observation, reward, physics)
         self.action_space = self._walk.action_space
         self.observation_space = self._walk.observation_space
         self.render_mode = render_mode
@@ -356,6 +403,28 @@ class WalkEnv(gymnasium.Env[_Seen, npt.NDArray[np.float32]]):
         self._show()
         return self._walk.observe()[0], float(made[0]), bool(lost[0]), over, self._info()
 
+    @property
+    def simulator(self) -> Simulator:
+        """The simulator of the scene."""
+        return self._walk.sim
+
+    @property
+    def actuators(self) -> list[int]:
+        """The edge of each number of an action."""
+        return self._walk.core.actuators
+
+    @property
+    def x(self) -> _Floats:
+        """The positions, shape ``(nodes, D)``, m."""
+        own: _Floats = self._walk.x[0].copy()
+        return own
+
+    @property
+    def v(self) -> _Floats:
+        """The velocities, shape ``(nodes, D)``, m/s."""
+        own: _Floats = self._walk.v[0].copy()
+        return own
+
     def _info(self) -> dict[str, Any]:
         return {name: float(numbers[0]) for name, numbers in self._walk.info().items()}
 
@@ -378,9 +447,11 @@ class WalkEnv(gymnasium.Env[_Seen, npt.NDArray[np.float32]]):
 
 
 class WalkVectorEnv(VectorEnv[_Seen, npt.NDArray[np.float32], npt.NDArray[Any]]):
-    """Many robots of one design, simulated in SIMD lanes and threads.
+    """Many robots of one lattice, simulated in SIMD lanes and threads.
 
-    It takes the arguments of :class:`WalkEnv`, but opens no window. Everything else is as in gymnasium's ``SyncVectorEnv``:
+    It takes the arguments of :class:`WalkEnv`, but opens no window. Robots may differ: ``z`` may have the shape
+    ``(num_envs, edges, 3)``, and numbers of ``physics`` may have an axis for robots in front. An actuator of any robot is then
+    an actuator of the action. Everything else is as in gymnasium's ``SyncVectorEnv``:
 
     - ``autoreset_mode`` says when a robot begins again after its episode is over: in the next step,
       in the same step, or when ``reset`` is called with a ``reset_mask`` among its options.
@@ -395,11 +466,12 @@ class WalkVectorEnv(VectorEnv[_Seen, npt.NDArray[np.float32], npt.NDArray[Any]])
         robot: Union[Run, SceneLike] = "earth",
         z: Optional[npt.ArrayLike] = None,
         *,
-        frame_skip: int = 10,
+        frame_skip: int = FRAME_SKIP,
         scatter: float = 1e-3,
-        observation: str = "scaled",
+        observation: Observation = "scaled",
         reward: Optional[Mapping[str, float]] = None,
-        render_mode: Optional[str] = None,
+        physics: Optional[Physics] = None,
+        render_mode: Optional[Literal["rgb_array"]] = None,
         autoreset_mode: Union[str, AutoresetMode] = AutoresetMode.NEXT_STEP,
         max_episode_steps: Optional[int] = None,
     ) -> None:
@@ -413,7 +485,7 @@ class WalkVectorEnv(VectorEnv[_Seen, npt.NDArray[np.float32], npt.NDArray[Any]])
             raise InputError(f"autoreset_mode: {autoreset_mode!r}: allowed: {allowed}") from None
         most = max_episode_steps
         self._most = None if most is None else whole("max_episode_steps", most, 1)
-        self._walk = _Walk(robot, z, self.num_envs, frame_skip, scatter, observation, reward)
+        self._walk = _Walk(robot, z, self.num_envs, frame_skip, scatter, observation, reward, physics)
         self.metadata = {
             **self.metadata,
             "render_fps": self._walk.frames_per_second,
@@ -466,7 +538,7 @@ class WalkVectorEnv(VectorEnv[_Seen, npt.NDArray[np.float32], npt.NDArray[Any]])
             raise InputError(f"seed: {seed!r}: expected a whole number, a list of {self.num_envs} numbers, or None")
         if len(seeds) != self.num_envs:
             raise InputError(f"seed: expected {self.num_envs} seeds, one per robot, found {len(seeds)}")
-        goals, begins = self._walk.goals_of(options), self._mask(options)
+        goals, begins = self._walk.goals_of(options, "reset_mask"), self._mask(options)
         self._seeded([own if begins[k] else None for k, own in enumerate(seeds)])
         self._begin(begins, goals)
         return self._walk.observe(), self._info(begins)
@@ -530,6 +602,28 @@ class WalkVectorEnv(VectorEnv[_Seen, npt.NDArray[np.float32], npt.NDArray[Any]])
         self._begin(self._over.copy())
         return walk.observe(), made, lost, over, {**info, **self._info(everyone)}
 
+    @property
+    def simulator(self) -> Simulator:
+        """The simulator of the scene."""
+        return self._walk.sim
+
+    @property
+    def actuators(self) -> list[int]:
+        """The edge of each number of an action."""
+        return self._walk.core.actuators
+
+    @property
+    def x(self) -> _Floats:
+        """The positions, shape ``(num_envs, nodes, D)``, m."""
+        own: _Floats = self._walk.x.copy()
+        return own
+
+    @property
+    def v(self) -> _Floats:
+        """The velocities, shape ``(num_envs, nodes, D)``, m/s."""
+        own: _Floats = self._walk.v.copy()
+        return own
+
     def _keep(self, robots: npt.NDArray[np.bool_]) -> None:
         """Keeps the positions of robots for their next picture."""
         if self.render_mode is not None:
@@ -550,7 +644,7 @@ class WalkVectorEnv(VectorEnv[_Seen, npt.NDArray[np.float32], npt.NDArray[Any]])
             return None
         if not all(self._seen):
             raise gymnasium.error.ResetNeeded("there is no picture before the first reset: call reset")
-        return tuple(self._walk.picture(seen) for seen in self._seen)
+        return tuple(self._walk.picture(seen, robot) for robot, seen in enumerate(self._seen))
 
 
 # With `gymnasium.make("cosmic.gym:cosmic/Walk-v0", ...)` or `make_vec`, gymnasium imports this module itself.

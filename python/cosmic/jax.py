@@ -29,7 +29,7 @@ from ._goal import Goal
 from ._loss import Loss, Steps, decorator
 from ._memory import check_rollouts
 from ._plan import Plan, planned
-from ._simulator import EVERY, Inputs, Observed, Policy, Simulator, Trajectory, stepped, wanted, with_policy
+from ._simulator import EVERY, FRAME_SKIP, Inputs, Observed, Policy, Simulator, Trajectory, stepped, wanted, with_policy
 
 with extra("jax"):
     import jax
@@ -46,6 +46,11 @@ except ImportError:
     ) from None
 
 __all__ = ["loss", "rollout", "step"]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
 
 _NAME = "cosmic_rollout"
 
@@ -214,7 +219,7 @@ def rollout(
     bounded: bool = False,
     goal: Optional[Goal] = None,
     policy: Optional[Policy] = None,
-    frame_skip: int = 16,
+    frame_skip: int = FRAME_SKIP,
 ) -> Trajectory:
     """:meth:`cosmic.Simulator.rollout` as a function of JAX: for ``jit``, ``vmap`` and ``grad``. The
     goal can be mapped over and differentiated too, but not the times at which it changes. ``first`` may be the counter of

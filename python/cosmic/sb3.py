@@ -25,6 +25,11 @@ with extra("sb3"):
 
 __all__ = ["WalkVecEnv"]
 
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 #: Robots of a vector environment: all of them, one, or some.
 _Indices = Union[None, int, Sequence[int]]
 

@@ -22,7 +22,7 @@ from ._errors import extra
 from ._goal import Goal
 from ._loss import Loss, Steps, decorator
 from ._plan import Plan, planned
-from ._simulator import Inputs, Observed, Policy, Simulator, Trajectory, leaves, stepped, tree, with_policy
+from ._simulator import FRAME_SKIP, Inputs, Observed, Policy, Simulator, Trajectory, leaves, stepped, tree, with_policy
 
 # Without torch, pyright takes this file for it.
 # pyright: reportAttributeAccessIssue=false
@@ -30,6 +30,10 @@ with extra("torch"):
     import torch
 
 __all__ = ["inputs", "loss", "rollout", "step"]
+
+
+def __dir__() -> list[str]:
+    return __all__
 
 
 class _Rollout(torch.autograd.Function):
@@ -57,8 +61,8 @@ def _numpy(arrays: Any) -> list[Any]:
     return [array.detach().cpu().numpy() for array in arrays]
 
 
-def inputs(arrays: Inputs, requires_grad: bool = False) -> Inputs:
-    """Converts the arrays to torch tensors."""
+def inputs(arrays: Inputs, requires_grad: bool = False) -> Any:
+    """Converts the arrays of :class:`cosmic.Inputs` to torch tensors."""
     tensors = {name: torch.tensor(np.asarray(array)) for name, array in leaves(arrays).items()}
     return tree({name: own.requires_grad_(requires_grad) for name, own in tensors.items()})
 
@@ -73,7 +77,7 @@ def rollout(
     bounded: bool = False,
     goal: Optional[Goal] = None,
     policy: Optional[Policy] = None,
-    frame_skip: int = 16,
+    frame_skip: int = FRAME_SKIP,
 ) -> Trajectory:
     """:meth:`cosmic.Simulator.rollout` with torch tensors, which ``autograd`` can differentiate. So are the
     goal and the parameters of the policy, which may be tensors.

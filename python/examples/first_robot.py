@@ -9,6 +9,7 @@ SCENE: dict[str, object] = {
     "scene": "stability",
     "lattice": {"columns": 3, "rows": 3},
     "physics.steps": 256,
+    "controller.omega": 14.0,
     "schedule": {"iterations": 40, "attraction_from": 13, "snap_at": 26, "horizon": [128, 256]},
     "loss.window": 64,
 }
@@ -24,7 +25,7 @@ def main() -> None:
     print(f"the payload is at {payload[-1]} m after {run.times[-1]:.2f} s")
 
     # The same robot from another start: the simulator takes arrays and returns arrays.
-    higher = run.inputs._replace(x0=run.inputs.x0 + [0.0, 0.05])
+    higher = run.inputs.replace(x0=run.inputs.x0 + [0.0, 0.05])
     seen = sim.rollout(higher)
     print(f"dropped from 5 cm it gets to {seen.x[-1, sim.payload]} m")
 

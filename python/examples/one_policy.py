@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, Optional
+from typing import Any, Literal, NamedTuple, Optional
 
 # One core. NumPy, XLA and cosmic read this when they start.
 os.environ.update(OMP_NUM_THREADS="1", RAYON_NUM_THREADS="1", XLA_FLAGS="--xla_cpu_multi_thread_eigen=false")
@@ -138,7 +138,7 @@ def walked(sim: cosmic.Simulator, blocks: Weights, start: Bodies, pushes: Option
     return far
 
 
-def worlds(policy: str, device: str = "cpu", space: bool = False) -> tuple[cosmic.Simulator, cosmic.Simulator]:
+def worlds(policy: str, device: Literal["cpu", "gpu"] = "cpu", space: bool = False) -> tuple[cosmic.Simulator, cosmic.Simulator]:
     """Simulators of robots with this policy, on flat and on rough ground: with holes of up to 2 cm every 5 cm. In space, the
     second ground is a slope."""
     scene = {**SCENE, **(SPACE if space else {}), "controller": {**SCENE["controller"], "policy": policy}}

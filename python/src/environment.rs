@@ -1,11 +1,11 @@
 //! Robots whose activations come from Python instead of a controller.
 
 use crate::arrays::{array, flattened};
-use crate::errors::{OutOfMemoryError, caught};
+use crate::errors::{OutOfMemoryError, caught, unlocked};
 use crate::simulator::Simulator;
 use crate::work::{each, group_size, in_pool, whole};
 use cosmic::design::{Design, Material};
-use cosmic::geometry::{Dimension, Vector};
+use cosmic::geometry::Dimension;
 use cosmic::lattice::{Body, Lattice, State};
 use cosmic::outcome::DesignFile;
 use cosmic::policy::{Controller, frequency, observation};
@@ -13,20 +13,55 @@ use cosmic::projection::Projection;
 use cosmic::random::{Purpose, stream};
 use cosmic::record::TrajectoryFile;
 use cosmic::scene::{ControllerSettings, GoalKind};
-use cosmic::world::{Effort, Robot, Span, Trajectory, draw_goals};
-use cosmic_lab::report::{FRAME_WIDTH, RobotFiles};
+use cosmic::world::{Effort, Robot, Span, Surroundings, Trajectory, World, draw_goals};
+use cosmic_lab::report::{FRAME_WIDTH, RobotFiles, write_animation};
 use numpy::{PyArrayDyn, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
+use std::collections::BTreeSet;
+use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Robots of one design whose activations the caller supplies, without a controller.
-#[pyclass(frozen, module = "cosmic._core")]
+/// Robots whose activations the caller supplies, without a controller.
+#[pyclass(module = "cosmic._core")]
 pub(crate) struct Driven {
     simulator: Py<Simulator>,
     /// How robots are observed.
     settings: ControllerSettings,
+    /// The designs. Robot `k` has the design `k`, or all robots share a single one.
+    designs: Vec<Designed>,
+    /// The bodies of all robots in their surroundings, with the physics that each robot has.
+    robots: Vec<(Arc<Body<f64>>, Arc<Surroundings<f64>>)>,
+}
+
+/// A design of [`Driven`] robots, with the body that it has with the physics of the scene.
+struct Designed {
     materials: Vec<Material>,
     body: Arc<Body<f64>>,
+    /// The edges that respond to activations.
+    actuators: Vec<usize>,
+}
+
+impl Designed {
+    fn new(world: &World, z: &[[f64; 3]]) -> Self {
+        let materials = z.iter().map(Material::dominant).collect();
+        let design = Design::of_vectors(z.to_vec());
+        let design = world
+            .projector()
+            .projected(Projection::Performance, &design);
+        let body = world.body(&design);
+        let responds = |&edge: &usize| body.strain[edge] * body.stiffness[edge] != 0.0;
+        Self {
+            materials,
+            actuators: (0..body.strain.len()).filter(responds).collect(),
+            body: Arc::new(body),
+        }
+    }
+}
+
+impl Driven {
+    fn design(&self, robot: usize) -> &Designed {
+        &self.designs[robot % self.designs.len()]
+    }
 }
 
 type Floats<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -64,38 +99,62 @@ fn scaled(mut settings: ControllerSettings, lattice: &Lattice) -> ControllerSett
 
 #[pymethods]
 impl Driven {
-    /// Prepares robots from their design vectors, of shape `(edges, 3)`. If `is_scaled`, their observations have numbers
-    /// of about 1; otherwise they are those of the scene's controller.
+    /// Prepares robots from design vectors of shape `(designs, edges, 3)`, with a design for each robot or one for all. If
+    /// `is_scaled`, their observations have numbers of about 1; otherwise they are those of the scene's controller.
     #[new]
-    fn new(simulator: Py<Simulator>, z: PyReadonlyArray2<f64>, is_scaled: bool) -> PyResult<Self> {
-        let z = z.as_slice()?.as_chunks().0.to_vec();
+    fn new(
+        simulator: Py<Simulator>,
+        z: PyReadonlyArray3<f64>,
+        robots: usize,
+        is_scaled: bool,
+    ) -> PyResult<Self> {
+        let edges = z.shape()[1];
+        let z = z.as_slice()?.as_chunks().0.chunks_exact(edges);
         caught(|| {
             let Simulator { scene, kind } = simulator.get();
             let (world, settings) = (&kind.world, scene.controller.clone());
-            let settings = match is_scaled {
-                true => scaled(settings, world.lattice()),
-                false => settings,
-            };
-            let materials = z.iter().map(Material::dominant).collect();
-            let design = Design::of_vectors(z);
-            let design = world
-                .projector()
-                .projected(Projection::Performance, &design);
+            let designs: Vec<_> = z.map(|z| Designed::new(world, z)).collect();
+            let surroundings = Arc::new(world.surroundings());
+            let bodies = designs.iter().cycle().take(robots);
+            let robot = |design: &Designed| (Arc::clone(&design.body), Arc::clone(&surroundings));
             Ok(Self {
-                body: Arc::new(world.body(&design)),
+                robots: bodies.map(robot).collect(),
+                designs,
+                settings: match is_scaled {
+                    true => scaled(settings, world.lattice()),
+                    false => settings,
+                },
                 simulator,
-                settings,
-                materials,
             })
         })
     }
 
-    /// The indices of the edges that respond to activations.
+    /// Gives a robot other physics: numbers of its surroundings, or factors of its body, by name. Numbers without a name here
+    /// are those of the scene.
+    fn vary(&mut self, robot: usize, physics: Vec<(String, Vec<f64>)>) -> PyResult<()> {
+        caught(|| {
+            let world = &self.simulator.get().kind.world;
+            let mut body = Body::clone(&self.design(robot).body);
+            let mut surroundings = world.surroundings();
+            for (name, numbers) in &physics {
+                if !body.scale(name, numbers, &world.lattice().rest_length) {
+                    surroundings = surroundings.with(name, numbers[0]);
+                }
+            }
+            self.robots[robot] = (Arc::new(body), Arc::new(surroundings));
+            Ok(())
+        })
+    }
+
+    /// The indices of the edges that respond to activations in any of the designs.
     #[getter]
     fn actuators(&self) -> Vec<usize> {
-        let body = &self.body;
-        let strains = |&edge: &usize| body.strain[edge] * body.stiffness[edge] != 0.0;
-        (0..body.strain.len()).filter(strains).collect()
+        let edges = self.designs.iter().flat_map(|design| &design.actuators);
+        edges
+            .copied()
+            .collect::<BTreeSet<_>>()
+            .into_iter()
+            .collect()
     }
 
     /// The number of values in an observation.
@@ -106,15 +165,14 @@ impl Driven {
             .observation_length(sizes.dimension, sizes.nodes)
     }
 
-    /// The weight of each node in the shape of a robot, from 0 to 1: 0 for a node without a bar.
+    /// The weight of each node in the shape of each robot, from 0 to 1: 0 for a node without a bar.
     #[getter]
-    fn presence(&self) -> PyResult<Vec<f64>> {
-        caught(|| {
-            Ok(match &self.body.presence[..] {
-                [] => vec![1.0; self.body.mass.len()],
-                presence => presence.to_vec(),
-            })
-        })
+    fn presence(&self) -> PyResult<Vec<Vec<f64>>> {
+        let of_body = |body: &Body<f64>| match &body.presence[..] {
+            [] => vec![1.0; body.mass.len()],
+            presence => presence.to_vec(),
+        };
+        caught(|| Ok(self.robots.iter().map(|(body, _)| of_body(body)).collect()))
     }
 
     /// Draws a sequence of goals as the scene's `[goals]` say. The first one is ahead or behind with equal probability,
@@ -141,9 +199,10 @@ impl Driven {
         let world = &self.simulator.get().kind.world;
         let (ground, dimension) = (world.ground(), world.lattice().dimension);
         let rest = world.lattice().state_at_rest();
-        let place = |state| ground.vector_to_ground(self.body.marker.place(&rest.x, state));
         let states = states(dimension, &x, &x)?;
-        let places: Vec<Vector<f64>> = states.iter().map(place).collect();
+        let robots = states.iter().zip(&self.robots);
+        let places = robots.map(|(state, (body, _))| body.marker.place(&rest.x, state));
+        let places: Vec<_> = places.map(|place| ground.vector_to_ground(place)).collect();
         array(
             py,
             dimension.flat(&places),
@@ -151,14 +210,15 @@ impl Driven {
         )
     }
 
-    /// Simulates `steps` steps with constant activations, of shape `(robots, edges)`. `first` is the number of steps
-    /// that the robots have done before. Returns positions and velocities, each of shape `(robots, nodes, 2)` (in space 3), a
+    /// Simulates `steps` steps of the robots with the indices `which`, with constant activations of shape
+    /// `(robots, edges)`. `first` is the number of steps that the robots have done before. Returns positions and velocities, each of shape `(robots, nodes, 2)` (in space 3), a
     /// list that says for each robot whether it diverged, and the energy that its actuators gave, J. The energies are 0
     /// unless `is_metered`, which costs time.
     #[expect(clippy::too_many_arguments, reason = "the signature of Python")]
     fn advance<'py>(
         &self,
         py: Python<'py>,
+        which: Vec<usize>,
         activations: PyReadonlyArray2<f64>,
         x: PyReadonlyArray3<f64>,
         v: PyReadonlyArray3<f64>,
@@ -167,16 +227,18 @@ impl Driven {
         is_metered: bool,
     ) -> PyResult<(Floats<'py>, Floats<'py>, Vec<bool>, Vec<f64>)> {
         let world = &self.simulator.get().kind.world;
-        let (starts, robots) = (states(world.lattice().dimension, &x, &v)?, x.shape()[0]);
-        let surroundings = Arc::new(world.surroundings());
+        let (starts, robots) = (states(world.lattice().dimension, &x, &v)?, which.len());
         let held = activations.as_slice()?.chunks_exact(activations.shape()[1]);
-        let robot = |(held, start): (&[f64], State<f64>)| Robot {
-            body: Arc::clone(&self.body),
-            controller: Arc::new(Controller::given(held.to_vec())),
-            surroundings: Arc::clone(&surroundings),
-            start,
+        let robot = |((&robot, held), start): ((&usize, &[f64]), State<f64>)| {
+            let (body, surroundings) = &self.robots[robot];
+            Robot {
+                body: Arc::clone(body),
+                controller: Arc::new(Controller::given(held.to_vec())),
+                surroundings: Arc::clone(surroundings),
+                start,
+            }
         };
-        let all: Vec<Robot<f64>> = held.zip(starts).map(robot).collect();
+        let all: Vec<Robot<f64>> = which.iter().zip(held).zip(starts).map(robot).collect();
         let span = Span {
             first,
             metered: is_metered,
@@ -189,13 +251,13 @@ impl Driven {
         let seen = caught(|| whole(py.detach(|| in_pool(robots, work))?))?;
         let seen: Vec<Trajectory<f64>> = seen.into_iter().flatten().collect();
         let diverged = seen.iter().map(|seen| seen.states[0].is_absurd()).collect();
-        let actuators = self.actuators();
-        let given = |seen: &Trajectory<f64>| -> f64 {
+        let given = |(seen, &robot): (&Trajectory<f64>, &usize)| -> f64 {
             let effort = seen.efforts.as_ref().map(|efforts| &efforts.of_states[0]);
-            let work = |effort: &Effort<f64>| actuators.iter().map(|&edge| effort.work[edge]).sum();
+            let actuators = self.design(robot).actuators.iter();
+            let work = |effort: &Effort<f64>| actuators.map(|&edge| effort.work[edge]).sum();
             effort.map_or(0.0, work)
         };
-        let energy = seen.iter().map(given).collect();
+        let energy = seen.iter().zip(&which).map(given).collect();
         let [x, v] = flattened(&seen);
         let [nodes, axes] = self.simulator.get().kind.sizes.points();
         let shape = [robots, nodes, axes];
@@ -229,42 +291,29 @@ impl Driven {
             }
             None => vec![settings.goal; states.len()],
         };
-        let robots = states.iter().zip(done).zip(goals);
-        let seen = robots.flat_map(|((state, done), goal)| {
+        let robots = states.iter().zip(done).zip(goals).zip(&self.robots);
+        let seen = robots.flat_map(|(((state, done), goal), (body, _))| {
             settings.goal = goal;
             // A robot without a controller has a clock of the scene's frequency.
             let phase = settings.omega * (done as f64 * scene.physics.dt);
-            observation(&settings, phase, state, &self.body.presence, &ground)
+            observation(&settings, phase, state, &body.presence, &ground)
         });
         array(py, seen.collect(), &[states.len(), self.inputs()])
     }
 
-    /// Draws a robot in the last of the states `x`, which it has after these numbers of steps. Returns the picture, an
+    /// Draws robot `robot` in the last of the states `x`, which it has after these numbers of steps. Returns the picture, an
     /// array of shape `(rows, columns, 3)`.
     fn picture<'py>(
         &self,
         py: Python<'py>,
+        robot: usize,
         steps: Vec<usize>,
         x: PyReadonlyArray3<f64>,
     ) -> PyResult<Bound<'py, PyArrayDyn<u8>>> {
-        let Simulator { scene, kind } = self.simulator.get();
-        let world = &kind.world;
-        let lattice = world.lattice();
-        let layout = Design::Layout(self.materials.clone());
-        let controller = Controller::xavier(&scene.controller, lattice, 0);
-        let robot = RobotFiles {
-            scene: scene.clone(),
-            lattice: lattice.clone(),
-            design: DesignFile::new(lattice, &layout, &self.materials, &controller),
-            omega: frequency(&scene.controller, &controller),
-        };
-        let trajectory = TrajectoryFile {
-            dt: scene.physics.dt,
-            steps,
-            // A picture shows no velocities.
-            states: states(lattice.dimension, &x, &x)?,
-            bars: Vec::new(),
-        };
+        let simulator = self.simulator.get();
+        let materials = &self.design(robot).materials;
+        let robot = drawable(simulator, &Design::Layout(materials.clone()), materials);
+        let trajectory = motion(simulator, steps, &x)?;
         let last = trajectory.states.len() - 1;
         let draw = || cosmic_lab::report::frame(&robot, &trajectory, last);
         let drawn = caught(|| Ok(py.detach(draw)))?;
@@ -273,4 +322,52 @@ impl Driven {
         let rows = drawn.len() / 3 / FRAME_WIDTH;
         array(py, drawn, &[rows, FRAME_WIDTH, 3])
     }
+}
+
+/// A robot of a simulator as the files of a run describe it. Pictures show no controller, so any one will do.
+fn drawable(
+    simulator: &Simulator,
+    design: &Design<[f64; 3]>,
+    materials: &[Material],
+) -> RobotFiles {
+    let Simulator { scene, kind } = simulator;
+    let lattice = kind.world.lattice();
+    let controller = Controller::xavier(&scene.controller, lattice, 0);
+    RobotFiles {
+        scene: scene.clone(),
+        lattice: lattice.clone(),
+        design: DesignFile::new(lattice, design, materials, &controller),
+        omega: frequency(&scene.controller, &controller),
+    }
+}
+
+/// The positions `x` after these numbers of steps as the file of a run. Pictures show no velocities.
+fn motion(
+    simulator: &Simulator,
+    steps: Vec<usize>,
+    x: &PyReadonlyArray3<f64>,
+) -> PyResult<TrajectoryFile> {
+    Ok(TrajectoryFile {
+        dt: simulator.scene.physics.dt,
+        steps,
+        states: states(simulator.kind.world.lattice().dimension, x, x)?,
+        bars: Vec::new(),
+    })
+}
+
+/// Writes the motion of a robot with the rows `z` as a GIF. The robot has the positions `x` after these numbers of steps.
+#[pyfunction]
+pub(crate) fn animate(
+    py: Python,
+    simulator: &Bound<Simulator>,
+    path: PathBuf,
+    z: PyReadonlyArray2<f64>,
+    steps: Vec<usize>,
+    x: PyReadonlyArray3<f64>,
+) -> PyResult<()> {
+    let z = z.as_slice()?.as_chunks().0.to_vec();
+    let materials: Vec<_> = z.iter().map(Material::dominant).collect();
+    let robot = drawable(simulator.get(), &Design::of_vectors(z), &materials);
+    let trajectory = motion(simulator.get(), steps, &x)?;
+    unlocked(py, || write_animation(&path, &robot, &trajectory).map(drop))
 }

@@ -27,7 +27,7 @@ mod sweep;
 #[pyo3::pymodule]
 mod _core {
     #[pymodule_export]
-    use crate::environment::Driven;
+    use crate::environment::{Driven, animate};
     #[pymodule_export]
     use crate::ffi::xla_handler;
     #[pymodule_export]

@@ -181,6 +181,12 @@ impl Simulator {
             .list(self.kind.world.ground().tangent())
     }
 
+    /// The corners of the ground, `[along, height]` in the frame of the ground line, m; none if the ground is that line.
+    #[getter]
+    fn terrain(&self) -> PyResult<Vec<[f64; 2]>> {
+        caught(|| Ok(self.kind.world.physics.ground.resolved().pairs()))
+    }
+
     /// Returns all numbers of the robot with which an optimisation with this seed starts.
     fn initial<'py>(&self, py: Python<'py>, seed: u64) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         caught(|| {

@@ -185,7 +185,7 @@ class Function:
 def test_torch_gets_gradients_although_its_asarray_detaches(
     sim: cosmic.Simulator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # This stands in for torch 2.11 and later, so that no test needs torch.
+    # A stand-in, so that the test needs no torch.
     torch: Any = ModuleType("torch")
     torch.asarray = lambda given: getattr(given, "requires_grad_", Tensor)(False)
     torch.as_tensor = lambda given: given if isinstance(given, Tensor) else Tensor(given)

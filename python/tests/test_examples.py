@@ -10,11 +10,13 @@ import sys
 from pathlib import Path
 
 import cosmic
+import numpy as np
 import pytest
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 NOTEBOOKS = sorted(EXAMPLES.glob("*.ipynb"))
 SCRIPTS = sorted(EXAMPLES.glob("*.py"))
+PAGE = EXAMPLES.parents[1] / "docs/python.md"
 #: Packages that a notebook needs in addition to `cosmic`.
 NEEDS = {"first_robot": "IPython", "own_objective": "jax", "sensitivity": "matplotlib"}
 
@@ -42,7 +44,7 @@ def test_a_notebook_runs(
     # Notebooks are stored with their outputs, which have pictures.
     stored = shown()
     assert any(kind.startswith("image/") for kinds in stored for kind in kinds)
-    assert notebook.stat().st_size < 150_000
+    assert notebook.stat().st_size < 200_000
     client = nbclient.NotebookClient(
         read, timeout=120, resources={"metadata": {"path": str(tmp_path)}}
     )
@@ -67,6 +69,24 @@ def test_a_policy_of_your_own_learns_to_walk() -> None:
     assert done.returncode == 0, done.stderr
     # With random weights, the robot barely moves. XLA may sum in another order elsewhere, so the number is not exact.
     assert float(done.stdout.split()[2]) > 0.1, done.stdout
+
+
+def test_an_environment_of_jax_is_the_simulator(monkeypatch: pytest.MonkeyPatch) -> None:
+    jax = pytest.importorskip("jax")
+    assert len((EXAMPLES / "jax_env.py").read_text().splitlines()) <= 40
+    monkeypatch.syspath_prepend(EXAMPLES)
+    own = importlib.import_module("jax_env")
+    keys = jax.random.split(jax.random.key(1), 3)
+    state = jax.vmap(own.reset)(keys)
+    actions = np.random.default_rng(0).uniform(-1.0, 1.0, (3, len(own.SIM.edges)))
+    seen, (reward, over) = jax.jit(jax.vmap(own.step))(state, (actions, keys))
+    expected = own.SIM.step(own.REST.z, state.x, state.v, np.float32(actions), own.HELD, physics={"physics.gravity": state.gravity})
+    # JAX computes in single precision here, and so does not NumPy. The robot is 0.5 m wide.
+    np.testing.assert_allclose(seen.x, expected.x, atol=1e-4)
+    moved = (seen.x - state.x)[:, own.SIM.payload, 0]
+    assert np.array_equal(reward, moved) and not over.any() and (seen.frames == 1).all()
+    _, (_, over) = own.step(jax.tree.map(lambda own: own[0], state)._replace(frames=own.FRAMES - 1), (actions[0], keys[0]))
+    assert over
 
 
 #: Short runs of `one_policy.py` and `evolve.py` on a small lattice. The arguments are a folder and those of the example.
@@ -208,6 +228,14 @@ def test_the_package_passes_mypy(sources: Path) -> None:
         losses = subprocess.run([*command, "losses.py"], capture_output=True, text=True, cwd=sources)
         assert "losses.py:13" in losses.stdout and "Found 1 error" in losses.stdout, losses.stdout
     # A file with a wrong type is found: the types of the package are known to its users.
-    (sources / "wrong.py").write_text("import cosmic\n\ncosmic.optimize(seed='one')\n")
+    calls = ["optimize(seed='one')", "optimize(loss=3)", "Simulator('cube', 'lay out')", "gym.WalkEnv(observation='raw')"]
+    (sources / "wrong.py").write_text("import cosmic\n\n" + "".join(f"cosmic.{call}\n" for call in calls))
     wrong = subprocess.run([*command, "wrong.py"], capture_output=True, text=True, cwd=sources)
-    assert wrong.returncode == 1 and "wrong.py:3" in wrong.stdout, wrong.stdout
+    assert re.findall(r"wrong.py:(\d+): error", wrong.stdout) == ["3", "4", "5", "6"], wrong.stdout
+    # The examples of the page are right.
+    blocks = re.findall(r"^```python\n(.*?)^```", PAGE.read_text(), re.DOTALL | re.MULTILINE)
+    (sources / "page.py").write_text("\n".join(blocks))
+    (sources / "usual.toml").write_text("[tool.mypy]\nignore_missing_imports = true\ncheck_untyped_defs = true\n")
+    usual = [sys.executable, "-m", "mypy", "--config-file", "usual.toml", "--cache-dir", "usual", "--follow-imports=silent"]
+    right = subprocess.run([*usual, "page.py"], capture_output=True, text=True, cwd=sources)
+    assert right.returncode == 0, right.stdout

@@ -60,7 +60,7 @@ def test_robots_in_space_are_observed_and_shown() -> None:
     observation, _ = env.reset(seed=0)
     picture = env.render()
     for _ in range(3):
-        x, v, weight = env._walk.x[0], env._walk.v[0], np.array(env._walk.core.presence)[:, None]
+        x, v, weight = env._walk.x[0], env._walk.v[0], np.array(env._walk.core.presence[0])[:, None]
         assert x.shape == v.shape == (12, 3)
         offsets = weight * (x - (weight * x).sum(axis=0) / weight.sum())
         # Ten clocks, a goal 2 m ahead and 0.1 m high, and both vectors of all nodes.
@@ -265,6 +265,7 @@ def test_wrong_arguments_are_refused(arguments: dict[str, Any], says: str) -> No
         ({"seed": [None, 1.5]}, "seed: "),
         ({"options": 3}, "options: 3: expected a dictionary"),
         ({"options": {"goal": "far"}}, "goal: "),
+        ({"options": {"gaol": 1.0}}, "options: 'gaol': allowed: 'goal'"),
     ],
 )
 def test_wrong_resets_are_refused(arguments: dict[str, Any], says: str) -> None:
@@ -481,3 +482,60 @@ def test_a_render_without_a_mode_warns() -> None:
     env.reset(seed=0)
     with pytest.warns(UserWarning, match="render_mode='rgb_array'"):
         assert env.render() is None
+
+
+def test_robots_have_their_own_bodies_and_physics() -> None:
+    sim = cosmic.Simulator(SCENE)
+    random = np.random.default_rng(0)
+    z = sim.layout(random.uniform(size=(3, *sim.shapes["z"])))
+    stiffness, gravity = random.uniform(0.8, 1.2, (3, 20)), np.array([1.0, 5.0, 9.0])
+    physics = {"bars.stiffness": stiffness, "physics.gravity": gravity, "nodes.mass": 1.1}
+    many = cosmic.gym.WalkVectorEnv(3, SCENE, z, physics=physics, reward={"distance": 1.0, "energy": 1.0}, **FRAMES)
+    many.reset(seed=0)
+    assert many.actuators == np.flatnonzero(z[..., 2].any(0)).tolist()
+    assert (many.x.shape, many.v.shape) == ((3, 9, 2), (3, 9, 2))
+    x, v = many.x, many.v
+    actions = random.uniform(-1.0, 1.0, many.action_space.shape)
+    _, rewards, *_ = many.step(actions)
+    held = np.zeros((3, 20))
+    held[:, many.actuators] = actions
+    batch = {"bars.stiffness": stiffness, "physics.gravity": gravity, "nodes.mass": 1.1}
+    expected = many.simulator.step(z, x, v, held, 50, physics=batch)
+    assert np.array_equal(many.x, expected.x) and np.array_equal(many.v, expected.v)
+    for k in range(3):
+        own = {name: value if name == "nodes.mass" else value[k] for name, value in physics.items()}
+        alone = cosmic.gym.WalkEnv(SCENE, z[k], physics=own, reward={"distance": 1.0, "energy": 1.0}, scatter=0.0, **FRAMES)
+        alone.reset()
+        alone._walk.x[0], alone._walk.v[0] = x[k], v[k]
+        _, reward, *_ = alone.step(held[k, alone.actuators])
+        assert np.array_equal(alone.x, many.x[k]) and reward == rewards[k]
+    copied = pickle.loads(pickle.dumps(many))
+    assert np.array_equal(copied.step(actions)[0], many.step(actions)[0])
+
+
+def test_each_reset_draws_physics() -> None:
+    def physics(random: np.random.Generator) -> dict[str, Any]:
+        drawn.append(random.uniform(1.0, 9.0))
+        return {"physics.gravity": drawn[-1]}
+
+    drawn: list[float] = []
+    many = cosmic.gym.WalkVectorEnv(2, SCENE, physics=physics, **FRAMES)
+    many.reset(seed=3)
+    many.reset(seed=3)
+    assert len(set(drawn)) == 2 and drawn[:2] == drawn[2:]
+    x, action = many.x, np.zeros(many.action_space.shape)
+    many.step(action)
+    rest = np.zeros_like(x)
+    held = {"physics": {"physics.gravity": np.array(drawn[2:])}}
+    z = many.simulator.initial().z
+    assert np.array_equal(many.x, many.simulator.step(z, x, rest, np.zeros(20), 50, **held).x)
+    for wrong, says in [
+        ({"gravity": 1.0}, "physics: 'gravity': allowed: .*physics.gravity"),
+        ({"physics.gravity": [1.0, 2.0, 3.0]}, "physics.gravity: expected finite numbers, for all robots or for 2"),
+        ({"physics.gravity": np.nan}, "physics.gravity: expected finite"),
+        (3.0, "physics: 3.0: expected a dictionary"),
+    ]:
+        with pytest.raises(cosmic.InputError, match=says):
+            cosmic.gym.WalkVectorEnv(2, SCENE, physics=wrong)
+        with pytest.raises(cosmic.InputError, match=says.replace("for 2", "for 1")):
+            cosmic.gym.WalkEnv(SCENE, physics=lambda random: wrong).reset()

@@ -561,3 +561,17 @@ def test_the_number_of_earlier_steps_may_be_a_counter(sim: cosmic.Simulator) -> 
             jax.block_until_ready(both(two, np.array(first)))
     with pytest.raises(cosmic.InputError, match="first is of type float64"):
         compiled(100.0)
+
+
+def test_activations_are_limited(sim: cosmic.Simulator) -> None:
+    inputs = airborne(sim)
+
+    def of(own):
+        return cosmic.jax.rollout(sim, inputs._replace(controller={"activations": own[None]}), *SPAN).x.sum()
+
+    limits = jnp.where(jnp.arange(len(sim.edges)) % 2, 1.0, -0.5)
+    beyond = limits * jnp.where(limits == 1.0, 3.0, 1.0)
+    assert of(beyond) == of(limits)
+    at, outside = (jax.grad(of)(own) for own in (limits, beyond))
+    # Beyond a limit a change has no effect. At a limit the derivative is that from within.
+    assert np.array_equal(outside, np.where(limits == 1.0, 0.0, at)) and np.all(at[limits == 1.0] != 0.0)

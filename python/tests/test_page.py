@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import importlib.util
 import re
+import shutil
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +34,11 @@ def test_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if why_no_gpu():
         missing.append('device="gpu"')
     names: dict[str, Any] = {}
+    with warnings.catch_warnings():
+        # The first robot is no example of a mistake.
+        warnings.simplefilter("error")
+        exec(compile(blocks[0], str(PAGE), "exec"), names)
+    shutil.rmtree("walker")
     done = 0
     for block in blocks:
         if not any(module in block for module in missing):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+from pathlib import Path
 from typing import Any
 
 import cosmic
@@ -272,3 +274,76 @@ def test_a_wrong_formula_is_refused_with_its_column() -> None:
     scene = {**SHORT, "physics.forces": ["bar_formula"], "bar_formula.tension": "2 * lenght"}
     with pytest.raises(cosmic.InputError, match="has the unknown name `lenght` at column 5"):
         cosmic.as_scene(scene)
+
+
+@pytest.mark.parametrize("incline", [0.0, 20.0, -12.0])
+@pytest.mark.parametrize(
+    "ground",
+    [
+        {"profile": "flat"},
+        {"profile": "points", "points": [[0.3, 0.0], [0.5, 0.02], [0.9, -0.03]]},
+        {"profile": "points", "points": [[-0.4, 0.05], [-0.2, 0.0], [0.3, 0.0], [0.3, 0.04]]},
+        {"profile": "rough", "from": -1.0},
+    ],
+    ids=["flat", "points", "wall", "rough"],
+)
+def test_the_height_of_the_ground_is_that_on_which_robots_stand(ground: dict[str, Any], incline: float) -> None:
+    scene = {**SHORT, "physics.dt": 0.001, "ground": ground, "physics.incline_deg": incline}
+    sim = cosmic.Simulator({**scene, "physics.gravity": 9.81})
+    normal = np.array([-sim.along[1], sim.along[0]])
+    seen = []
+    for along in (-0.5, -0.15, 0.05, 0.35, 0.6, 1.5):
+        start = sim.initial()
+        moved = start.replace(x0=start.x0 + along * sim.along + 0.08 * normal)
+        seen.append(sim.rollout(moved, observed=[250]).x[0])
+    x = np.array(seen)
+    # Above the highest ground in reach, because nodes at a steep incline or a wall may be beside the ground.
+    above = (x[..., 1] - sim.ground(x[..., 0])) * np.cos(np.radians(incline))
+    # Contacts put nodes onto the ground up to rounding.
+    assert above.min() > -1e-9 and np.sum(abs(above) < 1e-9) >= 4, above
+    assert sim.ground(np.nan).shape == () and np.isnan(sim.ground(np.nan))
+    with pytest.raises(cosmic.InputError, match="x: expected an array"):
+        sim.ground([[1.0], [1.0, 2.0]])
+
+
+def test_activations_beyond_their_limits_are_refused(sim: cosmic.Simulator) -> None:
+    inputs, edges = robot(sim, 0), len(sim.edges)
+    given = np.full((16, edges), 1.0)
+    sim.rollout(inputs.replace(controller={DRIVEN: given}), 16)
+    given[3, 2] = -1.5
+    with pytest.raises(cosmic.InputError, match=r"activations\[3, 2\] is -1.5: expected numbers from -1 to 1"):
+        sim.rollout(inputs.replace(controller={DRIVEN: given}), 16)
+    with pytest.raises(cosmic.InputError, match="expected numbers from -1 to 1"):
+        sim.rollout(inputs, 32, policy=lambda x, v, time: np.full(edges, 1.1))
+    # A direction has no limits.
+    along = inputs.replace(controller={DRIVEN: np.full((16, edges), 7.0)})
+    sim.jvp(inputs.replace(controller={DRIVEN: 0.0 * given}), along, 16)
+
+
+def test_a_motion_becomes_a_gif(sim: cosmic.Simulator, run: cosmic.Run, tmp_path: Path) -> None:
+    edges, inputs = len(sim.edges), sim.initial()
+    policies = {"still": lambda x, v, time: np.zeros(edges), "moved": lambda x, v, time: np.full(edges, np.sin(40 * time))}
+    sizes = {}
+    for name, policy in policies.items():
+        seen = sim.rollout(inputs, 128, policy=policy)
+        path = sim.animate(seen, tmp_path / f"{name}.gif", inputs.z, 128)
+        sizes[name] = path.read_bytes()
+        assert path == tmp_path / f"{name}.gif" and sizes[name][:6] == b"GIF89a"
+        # Without `steps`, states are `observed` steps apart.
+        assert sim.animate(seen, str(tmp_path / "same.gif"), inputs.z).read_bytes() == sizes[name]
+    assert sizes["still"] != sizes["moved"]
+    # The simulator of a run knows its design, also as a copy.
+    own = pickle.loads(pickle.dumps(run.simulator()))
+    own.animate(cosmic.Trajectory(run.trajectory, run.velocities), tmp_path / "run.gif", observed=run.steps)
+    run.report(tmp_path / "report")
+    assert (tmp_path / "run.gif").read_bytes() == (tmp_path / "report/gait.gif").read_bytes()
+    for arguments, says in [
+        ((seen, "walk.mp4", inputs.z), "path: 'walk.mp4': expected a name that ends in .gif"),
+        ((seen, "walk.gif"), "z: expected the design of the robot"),
+        ((seen, "walk.gif", inputs.z[:3]), r"z: expected the shape \[11, 3\]"),
+        ((seen, "walk.gif", inputs.z, 64), "trajectory: 9 states, but"),
+        (([seen.x[None]], "walk.gif", inputs.z), "trajectory: expected the shape .* for one robot"),
+        (([np.nan * seen.x], "walk.gif", inputs.z), "trajectory: expected finite numbers"),
+    ]:
+        with pytest.raises(cosmic.InputError, match=says):
+            sim.animate(*arguments)

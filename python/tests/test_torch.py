@@ -111,3 +111,22 @@ def test_an_objective_in_torch_sees_forces() -> None:
     assert np.allclose(beginning(own, 2), beginning(other, 2), rtol=1e-9, atol=0.0, equal_nan=True)
     states = len(arrays["time"])
     assert arrays["tension"].shape == (states, 20) and arrays["mass"].shape == (9,)
+
+
+def test_activations_are_limited(sim: cosmic.Simulator) -> None:
+    start = cosmic.torch.inputs(airborne(sim))
+
+    def gradient(size: float) -> tuple[float, np.ndarray]:
+        given = torch.full((1, len(sim.edges)), size, dtype=torch.float64, requires_grad=True)
+        made = cosmic.torch.rollout(sim, start._replace(controller={"activations": given}), *SPAN).x.sum()
+        made.backward()
+        return float(made.detach()), given.grad.numpy()
+
+    (at, within), (beyond, outside) = gradient(1.0), gradient(2.0)
+    assert at == beyond and np.all(outside == 0.0) and np.any(within != 0.0)
+
+
+@pytest.mark.filterwarnings("error")
+def test_the_arrays_of_a_run_are_inputs(run: cosmic.Run) -> None:
+    seen = cosmic.torch.rollout(run.simulator(), run.inputs, observed=run.steps.tolist())
+    assert np.array_equal(seen.x.numpy(), run.trajectory)

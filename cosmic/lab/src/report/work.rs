@@ -8,6 +8,7 @@ use crate::files::write_texts;
 use crate::walk::Walk;
 use cosmic::Registry;
 use cosmic::error::{Error, Result};
+use cosmic::record::TrajectoryFile;
 use cosmic::record::files::{make_folder, write_atomic};
 use cosmic::record::run::DESIGN;
 use cosmic::record::snapshot::SNAPSHOT;
@@ -73,6 +74,21 @@ pub fn write_walk(
     let mut written = write_texts(folder, [("walk.html", page)])?;
     written.push(animate(&folder.join("walk.gif"), &motion)?);
     Ok(written)
+}
+
+/// Writes a motion of a robot as a GIF.
+///
+/// # Errors
+/// [`Error::Write`].
+///
+/// # Panics
+/// If the trajectory has no states.
+pub fn write_animation(
+    path: &Path,
+    robot: &RobotFiles,
+    trajectory: &TrajectoryFile,
+) -> Result<PathBuf> {
+    animate(path, &DrawnMotion::new(&robot.drawn(), trajectory))
 }
 
 fn animate(path: &Path, motion: &DrawnMotion) -> Result<PathBuf> {
