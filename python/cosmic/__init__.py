@@ -4,7 +4,7 @@ gradients through a differentiable simulator.
 >>> import cosmic
 >>> run = cosmic.optimize("stability", seed=0)  # doctest: +SKIP
 >>> run.displacement                            # doctest: +SKIP
-4.2
+3.745...
 
 - :func:`optimize` designs a robot, :func:`load` reads a run's folder, :func:`resume` continues one.
 - :class:`Simulator` simulates one robot or many at once, with ``vjp`` and ``jvp``.

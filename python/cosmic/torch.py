@@ -123,7 +123,7 @@ def loss(function: Callable[..., Any], observed: Optional[Steps], is_far: bool) 
             given = [torch.from_numpy(array).requires_grad_() for array in (x, v, *seen.values())]
             value = function(*given[:2], *map(torch.from_numpy, goal), **dict(zip(seen, given[2:])))
             bars = torch.autograd.grad(value, given, allow_unused=True, materialize_grads=True)
-        x_bar, v_bar, *by_seen = (bar.numpy() for bar in bars)
+        x_bar, v_bar, *by_seen = (bar.detach().numpy() for bar in bars)
         return float(value.detach()), x_bar, v_bar, dict(zip(seen, by_seen))
 
     return Loss(value_and_gradient, observed, is_far, of=function)
