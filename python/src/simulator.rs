@@ -184,7 +184,7 @@ impl Simulator {
     /// The corners of the ground, `[along, height]` in the frame of the ground line, m; none if the ground is that line.
     #[getter]
     fn terrain(&self) -> PyResult<Vec<[f64; 2]>> {
-        caught(|| Ok(self.kind.world.physics.ground.resolved().pairs()))
+        caught(|| Ok(self.kind.world.physics().ground.resolved().pairs()))
     }
 
     /// Returns all numbers of the robot with which an optimisation with this seed starts.
