@@ -1,7 +1,10 @@
 //! The errors of this crate, with their messages and exit codes.
 
+use std::borrow::Cow;
+use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::RwLock;
 
 use crate::geometry::Vector;
 use crate::numbers::rounded;
@@ -337,6 +340,24 @@ pub fn in_shell(path: &Path) -> String {
     }
 }
 
+/// The words with which the user starts the program.
+static STARTED_WITH: RwLock<Cow<str>> = RwLock::new(Cow::Borrowed("cosmic"));
+
+/// Sets the words with which the user starts the program, such as `cargo run --release --`. The commands in messages
+/// begin with them; before the first call they begin with `cosmic`.
+pub fn started_with(words: String) {
+    if let Ok(mut started) = STARTED_WITH.write() {
+        *started = words.into();
+    }
+}
+
+/// A command for messages, which works if the user types it as it is printed.
+pub fn command(arguments: impl Display) -> String {
+    let started = STARTED_WITH.read();
+    let words = started.as_deref().map_or("cosmic", |words| words);
+    format!("{words} {arguments}")
+}
+
 /// The end of a message: how to continue an unfinished run.
 pub(crate) fn go_on(run: &Path, own_loss: bool) -> String {
     if own_loss {
@@ -345,7 +366,8 @@ pub(crate) fn go_on(run: &Path, own_loss: bool) -> String {
             run.display()
         )
     } else {
-        format!("continue with: cosmic resume {}", in_shell(run))
+        let again = command(format_args!("resume {}", in_shell(run)));
+        format!("continue with: {again}")
     }
 }
 
@@ -355,9 +377,7 @@ fn or_go_on(run: &Path, own_loss: bool) -> String {
     if own_loss {
         ", and begin a new run; to keep the time step, set physics.unstable_step = \"warn\" in its scene".into()
     } else {
-        format!(
-            ", and begin a new run, or continue this one anyway with: cosmic resume {} --allow-unstable",
-            in_shell(run)
-        )
+        let again = command(format_args!("resume {} --allow-unstable", in_shell(run)));
+        format!(", and begin a new run, or continue this one anyway with: {again}")
     }
 }

@@ -24,13 +24,15 @@ mod completions;
 use autodiff::simd;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use cosmic::Registry;
-use cosmic::error::{Error, Result};
+use cosmic::error::{self, Error, Result, in_shell};
 use cosmic::lattice::Truss;
 use cosmic::laws::Choice;
 use cosmic::objective::Loss;
 use cosmic::policy::Policy;
 use output::{complain, written};
+use std::env;
 use std::ffi::OsString;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Design a walking robot: its bars, their materials and its controller together.
@@ -83,8 +85,9 @@ fn or_scene(error: Error, registry: &Registry) -> Error {
     let name = path.display().to_string();
     match registry.scene(&name) {
         Some(_) if !path.exists() => Error::Usage(format!(
-            "`{name}` is a scene, but this command needs a run; make one with: cosmic optimize {name}, then name its \
-             folder, runs/{name}-0"
+            "`{name}` is a scene, but this command needs a run; make one with: {}, then name its folder, \
+             runs/{name}-0",
+            error::command(format_args!("optimize {name}"))
         )),
         _ => error,
     }
@@ -201,13 +204,17 @@ impl Program {
     /// Runs the command given on the command line. Returns exit code 0, or the exit code of the error
     /// ([`cosmic::Error::exit_code`]).
     pub fn run(self) -> ExitCode {
-        self.run_with(std::env::args_os()).into()
+        self.run_with(env::args_os()).into()
     }
 
     /// Runs the command given by `arguments`, whose first element is the name of the program, and returns the exit
     /// code. One process can run several programs, each with its own laws.
     pub fn run_with(self, arguments: impl IntoIterator<Item = impl Into<OsString> + Clone>) -> u8 {
         let Self { registry } = self;
+        let arguments: Vec<OsString> = arguments.into_iter().map(Into::into).collect();
+        if let Some(program) = arguments.first() {
+            error::started_with(start_of(Path::new(program)));
+        }
         let mut command = command(&registry);
         let matches = command.try_get_matches_from_mut(arguments);
         let cli = matches.and_then(|matches| {
@@ -221,6 +228,30 @@ impl Program {
     }
 }
 
+/// The words with which the user started `program`, the first word of a command line, for the commands in messages.
+///
+/// Cargo starts programs in its folder of a profile, and examples in the folder `examples` there.
+fn start_of(program: &Path) -> String {
+    let name = program.file_stem().unwrap_or(program.as_os_str());
+    let folder = program.parent().and_then(Path::file_name);
+    let is_by_cargo = env::var_os("CARGO_MANIFEST_DIR").is_some();
+    match folder.and_then(|folder| folder.to_str()) {
+        Some("examples") if is_by_cargo => {
+            let name = in_shell(Path::new(name));
+            return format!("cargo run --release --example {name} --");
+        }
+        Some("release" | "debug") if is_by_cargo => return "cargo run --release --".to_owned(),
+        _ => {}
+    }
+    let is_there = |folder: &Path| folder.join(program.file_name().unwrap_or_default()) == program;
+    let path = env::var_os("PATH").unwrap_or_default();
+    // An installer's start script gets the whole path of a program that the user called by its name.
+    match env::split_paths(&path).any(|folder| is_there(&folder)) {
+        true => in_shell(Path::new(name)),
+        false => in_shell(program),
+    }
+}
+
 /// The environment variable that chooses narrower SIMD registers than the machine has.
 const SIMD: &str = "COSMIC_SIMD";
 
@@ -229,7 +260,7 @@ const SIMD: &str = "COSMIC_SIMD";
 /// # Errors
 /// [`Error::Usage`] for registers that the machine does not have, and if the process has already computed with others.
 fn limit_registers() -> Result<()> {
-    let Some(wanted) = std::env::var_os(SIMD) else {
+    let Some(wanted) = env::var_os(SIMD) else {
         return Ok(());
     };
     let (wanted, there) = (wanted.to_string_lossy(), simd::levels());

@@ -1,7 +1,7 @@
 //! Standard output and standard error.
 
 use crate::arguments::Output;
-use cosmic::error::{Error, Result, in_shell};
+use cosmic::error::{Error, Result, command, in_shell};
 use cosmic::judge::Reliability;
 use cosmic::judge::verdict::{Item, Level};
 use cosmic::numbers::fixed;
@@ -66,7 +66,8 @@ pub(super) fn reached(displacement: Option<f64>, verdict: Option<&Reliability>) 
 /// A message that names the file with the last states of a diverged rollout, and the command that replays them.
 pub(super) fn see_again(diverged: &Path) -> String {
     let (file, word) = (diverged.display(), in_shell(diverged));
-    format!("the last states are in {file}; replay them with: cosmic evaluate {word}")
+    let replay = command(format_args!("evaluate {word}"));
+    format!("the last states are in {file}; replay them with: {replay}")
 }
 
 /// Converts an item of a verdict to text, in the colour of its level if standard output is a terminal.

@@ -6,7 +6,7 @@ use crate::output::{in_colour, in_place, metres, note, print, reached, see_again
 use crate::progress::Progress;
 use cosmic::Registry;
 use cosmic::design::MOST_RANKED;
-use cosmic::error::{Error, Result, in_shell};
+use cosmic::error::{Error, Result, command, in_shell};
 use cosmic::judge::verdict::Verdict;
 use cosmic::keys::Keyed;
 use cosmic::numbers::{counted, fixed};
@@ -47,9 +47,9 @@ pub(super) fn carry_out(
         note(&see_again(&diverged));
     }
     if done.as_ref().is_err_and(is_full) && folder.join(SNAPSHOT).exists() {
-        let run = in_shell(folder);
+        let again = command(format_args!("resume {}", in_shell(folder)));
         note(&format!(
-            "the run is saved; free some space, then continue with: cosmic resume {run}"
+            "the run is saved; free some space, then continue with: {again}"
         ));
     }
     let summary = done?;
@@ -89,17 +89,19 @@ fn show(folder: &Path, summary: &Summary, registry: &Registry, output: &Output) 
 /// The commands that a user probably runs next.
 fn next(folder: &Path, registry: &Registry) -> String {
     let run = in_shell(folder);
+    let [report, robustness] =
+        ["report", "robustness"].map(|word| command(format_args!("{word} {run}")));
     let mut text = format!(
-        "next: cosmic report {run} writes a page on which the robot walks\n      cosmic robustness {run} tells how far \
-         it walks with random starts, friction, stiffness and masses"
+        "next: {report} writes a page on which the robot walks\n      {robustness} tells how far it walks with random \
+         starts, friction, stiffness and masses"
     );
     // A robot of plain numbers shows what is possible; a robot of parts can be built.
     let has_parts = |scene: Scene| scene.materials.parts.skeleton != SkeletonPart::Numbers;
     let is_of_parts = read_scene(folder, registry).is_ok_and(has_parts);
     if !is_of_parts && registry.scene(OF_PARTS).is_some() {
-        text += &format!(
-            "\n      cosmic optimize {OF_PARTS} designs a robot of tubes and cylinders that can be built"
-        );
+        let parts = command(format_args!("optimize {OF_PARTS}"));
+        text +=
+            &format!("\n      {parts} designs a robot of tubes and cylinders that can be built");
     }
     text
 }

@@ -11,7 +11,7 @@ fn besieged(options: &str) {
     let whole = bench.run("whole", options);
     assert!(whole.out.starts_with("run: whole\n"), "{whole:?}");
     let mut owner = bench.start(&format!("optimize tiny.toml --out a {options}"));
-    let mut refused = 0;
+    let (mut refused, mut looked) = (0, 0);
     while owner.try_wait().unwrap().is_none() {
         if !bench.path("a/snapshot.json").exists() {
             continue;
@@ -25,9 +25,14 @@ fn besieged(options: &str) {
             assert_eq!((said.code, &said.error[..]), (2, says));
             refused += 1;
         }
+        let said = bench.cosmic("report a");
+        if !bench.path("a/summary.json").exists() {
+            said.fails(4, &["the run is not finished: a process is doing it"]);
+            looked += 1;
+        }
     }
     Told::of(owner.wait_with_output().unwrap()).ok();
-    assert!(refused > 0);
+    assert!(refused > 0 && looked > 0);
     assert!(!bench.path("a/.cosmic-lock").exists());
     assert_eq!(bench.results("a"), bench.results("whole"));
 }

@@ -1,7 +1,7 @@
 //! Runs that begin with a given robot (`cosmic optimize --from`), and runs with a loss that the user's program adds.
 
 use crate::common::{Bench, scene};
-use crate::program::{command, has};
+use crate::program::{Told, command, has};
 use autodiff::Real;
 use cosmic::Registry;
 use cosmic::lattice::Truss;
@@ -20,6 +20,36 @@ use std::path::Path;
 fn iterations(bench: &Bench, run: &str) -> Vec<u64> {
     let rows = bench.rows(&format!("{run}/history.jsonl")).into_iter();
     rows.map(|row| row["iteration"].as_u64().unwrap()).collect()
+}
+
+/// The commands in messages begin as the user began the command: with Cargo, with the name of a program of the user, or
+/// with a path.
+#[cfg(unix)]
+#[test]
+fn commands_in_messages_work_as_printed() {
+    use std::os::unix::process::CommandExt;
+    for (start, by_cargo, words) in [
+        ("cosmic", false, "cosmic"),
+        ("walker", false, "walker"),
+        ("./walker", false, "./walker"),
+        ("target/release/cosmic", false, "target/release/cosmic"),
+        ("target/release/cosmic", true, "cargo run --release --"),
+        (
+            "/a/target/debug/examples/mud",
+            true,
+            "cargo run --release --example mud --",
+        ),
+    ] {
+        let mut command = command("report earth");
+        if by_cargo {
+            command.env("CARGO_MANIFEST_DIR", "");
+        }
+        let told = Told::of(command.arg0(start).output().unwrap());
+        told.fails(
+            2,
+            &[&format!("make one with: {words} optimize earth, then")],
+        );
+    }
 }
 
 fn is_the_start(bench: &Bench, [from, run]: [&str; 2]) -> bool {

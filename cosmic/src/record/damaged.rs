@@ -5,7 +5,7 @@ use super::history::{DESIGNS, LINES};
 use super::snapshot::SNAPSHOT;
 use super::summary::SUMMARY;
 use super::trajectory_file::TRAJECTORY;
-use crate::error::{Error, in_shell};
+use crate::error::{Error, command, in_shell};
 use crate::scene::TrussFile;
 use serde::de::IgnoredAny;
 use std::fs;
@@ -71,9 +71,9 @@ fn remedy(path: &Path) -> Option<String> {
             )
         }
         SUMMARY | DESIGN | TRAJECTORY if is_finished => format!(
-            "write the result again with: rm {} && cosmic resume {}",
+            "write the result again with: rm {} && {}",
             file(SUMMARY),
-            in_shell(folder)
+            command(format_args!("resume {}", in_shell(folder)))
         ),
         _ => return None,
     })

@@ -1,14 +1,14 @@
 //! Atomic writes: a file is written under a temporary name and then renamed, so that readers never see half of the
 //! file.
 
-use crate::error::{Error, Result, in_shell};
+use crate::error::{Error, Result, command, in_shell};
 use crate::format::{Format, Stamped, parse_json};
 use crate::outcome::DesignFile;
 use crate::reading::read_whole;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::ffi::OsStr;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use tempfile::{Builder, NamedTempFile};
@@ -73,7 +73,8 @@ pub const DESIGN: &str = "design.json";
 /// The end of a message: the command that begins the run in a folder again.
 pub(super) fn begin_again(folder: &Path) -> String {
     let scene = in_shell(&folder.join(SCENE));
-    format!("begin again with: cosmic optimize {scene} --seed SEED --out NEW")
+    let again = command(format_args!("optimize {scene} --seed SEED --out NEW"));
+    format!("begin again with: {again}")
 }
 
 /// Prefix of the names of temporary files.
@@ -88,6 +89,13 @@ pub(in crate::record) const CLAIM: &str = ".cosmic-claim-";
 /// True for the name of the lock or of a claim.
 fn is_lock(name: &OsStr) -> bool {
     name == LOCK || name.to_string_lossy().starts_with(CLAIM)
+}
+
+/// True if a process holds the lock of the run in a folder.
+pub(super) fn is_taken(folder: &Path) -> bool {
+    let lock = File::open(folder.join(LOCK));
+    // The lock is shared, so that two processes that only look at a run do not take each other for its owner.
+    lock.is_ok_and(|lock| matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)))
 }
 
 /// True for the name of a temporary file.

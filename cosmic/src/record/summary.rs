@@ -1,8 +1,8 @@
 //! `summary.json`, the last file that a run writes, and what to do if a file of the result is missing.
 
-use super::files::no_run;
+use super::files::{is_taken, no_run};
 use super::snapshot::{SNAPSHOT, Snapshot};
-use crate::error::{Error, Result, go_on, in_shell};
+use crate::error::{Error, Result, command, go_on, in_shell};
 use crate::format::Format;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -36,15 +36,19 @@ fn unfinished(folder: &Path) -> String {
     let summary = folder.join(SUMMARY);
     if summary.exists() {
         let (summary, run) = (in_shell(&summary), in_shell(folder));
+        let again = command(format_args!("resume {run}"));
         return format!(
             "the run is finished, but this file is missing; to write it again, delete {summary} and continue with: \
-             cosmic resume {run}"
+             {again}"
         );
     }
     let diverged = folder.join(DIVERGED);
     if diverged.exists() {
-        let command = format!("cosmic evaluate {}", in_shell(&diverged));
+        let command = command(format_args!("evaluate {}", in_shell(&diverged)));
         return format!("the run diverged; see its last states with: {command}");
+    }
+    if is_taken(folder) {
+        return "the run is not finished: a process is doing it; wait until it ends".to_owned();
     }
     let how = go_on(folder, Snapshot::has_own_loss(folder));
     format!("the run is not finished; {how}")

@@ -58,6 +58,10 @@ pub(crate) fn has(text: &str, words: &[&str]) {
 /// The command `cosmic` with the arguments in `line`. It is not started yet.
 pub(crate) fn command(line: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_cosmic"));
+    // The program is called by its name, and not by Cargo, which runs the tests.
+    command.env_remove("CARGO_MANIFEST_DIR");
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::arg0(&mut command, "cosmic");
     command.args(line.split_whitespace());
     command
 }

@@ -191,7 +191,7 @@ fn refuse_used(folder: &Path) -> Result<()> {
             "{}: the folder is not empty{}, or name another folder",
             folder.display(),
             if folder.join(SNAPSHOT).exists() || folder.join(SUMMARY).exists() {
-                "; continue its run with `cosmic resume`"
+                "; continue its run with `resume`"
             } else {
                 ", but it does not contain a run; empty it"
             }
