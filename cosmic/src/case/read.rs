@@ -15,6 +15,7 @@ use crate::policy::blocks_of;
 use crate::reading::{from_json, placed, read_whole, text_of};
 use crate::registry::{OFF, Registry};
 use crate::scene::{GoalKind, JsonSetting, Scene, TrussFile, places};
+use serde::Deserialize;
 
 /// The longest rollout of a case, in substeps. The clock is stored for every step, so without a limit a typing error
 /// could exhaust the memory or run for ever.
@@ -44,9 +45,34 @@ impl Case {
     /// # Errors
     /// The errors of [`parse`](Case::parse).
     pub fn parse_with(registry: &Registry, file: &str, text: &str) -> Result<Self> {
-        let raw: CaseFile = from_json(file, 0, text.as_bytes())?;
+        let raw: CaseFile = from_json(file, 0, text.as_bytes()).or_else(|error| {
+            // A case of another version may have other keys, so its version is the better message.
+            let stamp: Stamp = from_json(file, 0, text.as_bytes()).unwrap_or_default();
+            stamp.check(file).map_err(|says| placed(file, text, says))?;
+            Err(error)
+        })?;
         let case = Shapes::of(file, &raw).and_then(|shapes| shapes.case(raw, registry));
         case.map_err(|error| placed(file, text, error))
+    }
+}
+
+/// The keys `format` and `version` of a case file. A case may lack them.
+#[derive(Default, Deserialize)]
+struct Stamp {
+    format: Option<String>,
+    version: Option<u32>,
+}
+
+impl Stamp {
+    fn check(&self, file: &str) -> Result<()> {
+        let format = self.format.as_deref().unwrap_or(FORMAT);
+        let version = self.version.unwrap_or(1);
+        if format == FORMAT && (1..=VERSION).contains(&version) {
+            return Ok(());
+        }
+        Err(Error::Usage(format!(
+            "{file}: `format` is {format:?} version {version}, not {FORMAT:?} version 1 or {VERSION}"
+        )))
     }
 }
 
@@ -61,12 +87,8 @@ impl<'a> Shapes<'a> {
     /// Checks the keys `format` and `version`, and finds the settings of the scene.
     fn of(file: &'a str, raw: &CaseFile) -> Result<Self> {
         let refused = |says| Error::Usage(format!("{file}: {says}"));
-        let (format, version) = (raw.format.as_deref().unwrap_or(FORMAT), raw.version());
-        if format != FORMAT || !(1..=VERSION).contains(&version) {
-            return Err(refused(format!(
-                "`format` is {format:?} version {version}, not {FORMAT:?} version 1 or {VERSION}"
-            )));
-        }
+        let (format, version) = (raw.format.clone(), raw.version);
+        Stamp { format, version }.check(file)?;
         let (settings, frame) = raw.settings().map_err(refused)?;
         Ok(Self {
             file,

@@ -298,7 +298,22 @@ impl Truss {
     /// # Errors
     /// [`Error::Malformed`].
     pub fn parse(file: &str, text: &str) -> Result<Self> {
-        let raw: RawTruss = from_json(file, 0, text.as_bytes())?;
+        let raw: RawTruss = from_json(file, 0, text.as_bytes()).map_err(|mut error| {
+            if let Error::Malformed {
+                message,
+                allowed,
+                report,
+                ..
+            } = &mut error
+                && ["missing field `format`", "missing field `version`"].contains(&&**message)
+            {
+                *allowed = format!(
+                    "write after the first `{{`: \"format\": {FORMAT:?}, \"version\": {VERSION},"
+                );
+                *report += &format!("\n  = {allowed}");
+            }
+            error
+        })?;
         Self::try_from(raw).map_err(|says| placed(file, text, Error::Usage(says)))
     }
 

@@ -107,6 +107,8 @@ const WARNINGS: &[WarningRule] = &warnings! {
         if |s| s.physics.gravity < 0.0;
     ["physics.gravity", "physics.contact"]: "without gravity the robot does not rest on the ground"
         if |s| s.physics.contact.has_ground() && s.physics.gravity == 0.0;
+    ["physics.incline_deg"]: "the ground is inclined by less than a degree; the angle is in degrees, not in radians"
+        if |s| 0.0 < s.physics.incline_deg.abs() && s.physics.incline_deg.abs() < 1.0;
     ["schedule.horizon", "physics.steps"]: "the horizon is longer than the rollout and ends with it"
         if |s| s.schedule.horizon.iter().any(|&steps| steps > s.physics.steps);
     ["physics.contact", "physics.gravity"]: "the robot falls forever: there is no ground"

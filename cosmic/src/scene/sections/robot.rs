@@ -150,7 +150,7 @@ settings! {
         node_mass: f64 = 1e-4, allowed within(1e-9, 1e3), unit "kg", source "D2";
         /// Extra mass of the payload.
         payload_mass: f64 = 0.03, allowed within(0.0, 1e3), unit "kg", source "found by experiment";
-        /// Angle of the ground.
+        /// Angle of the ground; above 0 the robot walks uphill.
         incline_deg: f64 = 0.0, allowed within(-80.0, 80.0), unit "degrees",
             source "paper: 0, and 15 for the incline";
         /// Contact law of the ground.

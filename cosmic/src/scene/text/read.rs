@@ -6,7 +6,7 @@ use crate::registry::Registry;
 use crate::scene::base::TOP_KEYS;
 use crate::scene::diagnostic::{Fault, SceneText, malformed, suggest};
 use crate::scene::keys::sections;
-use crate::scene::{Scene, TrussFile, checks};
+use crate::scene::{LatticeSettings, Scene, TrussFile, checks};
 use crate::settings::{AUTO, Misfit, SettingValue, kind};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -176,8 +176,25 @@ impl<'s, 't> Reader<'s, 't> {
         if self.faults.is_empty() {
             let folder = self.folder("lattice.file");
             self.scene.lattice.file.resolve(&folder)?;
+            self.leave_to_truss();
         }
         self.finished()
+    }
+
+    /// A source that names a truss takes the lattice from it: what the base says about a generated lattice does not count.
+    fn leave_to_truss(&mut self) {
+        let is_set = |key: &str| self.places.contains_key(key);
+        if !is_set("lattice.file") || !self.scene.lattice.is_truss() {
+            return;
+        }
+        let (lattice, default) = (&mut self.scene.lattice, LatticeSettings::default());
+        if !is_set("lattice.kind") {
+            lattice.kind = default.kind;
+        }
+        if !is_set("lattice.payload") {
+            lattice.payload = default.payload;
+            self.scene.auto.remove("lattice.payload");
+        }
     }
 
     /// Computes the settings that follow from the others, and checks for settings that contradict one another. Returns
@@ -215,7 +232,10 @@ impl<'s, 't> Reader<'s, 't> {
         }
         let document = match parsed(self.source, *file, text) {
             Ok(document) => document,
-            Err(fault) => return self.faults.push(fault),
+            Err(fault) => {
+                let fault = self.of_value(&fault).unwrap_or(fault);
+                return self.faults.push(fault);
+            }
         };
         let keys = keys_below(document.get_ref());
         if file.is_none() && keys > 1 {
@@ -224,6 +244,53 @@ impl<'s, 't> Reader<'s, 't> {
             return self.fault(0..text.len(), message, allowed.to_owned());
         }
         self.table(document.get_ref());
+    }
+
+    /// A better fault for a text that is not TOML because the value of a key is missing or has no quotes: what the key
+    /// allows. `None` for other texts.
+    fn of_value(&self, fault: &Fault) -> Option<Fault> {
+        let SceneText { file, text } = &self.sources[self.source];
+        let start = text
+            .get(..fault.span.start)?
+            .rfind('\n')
+            .map_or(0, |end| end + 1);
+        let line = text[start..].lines().next()?;
+        let (key, value) = line.split_once('=')?;
+        let written = value.trim();
+        if written.contains(['"', '\'', '[', '{', '#', '\\']) {
+            return None;
+        }
+        let at = start + key.len() + 1 + (value.len() - value.trim_start().len());
+        let span = at..at + written.len();
+        let mut quoted = text.to_string();
+        quoted.replace_range(span.clone(), &format!("\"{written}\""));
+        let quoted = [SceneText {
+            file: *file,
+            text: quoted.into(),
+        }];
+        let reader = Reader::over(self.scene.clone(), self.is_change, &quoted);
+        let is_there = |other: &&Fault| other.span.start == at;
+        let (message, allowed) = match reader.faults.iter().find(is_there) {
+            Some(other) => {
+                let key = other.message.split('`').nth(1)?;
+                let says = match written {
+                    "" => "has no value".to_owned(),
+                    _ => format!("cannot be {}", abridged(written)),
+                };
+                (format!("`{key}` {says}"), other.allowed.clone())
+            }
+            None if reader.faults.is_empty() && !written.is_empty() => (
+                format!("the word {} has no quotes", abridged(written)),
+                format!("write \"{written}\""),
+            ),
+            None => return None,
+        };
+        Some(Fault {
+            source: self.source,
+            span,
+            message,
+            allowed,
+        })
     }
 
     /// Reads the sections of a table. If the table is a whole scene, also reads the keys above the sections.
@@ -372,6 +439,16 @@ pub(super) fn parsed<'d>(
             let message = names_sign(&text[span.clone()]);
             return fault(span, message, format!("write {number}"));
         }
+        if error.message() == "duplicate key"
+            && let Some(line) = line_of_first(text, &span)
+        {
+            let message = format!("`{}` is there twice", &text[span.clone()]);
+            return fault(
+                span,
+                message,
+                format!("also in line {line}: remove one of them"),
+            );
+        }
         let message = format!("not TOML: {}", error.message().replace('\n', ", "));
         let allowed = if text.trim_start().starts_with('{') {
             "this is JSON; a scene is TOML, and `optimize --from` takes a run or its design.json"
@@ -387,6 +464,27 @@ pub(super) fn parsed<'d>(
         };
         fault(span, message, allowed.to_owned())
     })
+}
+
+/// The line in which a key begins that the text has again at `second`; `None` if it is not clear. It is the last earlier
+/// line with this word without which the text has no such key twice.
+fn line_of_first(text: &str, second: &Range<usize>) -> Option<usize> {
+    let word = text.get(second.clone())?;
+    let end = text[..second.start].rfind('\n').map_or(0, |end| end + 1);
+    let mut starts = vec![0];
+    starts.extend(text[..end].match_indices('\n').map(|(at, _)| at + 1));
+    starts.retain(|at| *at < end);
+    let is_it = |k: &usize| {
+        let line = text[starts[*k]..].lines().next().unwrap_or_default();
+        let span = starts[*k]..starts[*k] + line.len();
+        let mut without = text.to_owned();
+        without.replace_range(span.clone(), &" ".repeat(span.len()));
+        let still = DeTable::parse(&without).is_err_and(|error| {
+            error.message() == "duplicate key" && error.span().as_ref() == Some(second)
+        });
+        line.contains(word) && !still
+    };
+    (0..starts.len()).rev().find(is_it).map(|k| k + 1)
 }
 
 /// Finds the number around the decimal comma at byte `comma` of a text. Returns the place of the number, and the number

@@ -3,7 +3,7 @@
 
 use super::read::{KeyPlace, Reader, abridged};
 use super::toml_file::key_of_sweep;
-use crate::error::in_shell;
+use crate::error::{command, in_shell};
 use crate::scene::Scene;
 use crate::scene::base::{Base, FORMAT, TOP_KEYS, VERSION};
 use crate::scene::checks::Conflict;
@@ -17,7 +17,7 @@ const BASE: &str = "base";
 
 /// The advice about a scene that states its format or its version, or must hold every key.
 const OF_RUNS: &str = "remove `format` and `version` from a scene of your own; the scene of a run holds every key, as \
-    `cosmic scene show SCENE` prints it";
+    `scene show SCENE` prints it";
 
 impl Reader<'_, '_> {
     /// Begins to read a source. If the source is a whole scene, the reader starts again: from the base of that scene,
@@ -38,14 +38,30 @@ impl Reader<'_, '_> {
                 }),
             };
         }
+        let file = self.sources[self.source].file;
+        // The text of a scene with a name may leave everything to its base.
+        let has_name = file.is_some_and(|file| self.scene.registry().scene(file).is_some());
+        if document.is_empty() && !has_name {
+            return Err(Fault {
+                source: self.source,
+                span: 0..0,
+                message: "the file sets no key, so it is neither a scene nor a sweep".to_owned(),
+                allowed: format!(
+                    "write a key, as in physics.gravity = 3.7; all keys are printed by: {}",
+                    command("scene default")
+                ),
+            });
+        }
         if let Some(key) = key_of_sweep(document) {
-            let file = self.sources[self.source].file;
             let file = file.map_or("FILE".into(), |file| in_shell(file.as_ref()));
             return Err(Fault {
                 source: self.source,
                 span: key.span(),
                 message: "this is the file of a sweep, not a scene".to_owned(),
-                allowed: format!("run it with: cosmic sweep run {file} --out DIR"),
+                allowed: format!(
+                    "run it with: {}",
+                    command(format_args!("sweep run {file} --out DIR"))
+                ),
             });
         }
         let base = self.base(document)?;
@@ -159,11 +175,16 @@ impl Reader<'_, '_> {
             let mut keys = conflict.keys.iter();
             let place = keys.find_map(|key| self.places.get(*key));
             let KeyPlace { source, span } = place.cloned().unwrap_or_default();
-            let [first, second] = conflict.keys;
-            let hint = if first == second {
-                String::new()
-            } else {
-                format!("see {first} and {second}")
+            let [first, second] = conflict.keys.map(|key| {
+                let is_set = self.is_change || self.places.contains_key(key);
+                match is_set {
+                    true => key.to_owned(),
+                    false => format!("{key} (of the base {})", self.scene.base.name()),
+                }
+            });
+            let hint = match first == second {
+                true => String::new(),
+                false => format!("see {first} and {second}"),
             };
             self.source = source;
             self.fault(span, conflict.says, hint);
