@@ -116,22 +116,35 @@ impl Arguments {
 }
 
 /// Returns an error if files that were asked for could not be written. If several options failed, prints all errors but
-/// the last and returns the last. If no kind of files was named and the robot cannot have one kind, warns instead.
+/// the last and returns the last; options that failed for one reason have one error. If no kind of files was named and
+/// the robot cannot have one kind, warns instead.
 fn judge(all: bool, has_written: bool, made: Vec<Made>) -> Result<()> {
     let is_alone = made.len() == 1;
-    let mut failed = Vec::new();
+    let mut failed: Vec<(Vec<&str>, Error)> = Vec::new();
     for (option, made) in made {
         match made {
             Ok(_) => {}
             Err(Error::Usage(says)) if all && has_written => {
                 note(&format!("warning: {option} was left out: {says}"));
             }
-            Err(Error::Usage(says)) if !is_alone => failed.push(Error::Usage(format!(
-                "{option}: {says} (its files were not written)"
-            ))),
-            Err(error) => failed.push(error),
+            Err(error) => {
+                let says = error.to_string();
+                let mut known = failed.iter_mut();
+                match known.find(|(_, known)| known.to_string() == says) {
+                    Some((options, _)) => options.push(option),
+                    None => failed.push((vec![option], error)),
+                }
+            }
         }
     }
+    let named = |(options, error): (Vec<&str>, Error)| match error {
+        Error::Usage(says) if !is_alone => {
+            let options = options.join(", ");
+            Error::Usage(format!("{options}: {says} (its files were not written)"))
+        }
+        error => error,
+    };
+    let mut failed: Vec<Error> = failed.into_iter().map(named).collect();
     let Some(last) = failed.pop() else {
         return Ok(());
     };
