@@ -152,7 +152,10 @@ fn robot(summary: &Summary) -> String {
         .quoted_energy()
         .as_ref()
         .map_or(String::new(), energy);
-    text + &open_loop(summary).unwrap_or_default()
+    match summary.ways.is_empty() {
+        true => text + &open_loop(summary).unwrap_or_default(),
+        false => text,
+    }
 }
 
 /// Describes how far the robot walks without feedback; `None` if it diverges.
@@ -217,7 +220,9 @@ fn describe(folder: &Path, summary: &Summary, verdict: Option<&Verdict>, advises
     if let Some(entered) = summary.entered {
         text += &format!("started after iteration {entered} with the robot in start.json\n");
     }
-    if let Some(loss) = summary.loss_p50 {
+    if let Some(ways) = summary.ways_in_words() {
+        text += &format!("{ways} (medians)\n");
+    } else if let Some(loss) = summary.loss_p50 {
         text += &match loss {
             Some(loss) => format!("loss {} (median)\n", fixed(loss, 4)),
             None => "loss not known: too many rollouts diverged\n".to_owned(),

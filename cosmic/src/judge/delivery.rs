@@ -14,6 +14,7 @@ use super::reliability::{Merit, Reliability};
 use super::sensitivity::Sensitivity;
 use super::standstill::Standstill;
 use super::variations::{PERTURBED_ROLLOUTS, VARIED};
+use super::ways::Way;
 use crate::design::{Design, Material, Mixture};
 use crate::geometry::{Dimension, Vector};
 use crate::policy::Controller;
@@ -82,6 +83,8 @@ pub struct Delivery {
     pub half_step: Option<LoadsAndEnergy>,
     /// How other physics change its displacement; empty for an undecided design.
     pub sensitivities: Vec<Sensitivity>,
+    /// What it leaves of its way to a goal in each direction; empty if goals are not given.
+    pub ways: Vec<Way>,
 }
 
 /// A controller that may become that of the delivered robot.
@@ -117,6 +120,7 @@ struct Elsewhere {
     half_step: Option<LoadsAndEnergy>,
     idle_merit: Option<Quantiles>,
     sensitivities: Vec<Sensitivity>,
+    ways: Vec<Way>,
 }
 
 impl Evaluator {
@@ -179,6 +183,7 @@ impl Evaluator {
             low_friction: elsewhere.low_friction,
             half_step: elsewhere.half_step,
             sensitivities: elsewhere.sensitivities,
+            ways: elsewhere.ways,
             seen,
         })
     }
@@ -214,6 +219,12 @@ impl Evaluator {
                     self.sensitivities(design, controller, eight)
                 })?,
                 Design::Undecided(_) => Vec::new(),
+            },
+            ways: match self.scene.controller.goals {
+                GoalKind::Given => {
+                    measuring.known_or("ways", || self.ways(design, controller, eight))?
+                }
+                GoalKind::Fixed => Vec::new(),
             },
         })
     }

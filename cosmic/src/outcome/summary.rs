@@ -3,9 +3,9 @@
 use crate::design::{Structure, VolumeBounds};
 use crate::geometry::Dimension;
 use crate::judge::verdict::{HalfStep, Measured};
-use crate::judge::{Delivery, Quantiles, Reliability, Sensitivity, Standstill};
+use crate::judge::{Delivery, Quantiles, Reliability, Sensitivity, Standstill, Way};
 use crate::lattice::Lattice;
-use crate::numbers::finite;
+use crate::numbers::{finite, fixed};
 use crate::scene::{Scene, VolumeSettings};
 use crate::search::Progress;
 use crate::walk::{Energy, Loads};
@@ -100,6 +100,9 @@ crate::keys! {
         /// How other physics change the displacement. Absent for an undecided design.
         #[serde(skip_serializing_if = "Vec::is_empty", default)]
         sensitivities: Vec<Sensitivity>, "list of objects", parts Sensitivity;
+        /// Only with given goals: what the robot leaves of its way to a goal ahead and behind, in space in eight directions.
+        #[serde(skip_serializing_if = "Vec::is_empty", default)]
+        ways: Vec<Way>, "list of objects", parts Way;
         /// Edges to which the snap gave another material than the dominant one.
         flips: usize, "whole number",
             columns ["flips"] of |s: &Summary| (!s.undecided).then_some(s.flips);
@@ -185,6 +188,29 @@ impl Summary {
         ratio(self.displacement_clock_p50, whole)
     }
 
+    /// The share that the robot leaves of its ways to goals, as a mean over the directions; `None` if goals are not given,
+    /// or if a direction has no median.
+    pub fn way_left(&self) -> Option<f64> {
+        let left: Option<Vec<f64>> = self.ways.iter().map(|way| way.left).collect();
+        let left = left.filter(|left| !left.is_empty())?;
+        Some(left.iter().sum::<f64>() / left.len() as f64)
+    }
+
+    /// What the robot leaves of its ways to goals, in words; `None` if goals are not given.
+    pub fn ways_in_words(&self) -> Option<String> {
+        let first = self.ways.first()?;
+        let share = |way: &Way| match way.left {
+            Some(left) => format!("{} {} %", way.name(), fixed(100.0 * left, 0)),
+            None => format!("{} diverged", way.name()),
+        };
+        let shares: Vec<String> = self.ways.iter().map(share).collect();
+        let way = fixed(first.way, 2);
+        Some(format!(
+            "left of the way to a goal {way} m away: {}",
+            shares.join(", ")
+        ))
+    }
+
     /// Why the robot is unreliable; `None` for a reliable robot.
     pub fn unreliable(&self) -> Option<&str> {
         self.reliability.reason()
@@ -205,6 +231,7 @@ impl Summary {
             reliability: &self.reliability,
             is_far: self.is_far(),
             losses: self.loss_p50.flatten().zip(self.loss_idle_p50),
+            way_left: self.way_left(),
             is_undecided: self.undecided,
             structure: self.structure,
             loads: self.loads.as_ref(),
@@ -302,6 +329,7 @@ impl Summary {
             loads_half_step: half_step.map(|half| half.loads.clone()),
             energy_half_step: half_step.map(|half| half.energy),
             sensitivities: delivery.sensitivities.clone(),
+            ways: delivery.ways.clone(),
             flips: progress.flips,
             skipped_gradients: progress.skipped,
             entered: progress.entered,

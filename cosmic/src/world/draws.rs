@@ -123,7 +123,7 @@ fn draw_places(
 
 /// The point in the ground's frame that is `way` away from the payload in the state `start`, along the ground and across. It
 /// is as high as the payload is at rest.
-fn from_payload(world: &World, start: &State<f64>, way: Vector<f64>) -> Vector<f64> {
+pub(crate) fn from_payload(world: &World, start: &State<f64>, way: Vector<f64>) -> Vector<f64> {
     let payload = |state: &State<f64>| world.lattice.payload_point(state, &world.ground());
     let up = payload(&world.lattice.state_at_rest()).up();
     (payload(start) + way).with_up(up)

@@ -25,7 +25,7 @@ mod recorded;
 pub(crate) use base::{KEEP_EVERY, kept_steps};
 pub use base::{World, together};
 pub use draws::{draw, draw_goals, perturbed};
-pub(crate) use draws::{draw_goal, draw_many};
+pub(crate) use draws::{draw_goal, draw_many, from_payload};
 pub use effort::{Effort, Efforts};
 pub use recorded::{RecordedRobots, Source};
 pub use robot::{Robot, Variation};

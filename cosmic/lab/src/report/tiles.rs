@@ -29,7 +29,7 @@ fn draw(tiles: &[[String; 2]]) -> String {
 /// Returns the tiles of a run: world, size, mass, speed, objective, energy, and the bars that pass through each other.
 pub(super) fn of_run(run: &RunFiles, motion: &DrawnMotion) -> String {
     let world = escape(&run.robot.scene.describe_world());
-    let tiles = [
+    let mut tiles = vec![
         speed(run),
         objective(run),
         size(run, motion),
@@ -37,13 +37,17 @@ pub(super) fn of_run(run: &RunFiles, motion: &DrawnMotion) -> String {
         energy(run),
         stores(run),
         crossings(run),
-        open_loop(run),
         sensitivity(run),
     ];
-    format!(
-        "<p class=\"muted\">World: {world}</p>\n{}",
-        draw(&tiles.map(|[number, says]| [escape(&number), says]))
-    )
+    // A robot that is told where to go has no distance of which a share could be left.
+    if run.summary.ways.is_empty() {
+        tiles.push(open_loop(run));
+    }
+    let tiles = tiles.into_iter();
+    let tiles: Vec<[String; 2]> = tiles
+        .map(|[number, says]| [escape(&number), says])
+        .collect();
+    format!("<p class=\"muted\">World: {world}</p>\n{}", draw(&tiles))
 }
 
 /// A displacement of the summary.
@@ -64,15 +68,23 @@ fn speed(run: &RunFiles) -> [String; 2] {
     } else {
         ""
     };
-    let (metres, time) = (metres(summary, QUOTED), fixed(seconds, 1));
+    let time = fixed(seconds, 1);
     [
         fixed(far / seconds, 2) + " m/s",
-        format!("speed: {metres} in {time} s{then}"),
+        format!("speed, over {time} s{then}"),
     ]
 }
 
 fn objective(run: &RunFiles) -> [String; 2] {
     let summary = &run.summary;
+    if let Some(says) = summary.ways_in_words() {
+        let left = summary.way_left();
+        let left = left.map(|left| fixed(100.0 * left, 0) + " %");
+        return [
+            left.unwrap_or(DIVERGED.to_owned()),
+            format!("objective: {says}"),
+        ];
+    }
     if let Some(loss) = summary.loss_p50 {
         let task = run.robot.scene.objective.task.name();
         let says = format!("objective: loss of the task {task}, median");
@@ -219,10 +231,8 @@ fn open_loop(run: &RunFiles) -> [String; 2] {
     let summary = &run.summary;
     let kept = summary.clock_keeps();
     let kept = kept.map(|kept| fixed(100.0 * kept, 0) + " %");
-    let [clock, whole] =
-        ["displacement_clock_p50", "displacement_p50"].map(|p50| metres(summary, p50));
     [
         kept.unwrap_or("\u{2013}".to_owned()),
-        format!("of the distance in open loop, without feedback: {clock} of {whole}"),
+        "of the distance in open loop, without feedback".to_owned(),
     ]
 }

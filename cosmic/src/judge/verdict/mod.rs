@@ -220,6 +220,8 @@ pub struct Measured<'m> {
     pub is_far: bool,
     /// For a robot with another task: its median loss, and that of the same robot while its muscles rest.
     pub losses: Option<(f64, f64)>,
+    /// For a robot with given goals: the share that it leaves of its ways to them.
+    pub way_left: Option<f64>,
     /// True for a design that is not a layout.
     pub is_undecided: bool,
     /// How the bars are connected.
@@ -295,7 +297,10 @@ impl Measured<'_> {
         let gain = idle - loss;
         let is_better = gain > LEAST_GAIN * loss.abs().max(idle.abs());
         let [loss, idle] = [loss, idle].map(|x| fixed(x, 4));
-        let compared = format!("loss {loss} ({idle} with muscles at rest)");
+        let compared = match self.way_left {
+            Some(left) => format!("leaves {} of the way to its goals", percent(left)),
+            None => format!("loss {loss} ({idle} with muscles at rest)"),
+        };
         Some(match is_better {
             true => Item::figure(compared, Level::Good),
             false => Item::figure(

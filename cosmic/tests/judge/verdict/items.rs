@@ -139,6 +139,17 @@ fn an_objective_is_compared_with_that_at_rest() {
         };
         level(&task.verdict(), "with muscles at rest)")
     };
+    // Of a robot that goes where it is told, people want to know how much of the way is left.
+    let told = Measured {
+        is_far: false,
+        losses: Some((0.2, 1.0)),
+        way_left: Some(0.27),
+        ..robot(&loads)
+    };
+    assert_eq!(
+        level(&told.verdict(), "leaves 27 % of the way"),
+        Level::Good
+    );
     let says = with(-0.98, 0.0);
     assert_eq!(says, Level::Good);
     for sign in [1.0, -1.0] {
