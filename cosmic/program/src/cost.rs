@@ -1,6 +1,7 @@
 //! The cost of an optimisation, which is announced before the work begins.
 
 use crate::output::note;
+use cosmic::Registry;
 use cosmic::error::Result;
 use cosmic::lattice::Lattice;
 use cosmic::numbers::counted;
@@ -9,6 +10,7 @@ use cosmic::record::RunPlan;
 use cosmic::scene::{Scene, UnstableStep};
 use cosmic::search::CoDesign;
 use cosmic_lab::check;
+use cosmic_lab::sweep::Plan;
 use std::fmt;
 use std::num::NonZeroUsize;
 
@@ -146,16 +148,36 @@ impl fmt::Display for Cost {
             1 => write!(out, "{steps} a rollout")?,
             substeps => write!(out, "{steps} of {substeps} substeps a rollout")?,
         }
-        let (number, unit) = match self.seconds {
-            seconds if seconds < 90.0 => (seconds, "second"),
-            seconds if seconds < 5400.0 => (seconds / 60.0, "minute"),
-            seconds => (seconds / 3600.0, "hour"),
-        };
-        let number = number.max(1.0).round();
-        let s = if number == 1.0 { "" } else { "s" };
-        write!(
-            out,
-            ", about {number} processor {unit}{s} for an optimisation"
-        )
+        let time = processor_time(self.seconds);
+        write!(out, ", {time} for an optimisation")
     }
+}
+
+/// A processor time in seconds as rounded text.
+fn processor_time(seconds: f64) -> String {
+    let (number, unit) = match seconds {
+        seconds if seconds < 90.0 => (seconds, "second"),
+        seconds if seconds < 5400.0 => (seconds / 60.0, "minute"),
+        seconds => (seconds / 3600.0, "hour"),
+    };
+    let number = number.max(1.0).round();
+    let s = if number == 1.0 { "" } else { "s" };
+    format!("about {number} processor {unit}{s}")
+}
+
+/// The cost of a sweep is measured with at most this many of its trials.
+const MEASURED_TRIALS: usize = 4;
+
+/// Estimates the processor time of so many runs of a sweep, in words.
+pub(super) fn cost_of_sweep(sweep: &Plan, runs: usize, registry: &Registry) -> Result<String> {
+    let (trials, seeds) = (sweep.trials.len(), sweep.seeds.get());
+    let measured = trials.min(MEASURED_TRIALS);
+    let costs = (0..measured).map(|trial| Cost::of_plan(&sweep.run(trial * seeds, registry)?));
+    let costs: Vec<Cost> = costs.collect::<Result<_>>()?;
+    let mean = costs.iter().map(|cost| cost.seconds).sum::<f64>() / measured as f64;
+    let others = match measured < trials {
+        true => format!(", if all trials cost as much as the first {measured}"),
+        false => String::new(),
+    };
+    Ok(processor_time(runs as f64 * mean) + &others)
 }

@@ -1,18 +1,21 @@
 //! `cosmic sweep`.
 
 use crate::arguments::{Output, Work, count, seed, whole};
+use crate::cost::cost_of_sweep;
 use crate::interrupt;
 use crate::output::{answer, note};
 use crate::progress::{FinishedRuns, Progress, title, told};
 use clap::{Args, Subcommand};
 use cosmic::Registry;
 use cosmic::error::Result;
+use cosmic::numbers::counted;
 use cosmic::parallel::pool;
 use cosmic::record::MOST_RUNS;
 use cosmic::record::run::claimed;
 use cosmic::scene::BUILTIN;
-use cosmic_lab::sweep::{self, Overrides, Sweep};
+use cosmic_lab::sweep::{self, Overrides, Plan, Sweep};
 use serde_json::json;
+use std::collections::BTreeSet;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -107,6 +110,9 @@ impl Run {
         match self.index {
             Some(index) => one(&sweep, index, stop, &self.work)?,
             None => {
+                if !output.quiet {
+                    self.announce(plan, registry)?;
+                }
                 let observer = FinishedRuns::new(output, stop, plan, folder);
                 sweep.run_all(self.work.threads, &observer)?;
             }
@@ -128,6 +134,41 @@ impl Run {
     }
 }
 
+/// The worlds of a sweep are compared if it has at most this many trials: each scene must be parsed for it.
+const MOST_COMPARED: usize = 100;
+
+impl Run {
+    /// Says how many runs a sweep has, whether its worlds differ, and what the runs that are not done cost.
+    fn announce(&self, plan: &Plan, registry: &Registry) -> Result<()> {
+        let (trials, seeds) = (plan.trials.len(), plan.seeds.get());
+        let left = plan.left(&self.out).count();
+        if left == 0 {
+            return Ok(());
+        }
+        note(&format!(
+            "runs: {} ({} with {}), {} done",
+            plan.runs(),
+            counted(trials, "trial"),
+            counted(seeds, "seed"),
+            plan.runs() - left,
+        ));
+        let world = |trial| Ok(plan.run(trial * seeds, registry)?.scene.describe_world());
+        let compared = if trials > MOST_COMPARED { 0 } else { trials };
+        let worlds: BTreeSet<String> = (0..compared).map(world).collect::<Result<_>>()?;
+        if worlds.len() > 1 {
+            let count = worlds.len();
+            note(&format!(
+                "worlds: the trials are in {count} different worlds"
+            ));
+        }
+        // A run that cannot be measured fails alone, when its turn comes.
+        if let Ok(cost) = cost_of_sweep(plan, left, registry) {
+            note(&format!("cost: {cost}"));
+        }
+        Ok(())
+    }
+}
+
 fn one(sweep: &Sweep, index: usize, stop: Arc<AtomicBool>, work: &Work) -> Result<()> {
     let pool = pool(work.threads)?;
     let mut progress = Progress::new(&work.output, stop, Vec::new());
@@ -138,17 +179,31 @@ fn one(sweep: &Sweep, index: usize, stop: Arc<AtomicBool>, work: &Work) -> Resul
     Ok(())
 }
 
+/// At most this many unreliable runs are named below a table.
+const MOST_NAMED: usize = 10;
+
 fn merge(sweep: &Path, output: &Output) -> Result<()> {
     let merged = sweep::merge(sweep)?;
     let (results, missing) = (merged.results.display(), merged.missing);
     if missing > 0 {
         note(&format!("{missing} runs are not done"));
     }
+    let unreliable = match &merged.unreliable[..] {
+        [] => String::new(),
+        runs => {
+            let (named, others) = runs.split_at(MOST_NAMED.min(runs.len()));
+            let more = match others.len() {
+                0 => String::new(),
+                count => format!(" and {count} more"),
+            };
+            format!("unreliable: {}{more}\n", named.join(", "))
+        }
+    };
     let rows = merged.table.to_json()["rows"].take();
-    let value = json!({ "results": results.to_string(), "missing": missing, "trials": rows });
+    let value = json!({ "results": results.to_string(), "missing": missing, "trials": rows, "unreliable": merged.unreliable });
     answer(
         output,
         &value,
-        &format!("{}{results}\n", merged.table.to_text()),
+        &format!("{}{unreliable}{results}\n", merged.table.to_text()),
     )
 }

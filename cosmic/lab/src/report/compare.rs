@@ -11,6 +11,7 @@ use cosmic::judge::Reliability;
 use cosmic::judge::verdict::{Item, Verdict};
 use cosmic::keys::{Keyed, column};
 use cosmic::lattice::Lattice;
+use cosmic::numbers::fixed;
 use cosmic::outcome::Summary;
 use cosmic::record::run::{DESIGN, SCENE, read_scene, read_summary};
 use cosmic::record::snapshot::SNAPSHOT;
@@ -35,6 +36,9 @@ struct ComparedRun {
     summary: Summary,
     /// `None` if the run's folder has no scene.
     verdict: Option<Verdict>,
+    /// A description of the world; `None` if the run's folder has no scene.
+    #[serde(skip)]
+    world: Option<String>,
     /// The duration of the walk, s; `None` if the run's folder has no scene.
     #[serde(skip)]
     seconds: Option<f64>,
@@ -61,6 +65,7 @@ fn read(folder: &Path, name: String, registry: &Registry) -> Result<ComparedRun>
         name,
         summary: read_summary(folder)?,
         verdict: None,
+        world: None,
         seconds: None,
         folder: folder.to_owned(),
     };
@@ -70,6 +75,7 @@ fn read(folder: &Path, name: String, registry: &Registry) -> Result<ComparedRun>
     {
         let scene = read_scene(folder, registry)?;
         let lattice = Lattice::new(&scene.lattice, &scene.physics);
+        run.world = Some(scene.describe_world());
         let measured = run.summary.measured(&scene, &lattice);
         run.verdict = Some(measured.verdict());
         run.seconds = Some(run.summary.seconds_of_walk(measured.seconds));
@@ -109,8 +115,17 @@ impl Comparison {
         let of_energy = |name, title| declared::<Energy>(name, title, "not known");
         let mut table = self.names();
         if has_loss {
-            let loss = declared::<Summary>("loss_p50", "loss", "\u{2013}");
-            table = table.add(loss, |run| run.summary.loss_p50.flatten());
+            let mut with_loss = self.runs.iter().filter(|run| !run.summary.is_far());
+            table = match with_loss.all(|run| !run.summary.ways.is_empty()) {
+                true => {
+                    let left = Column::new("way left", "").decimals(2, "\u{2013}");
+                    table.add(left, |run| run.summary.way_left())
+                }
+                false => {
+                    let loss = declared::<Summary>("loss_p50", "loss", "\u{2013}");
+                    table.add(loss, |run| run.summary.loss_p50.flatten())
+                }
+            };
         }
         let distance = declared::<Summary>("displacement_robust_p50", "distance", "diverged");
         let speed = Column::new("speed", "").unit("m/s");
@@ -118,6 +133,10 @@ impl Comparison {
             .add(distance, |run| match run.summary.reliability.word() {
                 // It comes before all numbers of such a robot.
                 stays if run.summary.reliability.stays_in_place() => Cell::from(stays),
+                unreliable if run.summary.is_unreliable() => {
+                    let far = far(run).map_or("diverged".to_owned(), |far| fixed(far, 3));
+                    Cell::from(format!("{far} ({unreliable})"))
+                }
                 _ => far(run).into(),
             })
             .add(speed.decimals(3, "not known"), |run| {
@@ -167,7 +186,37 @@ impl Comparison {
             ),
         };
         let verdicts: String = self.runs.iter().map(verdict).collect();
-        format!("{}\n{verdicts}", table.to_text())
+        let line = |(name, world): (&str, &str)| format!("  {name}: {world}\n");
+        let worlds: String = self.worlds().into_iter().map(line).collect();
+        let worlds = match worlds.is_empty() {
+            true => worlds,
+            false => format!("{DIFFER}\n{worlds}"),
+        };
+        format!("{}\n{verdicts}{worlds}", table.to_text())
+    }
+
+    /// The names and the worlds of the runs; empty if all have the same world.
+    fn worlds(&self) -> Vec<(&str, &str)> {
+        let worlds = self.runs.iter();
+        let worlds = worlds.filter_map(|run| Some((&*run.name, run.world.as_deref()?)));
+        let worlds: Vec<(&str, &str)> = worlds.collect();
+        match worlds.windows(2).all(|pair| pair[0].1 == pair[1].1) {
+            true => Vec::new(),
+            false => worlds,
+        }
+    }
+
+    /// Returns a paragraph and a list of HTML if the worlds of the runs differ.
+    fn differing_worlds(&self) -> String {
+        let worlds = self.worlds();
+        if worlds.is_empty() {
+            return String::new();
+        }
+        let line = |(name, world): (&str, &str)| {
+            format!("<dt>{}</dt><dd>{}</dd>\n", escape(name), escape(world))
+        };
+        let lines: String = worlds.into_iter().map(line).collect();
+        format!("<p>{DIFFER}</p>\n<dl class=\"verdicts\">\n{lines}</dl>\n")
     }
 
     /// Returns the verdicts as a list of HTML.
@@ -188,6 +237,7 @@ impl Comparison {
     pub fn to_html(&self, registry: &Registry) -> Result<String> {
         let (title, table) = ("Runs side by side", self.whole().to_html());
         let (verdicts, short) = (self.verdicts(), self.short().to_html());
+        let worlds = self.differing_worlds();
         let with_lane = self
             .runs
             .iter()
@@ -208,13 +258,16 @@ impl Comparison {
             )
         };
         let body = format!(
-            "<h1>{title}</h1>\n{verdicts}{race}{}\n<details><summary>All numbers</summary>\n{}</details>\n",
+            "<h1>{title}</h1>\n{verdicts}{worlds}{race}{}\n<details><summary>All numbers</summary>\n{}</details>\n",
             scrolls("The most important numbers", &short),
             scrolls("All numbers", &table),
         );
         Ok(page::html(title, &body))
     }
 }
+
+/// What comes before the worlds of runs whose worlds differ.
+const DIFFER: &str = "The worlds differ, so the distances do not compare the robots alone; in a race all walk by one clock:";
 
 /// Returns the last part of a path, or the whole path if it has none.
 fn name(folder: &Path) -> String {

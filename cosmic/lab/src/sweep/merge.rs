@@ -22,6 +22,8 @@ pub struct Merged {
     pub table: Table,
     /// The number of unfinished runs.
     pub missing: usize,
+    /// The names of the unreliable runs.
+    pub unreliable: Vec<String>,
 }
 
 /// A run and its summary.
@@ -44,13 +46,16 @@ const AT_ONCE: usize = 256;
 /// [`Error::Write`].
 pub fn merge(sweep: &Path) -> Result<Merged> {
     let plan = Plan::read(sweep)?;
-    let mut csv = String::new();
+    let (mut csv, mut unreliable) = (String::new(), Vec::new());
     let mut rows: Vec<Row> = plan.trials.iter().map(Row::new).collect();
     for first in (0..plan.runs()).step_by(AT_ONCE) {
         let block = first..plan.runs().min(first + AT_ONCE);
         let read = |index| MergedRun::read(sweep, &plan, index);
         let block: Vec<MergedRun> = block.into_par_iter().map(read).collect::<Result<_>>()?;
         for run in &block {
+            if run.summary.as_ref().is_some_and(Summary::is_unreliable) {
+                unreliable.push(plan.name(run.index));
+            }
             rows[run.index / plan.seeds.get()].add(run);
         }
         let lines = results(&block, &plan.swept_keys()).to_csv();
@@ -64,6 +69,7 @@ pub fn merge(sweep: &Path) -> Result<Merged> {
         results: path,
         table: trials(&rows),
         missing: plan.runs() - done,
+        unreliable,
     })
 }
 
@@ -76,7 +82,7 @@ impl<'p> MergedRun<'p> {
         let is_other = |s: &&Summary| (&s.scene, s.seed) != (&trial.name, seed);
         if let Some(other) = summary.as_ref().filter(is_other) {
             return Err(Error::Usage(format!(
-                "{}: this is the run of `{}` with the seed {}; move it elsewhere and repeat `cosmic sweep run`",
+                "{}: this is the run of `{}` with the seed {}; move it elsewhere and repeat `sweep run`",
                 folder.display(),
                 other.scene,
                 other.seed
