@@ -16,13 +16,13 @@ use std::path::{Path, PathBuf};
 /// scene.toml beside it. Such a design gets only a page.
 ///
 /// Several runs are compared in a table of six columns, with a verdict on each robot. --out writes a page that shows the
-/// robots walking side by side.
+/// robots walking side by side; of one run, it writes the page of the run, and nothing in the folder of the run.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The folder of a run, or the folder or file of a design; or the folders of several runs
     #[arg(value_name = "RUN", required = true)]
     runs: Vec<PathBuf>,
-    /// Of several runs, write an HTML page to this file, with the verdicts, the robots in motion and the tables
+    /// Write only an HTML page, to this file. Of several runs it has the verdicts, the robots in motion and the tables
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Of several runs, show all numbers in the table, not only the six columns
@@ -37,12 +37,18 @@ impl Arguments {
         let [run] = &self.runs[..] else {
             return self.compare(registry);
         };
-        if self.all || self.out.is_some() {
+        if self.all {
             return Err(Error::Usage(
-                "--out and --all are for several runs; name at least two".into(),
+                "--all is for several runs; name at least two".into(),
             ));
         }
-        let written = report::write(run, registry)?;
+        let written = match &self.out {
+            None => report::write(run, registry)?,
+            Some(file) => {
+                report::write_page(run, file, registry)?;
+                vec![file.clone()]
+            }
+        };
         if !self.output.json {
             note_verdict(run, registry);
         }

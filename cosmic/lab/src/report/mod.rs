@@ -28,4 +28,4 @@ pub use compare::Comparison;
 pub use files::{RobotFiles, RunFiles};
 pub use page::player_page;
 pub use verdict::verdict_of;
-pub use work::{write, write_animation, write_walk};
+pub use work::{write, write_animation, write_page, write_walk};

@@ -25,26 +25,59 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// The errors of [`RunFiles::read`] and [`RobotFiles::read`]; [`Error::Write`].
 pub fn write(path: &Path, registry: &Registry) -> Result<Vec<PathBuf>> {
-    let (folder, design) = if path.is_file() {
-        if path.extension().is_none_or(|name| name != "json") {
-            return Err(Error::Usage(format!(
-                "{}: this is neither the folder of a run nor a design.json; give one of these",
-                path.display()
-            )));
+    match Subject::read(path, registry)? {
+        Subject::Run(run) => of_run(&run),
+        Subject::Design(folder, design, robot) => {
+            let page = page::of_design(&robot, &design.display().to_string());
+            write_texts(&folder, [("report.html", page)])
         }
-        (path.with_file_name(""), path.to_owned())
-    } else {
-        (path.to_owned(), path.join(DESIGN))
-    };
-    let has = |name: &&str| folder.join(name).exists();
-    let is_of_run =
-        design == folder.join(DESIGN) && [SUMMARY, SNAPSHOT, TRAJECTORY].iter().any(has);
-    if is_of_run || !design.exists() {
-        return of_run(&RunFiles::read(&folder, registry)?);
     }
-    let robot = RobotFiles::read(&design, registry)?;
-    let page = page::of_design(&robot, &design.display().to_string());
-    write_texts(&folder, [("report.html", page)])
+}
+
+/// Writes only the page of a run or of a design alone, to this file, and leaves the folder of the run as it is.
+///
+/// # Errors
+/// The errors of [`write`].
+pub fn write_page(path: &Path, file: &Path, registry: &Registry) -> Result<()> {
+    let page = match Subject::read(path, registry)? {
+        Subject::Run(run) => {
+            let robot = run.robot.drawn();
+            let motion = DrawnMotion::new(&robot, &run.trajectory);
+            page::of_run(&run, &motion, &Gait::new(&run)?)
+        }
+        Subject::Design(_, design, robot) => page::of_design(&robot, &design.display().to_string()),
+    };
+    write_atomic(file, |out| out.write_all(page.as_bytes()))
+}
+
+/// What a report is about: a run, or a design alone with its folder and its file.
+enum Subject {
+    Run(Box<RunFiles>),
+    Design(PathBuf, PathBuf, Box<RobotFiles>),
+}
+
+impl Subject {
+    fn read(path: &Path, registry: &Registry) -> Result<Self> {
+        let (folder, design) = if path.is_file() {
+            if path.extension().is_none_or(|name| name != "json") {
+                return Err(Error::Usage(format!(
+                    "{}: this is neither the folder of a run nor a design.json; give one of these",
+                    path.display()
+                )));
+            }
+            (path.with_file_name(""), path.to_owned())
+        } else {
+            (path.to_owned(), path.join(DESIGN))
+        };
+        let has = |name: &&str| folder.join(name).exists();
+        let is_of_run =
+            design == folder.join(DESIGN) && [SUMMARY, SNAPSHOT, TRAJECTORY].iter().any(has);
+        if is_of_run || !design.exists() {
+            return Ok(Self::Run(Box::new(RunFiles::read(&folder, registry)?)));
+        }
+        let robot = Box::new(RobotFiles::read(&design, registry)?);
+        Ok(Self::Design(folder, design, robot))
+    }
 }
 
 fn of_run(run: &RunFiles) -> Result<Vec<PathBuf>> {
