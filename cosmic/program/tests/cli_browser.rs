@@ -103,6 +103,38 @@ fn a_browser_draws_the_page_without_errors() {
     assert!(picture.contains("</svg>") && !picture.contains("parsererror"));
 }
 
+/// On paper everything is open, and words in drawings are as large as the text: no drawing is wider than the paper.
+#[test]
+fn paper_shows_what_is_folded() {
+    let Some(browser) = browser() else {
+        writeln!(io::stderr(), "SKIPPED: no Chromium: no page is opened").unwrap();
+        return;
+    };
+    let bench = finished();
+    report(&bench).ok();
+    let page = bench.read("run/report.html");
+    let prints =
+        "<script>setTimeout(() => dispatchEvent(new Event(\"beforeprint\")), 1000)</script>";
+    bench.write(
+        "print.html",
+        page.replace("</body>", &format!("{prints}</body>")),
+    );
+    let page = document(browser, &bench.path("print.html").display().to_string());
+    assert!(
+        page.contains("<details") && !page.contains("<details>"),
+        "something is folded"
+    );
+    let mut count = 0;
+    for canvas in page.split("<canvas").skip(1) {
+        let (tag, _) = canvas.split_once('>').unwrap();
+        let (_, width) = tag.split_once(" width=\"").expect(tag);
+        let width: usize = width[..width.find('"').unwrap()].parse().unwrap();
+        assert!(width <= 700, "{tag}");
+        count += 1;
+    }
+    assert!(count > 10, "{count} drawings");
+}
+
 /// The pages and the pictures see a point at the same place.
 #[test]
 fn scripts_and_pictures_have_the_same_projection() {

@@ -4,6 +4,23 @@
 const FONT = 'system-ui, "Segoe UI", Helvetica, Arial, sans-serif';
 const MATERIALS = ["void", "skeleton", "actuator"];
 
+// The width of a page of paper, in pixels. Drawings are as wide on paper, so that their words are as large as the text.
+const PAPER_WIDTH = 700;
+
+// What is folded is printed, too. This comes before the drawings, so that those that were folded have a size.
+addEventListener("beforeprint", () => {
+  for (const fold of document.querySelectorAll("details:not([open])")) {
+    fold.dataset.folded = "true";
+    fold.open = true;
+  }
+});
+addEventListener("afterprint", () => {
+  for (const fold of document.querySelectorAll("details[data-folded]")) {
+    delete fold.dataset.folded;
+    fold.open = false;
+  }
+});
+
 // A canvas that has the resolution of the screen and the size of its element.
 class Drawing {
   // The colours of the page, which are the same on all canvases.
@@ -35,6 +52,7 @@ class Drawing {
     for (const [moment, isPrinted] of [["beforeprint", true], ["afterprint", false]]) {
       addEventListener(moment, () => {
         this.#isPrinted = isPrinted;
+        this.#size = [canvas.clientWidth, canvas.clientHeight];
         document.documentElement.classList.toggle("printed", isPrinted);
         recolour();
       });
@@ -45,7 +63,9 @@ class Drawing {
   // when the canvas comes into view, and when size or colours change.
   draw(scene) {
     this.#scene = scene;
-    const [width, height] = this.#size;
+    const [wide, height] = this.#size;
+    const page = (document.querySelector("main") ?? document.body).clientWidth;
+    const width = this.#isPrinted ? wide * Math.min(1, PAPER_WIDTH / page) : wide;
     if (!(this.#inView || this.#isPrinted) || width === 0 || height === 0) return;
     const sharp = devicePixelRatio || 1;
     const [across, down] = [Math.round(width * sharp), Math.round(height * sharp)];
