@@ -9,7 +9,6 @@ use super::{data, robot, tiles, verdict};
 use crate::table::{Table, escape};
 use crate::walk::{self, Walk};
 use cosmic::design::Material;
-use cosmic::keys::Keyed;
 use cosmic::outcome::Summary;
 use cosmic::record::TrajectoryFile;
 use cosmic::scene::{Departure, Scene};
@@ -63,7 +62,7 @@ pub(super) fn of_run(run: &RunFiles, motion: &DrawnMotion, gait: &Gait) -> Strin
         &head(&run.robot, &run.title(), &about),
         &verdict::to_html(&verdict),
         include_str!("page/player.html"),
-        &which(summary),
+        WHICH,
         "<div class=\"strip\" tabindex=\"0\" role=\"region\" aria-label=\"The robot at several moments\">\n",
         &robot::draw(motion),
         "</div>\n",
@@ -105,7 +104,7 @@ pub fn player_page(run: &RunFiles) -> String {
         &tiles::of_run(run, &motion),
         &warning(&run.summary),
         include_str!("page/player.html"),
-        &which(&run.summary),
+        WHICH,
         &script(&data::of_motion(&motion), ONE_ROBOT),
     ];
     html(&run.title(), &body.concat())
@@ -165,27 +164,15 @@ fn scene(robot: &RobotFiles) -> String {
     )
 }
 
-/// Returns a paragraph that says which of many walks the page plays.
-fn which(summary: &Summary) -> String {
-    let metres = |column| {
-        summary
-            .shown(column)
-            .map(|text| text.replace('-', "\u{2212}"))
-    };
-    let own = metres("displacement_along").map_or(String::new(), |x| format!(", {x}"));
-    let median = metres("displacement_robust_p50").map_or(String::new(), |x| {
-        format!("; the median of robots that vary a little is {x}")
-    });
-    format!(
-        "<p class=\"muted\">This walk is that of the robot exactly as designed{own}{median}.</p>\n"
-    )
-}
+/// A paragraph that says which of many walks the page plays. It has no number, so that the page begins with one distance.
+const WHICH: &str = "<p class=\"muted\">The robot exactly as designed walks here. The numbers below are medians of robots \
+    that vary a little, so its own distance differs.</p>\n";
 
 /// Returns a paragraph that says why the robot is unreliable; empty for other robots.
 fn warning(summary: &Summary) -> String {
     summary.unreliable().map_or(String::new(), |reason| {
         let reason = escape(reason);
-        format!("<p><b class=\"beyond\">Unreliable robot:</b> {reason}.</p>\n")
+        format!("<p><b class=\"bad\">Unreliable robot:</b> {reason}.</p>\n")
     })
 }
 
