@@ -1,6 +1,7 @@
-//! What may stop a robot that does not get far, and what to try.
+//! What may stop a robot that does not get far, and what to try. The page `docs/walks.md` says more.
 
 use super::{Measured, WALKS};
+use crate::judge::Reliability;
 use crate::numbers::{brief, percent};
 
 /// The share of what actuators can lift at most from which a payload may be too heavy.
@@ -9,17 +10,24 @@ const HEAVY: f64 = 0.5;
 const SLIPPERY: f64 = 2.0;
 
 impl Measured<'_> {
-    /// The hints; empty for a robot that walks on to the end or has another task.
+    /// The hints; empty for a stiff and reliable robot that walks on to the end, and for a robot with another task.
     pub(super) fn hints(&self) -> Vec<String> {
         let Some(displacement) = self.displacement.filter(|_| self.is_far) else {
             return Vec::new();
         };
-        if displacement >= WALKS[0] * self.length && self.standstill.is_none() {
-            return Vec::new();
+        let mut hints = Vec::new();
+        let is_slow = displacement < WALKS[0] * self.length || self.standstill.is_some();
+        if is_slow {
+            let reasons = [self.slips(), self.carries_much(), self.meets_a_step()];
+            hints.extend(reasons.into_iter().flatten());
+            hints.push("try other seeds: `--starts 4`".to_owned());
         }
-        let seeds = "try other seeds: `--starts 4`".to_owned();
-        let hints = [self.slips(), self.carries_much(), self.meets_a_step()];
-        hints.into_iter().flatten().chain([seeds]).collect()
+        let is_unreliable = matches!(self.reliability, Reliability::Unreliable { .. });
+        let modes = self.structure.and_then(|structure| structure.floppy_modes);
+        if is_slow || is_unreliable || modes.is_some_and(|modes| modes > 0) {
+            hints.push("docs/walks.md says what helps most".to_owned());
+        }
+        hints
     }
 
     fn slips(&self) -> Option<String> {

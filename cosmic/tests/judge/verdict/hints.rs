@@ -1,7 +1,8 @@
 //! What may stop a robot that does not get far, and what a verdict advises.
 
-use cosmic::judge::Standstill;
+use cosmic::design::Structure;
 use cosmic::judge::verdict::{Item, Level, Measured};
+use cosmic::judge::{Reliability, Standstill};
 use cosmic::lattice::Lattice;
 use cosmic::scene::Scene;
 
@@ -58,6 +59,38 @@ fn a_robot_that_stops_is_told_where_and_since_when() {
         ..robot
     };
     assert!(walks.verdict().hints.is_empty());
+}
+
+/// The verdict on a slow, an unreliable or a floppy robot names the page about such robots.
+#[test]
+fn a_robot_that_does_not_walk_well_has_a_page() {
+    let loads = sound();
+    let unreliable = Reliability::Unreliable {
+        stays_in_place: false,
+        reason: String::new(),
+    };
+    let well = robot(&loads);
+    let floppy = |modes| {
+        well.structure.map(|structure| Structure {
+            floppy_modes: Some(modes),
+            ..structure
+        })
+    };
+    let has_page = |robot: Measured| robot.verdict().hints.join("; ").contains("docs/walks.md");
+    for (displacement, reliability, modes, expected) in [
+        (8.0, &Reliability::Reliable, 0, false),
+        (0.2, &Reliability::Reliable, 0, true),
+        (8.0, &unreliable, 0, true),
+        (8.0, &Reliability::Reliable, 1, true),
+    ] {
+        let robot = Measured {
+            displacement: Some(displacement),
+            reliability,
+            structure: floppy(modes),
+            ..well.clone()
+        };
+        assert_eq!(has_page(robot), expected);
+    }
 }
 
 /// Slopes and payloads that stop a robot are named, and scenes with them are doubted.
