@@ -25,7 +25,7 @@ fn besieged(options: &str) {
             assert_eq!((said.code, &said.error[..]), (2, says));
             refused += 1;
         }
-        let said = bench.cosmic("report a");
+        let said = bench.cosmic("report a a");
         if !bench.path("a/summary.json").exists() {
             said.fails(4, &["the run is not finished: a process is doing it"]);
             looked += 1;
