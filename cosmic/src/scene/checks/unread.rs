@@ -19,7 +19,11 @@ impl Scene {
             let says = format!("this setting has no effect: it is read only {when}");
             Some(Finding::new(self, &[&key], says, String::new()))
         };
-        self.changed().into_iter().filter_map(remark).collect()
+        let mut changed = self.changed();
+        // A truss sets aside what its base says about a generated lattice; a scene with a truss must have these values.
+        let set_aside = ["lattice.kind", "lattice.payload"];
+        changed.retain(|setting| !self.lattice.is_truss() || !set_aside.contains(&&*setting.key));
+        changed.into_iter().filter_map(remark).collect()
     }
 
     /// Returns the condition under which scenes read the key at `path`, as a phrase, if this scene does not read it.

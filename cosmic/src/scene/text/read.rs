@@ -257,13 +257,13 @@ impl<'s, 't> Reader<'s, 't> {
         let line = text[start..].lines().next()?;
         let (key, value) = line.split_once('=')?;
         let written = value.trim();
-        if written.contains(['"', '\'', '[', '{', '#', '\\']) {
+        if written.contains(['"', '\'', '[', '{', '#', '\\', '=']) {
             return None;
         }
         let at = start + key.len() + 1 + (value.len() - value.trim_start().len());
         let span = at..at + written.len();
-        let mut quoted = text.to_string();
-        quoted.replace_range(span.clone(), &format!("\"{written}\""));
+        // What comes below may be wrong, too.
+        let quoted = format!("{}\"{written}\"", &text[..at]);
         let quoted = [SceneText {
             file: *file,
             text: quoted.into(),
