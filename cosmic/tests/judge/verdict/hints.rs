@@ -109,7 +109,10 @@ fn slippery_slopes_and_heavy_payloads_are_named() {
     let (hints, warnings) = of("");
     assert_eq!(
         (&hints[..], &warnings[..]),
-        ("try other seeds: `--starts 4`", "")
+        (
+            "try other seeds: `--starts 4`; docs/walks.md says what helps most",
+            ""
+        )
     );
     // tan 25 degrees is 0.466, tan 40 degrees 0.839.
     let (hints, warnings) = of("physics.incline_deg = 25.0\nphysics.friction = 0.7");
