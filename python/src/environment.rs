@@ -30,8 +30,11 @@ pub(crate) struct Driven {
     /// The designs. Robot `k` has the design `k`, or all robots share a single one.
     designs: Vec<Designed>,
     /// The bodies of all robots in their surroundings, with the physics that each robot has.
-    robots: Vec<(Arc<Body<f64>>, Arc<Surroundings<f64>>)>,
+    robots: Vec<Placed>,
 }
+
+/// A body in its surroundings.
+type Placed = (Arc<Body<f64>>, Arc<Surroundings<f64>>);
 
 /// A design of [`Driven`] robots, with the body that it has with the physics of the scene.
 struct Designed {

@@ -155,7 +155,8 @@ fn actuators_at_rest_are_moved_off_their_kinks() {
             &small([2, 2], |scene| {
                 let actuator = [
                     "physics.forces = ['actuator']",
-                    "actuator = {force = 0.02, speed = 0.2}",
+                    "actuator.force = 0.02",
+                    "actuator.speed = 0.2",
                 ];
                 *scene = scene.set(&actuator).unwrap();
                 scene.physics.integrator = integrator;
