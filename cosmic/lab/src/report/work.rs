@@ -37,7 +37,7 @@ pub fn write(path: &Path, registry: &Registry) -> Result<Vec<PathBuf>> {
 /// Writes only the page of a run or of a design alone, to this file, and leaves the folder of the run as it is.
 ///
 /// # Errors
-/// The errors of [`write`].
+/// The errors of [`write()`].
 pub fn write_page(path: &Path, file: &Path, registry: &Registry) -> Result<()> {
     let page = match Subject::read(path, registry)? {
         Subject::Run(run) => {
