@@ -97,7 +97,6 @@ fn a_crate_outside_of_the_workspace_has_a_law_of_its_own() {
 fn the_dependencies_of_the_pages_resolve() {
     let repository = cosmic_tests::workspace().canonicalize().unwrap();
     for page in [
-        "README.md",
         "autodiff/README.md",
         "autodiff/programs/README.md",
         "docs/extending.md",
@@ -116,7 +115,11 @@ fn the_dependencies_of_the_pages_resolve() {
         let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(page.replace('/', "_"));
         fs::create_dir_all(folder.join("src")).unwrap();
         fs::write(folder.join("src/lib.rs"), "").unwrap();
-        let package = "[package]\nname = \"pasted\"\nedition = \"2024\"\n";
+        let mut package = "[package]\nname = \"pasted\"\nedition = \"2024\"\n".to_owned();
+        // The manifest of a new crate ends with this line.
+        if !block.starts_with("[dependencies]") {
+            package += "[dependencies]\n";
+        }
         let mut features =
             "[features]\nall = [\"autodiff/derive\", \"autodiff/nalgebra\", \"autodiff/rayon\""
                 .to_owned();

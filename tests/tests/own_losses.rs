@@ -81,11 +81,7 @@ fn a_ride_is_that_of_the_payload() {
 /// The objectives that users copy do not read a node by its number.
 #[test]
 fn objectives_to_copy_read_the_payload() {
-    for path in [
-        "README.md",
-        "docs/extending.md",
-        "cosmic/program/examples/ride.rs",
-    ] {
+    for path in ["docs/extending.md", "cosmic/program/examples/ride.rs"] {
         let text = std::fs::read_to_string(workspace().join(path)).unwrap();
         assert!(text.contains(".payload(k)."), "{path}");
         assert!(!text.contains("x[0]") && !text.contains("v[0]"), "{path}");
