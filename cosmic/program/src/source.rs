@@ -57,7 +57,7 @@ impl Source {
             if let Some(kind) = kind_of_result(path) {
                 return Err(no_robot(path, kind));
             }
-            let scene = registry.parse(&file, text_of(&file, bytes)?)?;
+            let scene = registry.parse_file(&file, text_of(&file, bytes)?)?;
             return Self::of_scene(scene.set(&settings.set)?);
         }
         let text = text_of(&file, bytes)?;

@@ -192,9 +192,9 @@ impl Registry {
     ///
     /// # Errors
     /// [`Error::Read`] for a file that cannot be read, [`Error::Usage`] for a file that is too long,
-    /// [`Error::Malformed`] for a file that is not UTF-8, and the errors of [`parse`](Self::parse).
+    /// [`Error::Malformed`] for a file that is not UTF-8, and the errors of [`parse_file`](Self::parse_file).
     pub fn read(&self, path: &Path) -> Result<Scene> {
-        self.parse(&path.display().to_string(), &text(path)?)
+        self.parse_file(&path.display().to_string(), &text(path)?)
     }
 
     /// The error for a setting whose value turned out to be wrong after the scene was read. It has the message, the

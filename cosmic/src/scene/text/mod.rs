@@ -1,5 +1,6 @@
 //! Scenes as text: reads them from TOML, writes them as TOML, and reads their settings from JSON.
 
+mod syntax;
 mod read;
 mod toml_file;
 mod whole;

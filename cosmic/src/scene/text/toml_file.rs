@@ -1,6 +1,7 @@
 //! A TOML file that is not a scene but contains settings of scenes in some of its tables: the file of a sweep.
 
-use super::read::{Reader, parsed};
+use super::read::Reader;
+use super::syntax::parsed;
 use crate::error::{Error, Result};
 use crate::reading::in_words;
 use crate::scene::Scene;

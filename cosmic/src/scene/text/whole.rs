@@ -38,21 +38,8 @@ impl Reader<'_, '_> {
                 }),
             };
         }
-        let file = self.sources[self.source].file;
-        // The text of a scene with a name may leave everything to its base.
-        let has_name = file.is_some_and(|file| self.scene.registry().scene(file).is_some());
-        if document.is_empty() && !has_name {
-            return Err(Fault {
-                source: self.source,
-                span: 0..0,
-                message: "the file sets no key, so it is neither a scene nor a sweep".to_owned(),
-                allowed: format!(
-                    "write a key, as in physics.gravity = 3.7; all keys are printed by: {}",
-                    command("scene default")
-                ),
-            });
-        }
         if let Some(key) = key_of_sweep(document) {
+            let file = self.sources[self.source].file;
             let file = file.map_or("FILE".into(), |file| in_shell(file.as_ref()));
             return Err(Fault {
                 source: self.source,
