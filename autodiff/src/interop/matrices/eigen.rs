@@ -136,8 +136,8 @@ pub struct EigenPair<R> {
 /// ```
 ///
 /// # Errors
-/// [`NoDerivative::RepeatedEigenvalue`] if an eigenvalue is repeated, to within rounding, because then neither the eigenvalue nor its eigenvectors have
-/// derivatives. Its symmetric functions have: use [`symmetric_eigen_groups`].
+/// [`NoDerivative::RepeatedEigenvalue`] if an eigenvalue is repeated, to within rounding, because then neither the eigenvalue
+/// nor its eigenvectors have derivatives. Its symmetric functions have: use [`symmetric_eigen_groups`].
 ///
 /// # Panics
 /// If the matrix is not square, or if the SIMD lanes of an entry differ.
