@@ -321,7 +321,23 @@ class _Window:
         self.pygame.display.quit()
 
 
-class WalkEnv(gymnasium.Env[_Seen, npt.NDArray[np.float32]]):
+class _Walks:
+    """What environments of one robot and of many tell about their walk."""
+
+    _walk: _Walk
+
+    @property
+    def simulator(self) -> Simulator:
+        """The simulator of the scene."""
+        return self._walk.sim
+
+    @property
+    def actuators(self) -> list[int]:
+        """The edge of each number of an action."""
+        return self._walk.core.actuators
+
+
+class WalkEnv(_Walks, gymnasium.Env[_Seen, npt.NDArray[np.float32]]):
     """One walking robot.
 
     - ``robot``: a run or a scene. The design is ``z``, shape ``(edges, 3)``; by default it is the
@@ -404,16 +420,6 @@ class WalkEnv(gymnasium.Env[_Seen, npt.NDArray[np.float32]]):
         return self._walk.observe()[0], float(made[0]), bool(lost[0]), over, self._info()
 
     @property
-    def simulator(self) -> Simulator:
-        """The simulator of the scene."""
-        return self._walk.sim
-
-    @property
-    def actuators(self) -> list[int]:
-        """The edge of each number of an action."""
-        return self._walk.core.actuators
-
-    @property
     def x(self) -> _Floats:
         """The positions, shape ``(nodes, D)``, m."""
         own: _Floats = self._walk.x[0].copy()
@@ -446,7 +452,7 @@ class WalkEnv(gymnasium.Env[_Seen, npt.NDArray[np.float32]]):
         return self._walk.picture(self._seen) if self._window is None else None
 
 
-class WalkVectorEnv(VectorEnv[_Seen, npt.NDArray[np.float32], npt.NDArray[Any]]):
+class WalkVectorEnv(_Walks, VectorEnv[_Seen, npt.NDArray[np.float32], npt.NDArray[Any]]):
     """Many robots of one lattice, simulated in SIMD lanes and threads.
 
     It takes the arguments of :class:`WalkEnv`, but opens no window. Robots may differ: ``z`` may have the shape
@@ -601,16 +607,6 @@ class WalkVectorEnv(VectorEnv[_Seen, npt.NDArray[np.float32], npt.NDArray[Any]])
         info.update(final_info=final_info, _final_info=self._over.copy())
         self._begin(self._over.copy())
         return walk.observe(), made, lost, over, {**info, **self._info(everyone)}
-
-    @property
-    def simulator(self) -> Simulator:
-        """The simulator of the scene."""
-        return self._walk.sim
-
-    @property
-    def actuators(self) -> list[int]:
-        """The edge of each number of an action."""
-        return self._walk.core.actuators
 
     @property
     def x(self) -> _Floats:
