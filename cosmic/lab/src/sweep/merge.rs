@@ -4,7 +4,7 @@ use super::{Plan, Trial};
 use crate::files::write_text;
 use crate::statistics::Statistics;
 use crate::table::{Cell, Column, Table};
-use cosmic::error::{Error, Result};
+use cosmic::error::{Error, Result, command};
 use cosmic::judge::Quantiles;
 use cosmic::outcome::{Summary, ratio};
 use cosmic::record::run::read_summary;
@@ -82,10 +82,11 @@ impl<'p> MergedRun<'p> {
         let is_other = |s: &&Summary| (&s.scene, s.seed) != (&trial.name, seed);
         if let Some(other) = summary.as_ref().filter(is_other) {
             return Err(Error::Usage(format!(
-                "{}: this is the run of `{}` with the seed {}; move it elsewhere and repeat `sweep run`",
+                "{}: this is the run of `{}` with the seed {}; move it elsewhere and repeat `{}`",
                 folder.display(),
                 other.scene,
-                other.seed
+                other.seed,
+                command("sweep run")
             )));
         }
         Ok(Self {

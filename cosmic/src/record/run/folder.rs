@@ -1,7 +1,7 @@
 //! The folder of a run: locking it, beginning a run in it, and reading its scene and its summary.
 
 use super::claim::{self, Claim, PAUSE, TRIES};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, command};
 use crate::outcome::Summary;
 use crate::record::damaged::explained;
 pub use crate::record::files::SCENE;
@@ -191,9 +191,9 @@ fn refuse_used(folder: &Path) -> Result<()> {
             "{}: the folder is not empty{}, or name another folder",
             folder.display(),
             if folder.join(SNAPSHOT).exists() || folder.join(SUMMARY).exists() {
-                "; continue its run with `resume`"
+                format!("; continue its run with `{}`", command("resume"))
             } else {
-                ", but it does not contain a run; empty it"
+                ", but it does not contain a run; empty it".to_owned()
             }
         ))),
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),

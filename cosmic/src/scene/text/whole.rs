@@ -16,8 +16,12 @@ use toml::de::{DeTable, DeValue};
 const BASE: &str = "base";
 
 /// The advice about a scene that states its format or its version, or must hold every key.
-const OF_RUNS: &str = "remove `format` and `version` from a scene of your own; the scene of a run holds every key, as \
-    `scene show SCENE` prints it";
+fn of_runs() -> String {
+    let shown = command("scene show SCENE");
+    format!(
+        "remove `format` and `version` from a scene of your own; the scene of a run holds every key, as `{shown}` prints it"
+    )
+}
 
 impl Reader<'_, '_> {
     /// Begins to read a source. If the source is a whole scene, the reader starts again: from the base of that scene,
@@ -96,7 +100,7 @@ impl Reader<'_, '_> {
             (Some(format), Some(version)) => (format, version),
             (Some(lone), None) | (None, Some(lone)) => {
                 let message = "`format` and `version` cannot be used alone".to_owned();
-                return Err(fault(lone.span(), message, OF_RUNS.to_owned()));
+                return Err(fault(lone.span(), message, of_runs()));
             }
         };
         let own = within(f64::from(VERSION), f64::from(VERSION));
@@ -112,7 +116,7 @@ impl Reader<'_, '_> {
         let message = format!(
             "the file has the format {format} version {number}, not {FORMAT:?} version {VERSION}"
         );
-        Err(fault(version.span(), message, OF_RUNS.to_owned()))
+        Err(fault(version.span(), message, of_runs()))
     }
 
     /// A fault about the value of a key above the first section.
@@ -137,7 +141,7 @@ impl Reader<'_, '_> {
             missing.extend(lacking.map(|path| format!("`{path}`")));
         });
         if let Some(message) = are_missing(&missing) {
-            self.fault(0..0, message, OF_RUNS.to_owned());
+            self.fault(0..0, message, of_runs());
         }
     }
 
