@@ -32,7 +32,7 @@ fn every_scene_of_the_folder_is_built_in_and_reads_back() {
 
 /// Built-in scenes still have the settings that they had before scene files could name a base. The file
 /// `resolved_scenes.txt` has those settings: all settings of `stability`, and for each other scene the settings that
-/// differ. Since then only `earth` has changed (its gain, its clock and its selection).
+/// differ. Since then only `earth` has changed (its gain, its clock, its selection and its schedule).
 #[test]
 fn no_built_in_scene_has_changed() {
     let mut scenes = include_str!("resolved_scenes.txt").split("\n[");

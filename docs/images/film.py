@@ -2,10 +2,11 @@
 
     cosmic optimize --seed 5 && cosmic report runs/earth-5
     python3 docs/images/film.py runs/earth-5/report.html docs/images/evolution.gif
+    python3 docs/images/film.py runs/earth-5/report.html docs/images/evolution-dark.gif --dark
 
 The film of a run begins with the finished robot. Then it shows the robots of some iterations, and at last the first robot
 above the finished one, on the same ground. The film of a walk shows the whole walk. The page draws the frames, so a film
-looks like the page: time, distance and iteration are in its corner. Needs Chromium and the package pillow.
+looks like the page: time, distance and iteration are in its corner. `--dark` draws it in the page's dark colours. Needs Chromium and the package pillow.
 """
 
 import base64
@@ -22,7 +23,7 @@ from PIL import Image
 #: The time between two frames, s.
 EVERY = 0.1
 #: The iterations in the film of a run. If the page lacks one of them, the film shows the nearest that the page has.
-ITERATIONS = [1, 90, 110, 140, 170]
+ITERATIONS = [1, 5, 10, 20, 40]
 #: The number of colours of a film. More colours make a larger file.
 COLOURS = 28
 #: Runs after the page's own script, in the same scope. The page is drawn once before, so that its canvas has its size.
@@ -31,10 +32,11 @@ setTimeout(() => {
   view.playing = false;
   const { clientWidth: width, clientHeight: height } = stage.canvas;
   const film = Object.assign(document.createElement("canvas"), { width, height });
-  // Adds a frame with these canvases, one below the other, on white paper.
+  const paper = getComputedStyle(document.body).backgroundColor;
+  // Adds a frame with these canvases, one below the other, on the page's paper.
   const keep = (...canvases) => {
     const pen = film.getContext("2d");
-    pen.fillStyle = "white";
+    pen.fillStyle = paper;
     pen.fillRect(0, 0, width, height);
     canvases.forEach((canvas, k) => pen.drawImage(canvas, 0, k * height / canvases.length));
     document.body.append(Object.assign(document.createElement("img"), { src: film.toDataURL(), className: "film" }));
@@ -85,7 +87,7 @@ setTimeout(() => {
 OPTIONS = "--headless --no-sandbox --disable-gpu --window-size=645,900 --virtual-time-budget=20000 --dump-dom"
 
 
-def frames(page: Path) -> list[Image.Image]:
+def frames(page: Path, dark: bool) -> list[Image.Image]:
     browser = next(filter(None, map(shutil.which, ["chromium", "chromium-browser", "google-chrome"])), None)
     if browser is None:
         sys.exit("film.py needs Chromium on the path")
@@ -93,7 +95,8 @@ def frames(page: Path) -> list[Image.Image]:
         copy = Path(folder) / "page.html"
         script = SCRIPT.replace("%EVERY%", str(EVERY)).replace("%ITERATIONS%", str(ITERATIONS))
         copy.write_text(page.read_text().replace("</body>", script))
-        command = [browser, *OPTIONS.split(), f"--user-data-dir={folder}/profile", copy.as_uri()]
+        scheme = f"--blink-settings=preferredColorScheme={0 if dark else 1}"
+        command = [browser, *OPTIONS.split(), scheme, f"--user-data-dir={folder}/profile", copy.as_uri()]
         document = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     pictures = re.findall(r'<img src="data:image/png;base64,([^"]+)" class="film">', document)
     if not pictures:
@@ -112,8 +115,13 @@ def with_few_colours(pictures: list[Image.Image]) -> list[Image.Image]:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 3:
-        sys.exit("usage: film.py PAGE.html FILM.gif")
-    first, *others = with_few_colours(frames(Path(sys.argv[1])))
-    first.save(sys.argv[2], save_all=True, append_images=others, duration=round(1000 * EVERY), loop=0)
-    print(f"{sys.argv[2]}: {1 + len(others)} frames")
+    match sys.argv[1:]:
+        case [page, film]:
+            dark = False
+        case [page, film, "--dark"]:
+            dark = True
+        case _:
+            sys.exit("usage: film.py PAGE.html FILM.gif [--dark]")
+    first, *others = with_few_colours(frames(Path(page), dark))
+    first.save(film, save_all=True, append_images=others, duration=round(1000 * EVERY), loop=0)
+    print(f"{film}: {1 + len(others)} frames")

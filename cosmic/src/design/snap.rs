@@ -33,7 +33,8 @@ impl VolumeBounds {
 /// a volume nearer to its bounds. The next flip is always the cheapest of these: the one for which the old material has
 /// the least lead over the new one in the edge's mixture. A flip that improves a volume must not add a fault. Tied
 /// edges, which must have the same material, are flipped together. An edge never gets a material that the rules forbid
-/// for it, so faults may remain and volumes may stay out of bounds.
+/// for it, so faults may remain and volumes may stay out of bounds. If they do, the volumes are tried first, and the better
+/// layout is kept: the one with the smaller number of faults and edges out of bounds.
 ///
 /// The bounds limit how many edges of a layout are solid and how many are actuators. If no whole number of edges is
 /// within the bounds, the snap aims at the whole number nearest to the middle of the bounds.
@@ -42,33 +43,57 @@ pub fn snap(
     bounds: &VolumeBounds,
     rules: &LayoutRules,
 ) -> Vec<Material> {
-    let mut materials: Vec<Material> = mixtures.iter().map(Mixture::dominant).collect();
     let counts = Counts::new(bounds, mixtures.len());
     let groups = rules.edges().groups(mixtures.len());
     let cost = |edge: usize, from, to| Some(mixtures[edge][from] - mixtures[edge][to]);
-    // Each bridge connects at least one more piece, so there cannot be more bridges than edges.
-    for _ in 0..=mixtures.len() {
-        materials = mended(materials, &counts, rules, &groups, &cost);
-        let bridge = rules.bridge(&materials);
-        if bridge.is_empty() {
-            break;
+    let dominant: Vec<_> = mixtures.iter().map(Mixture::dominant).collect();
+    let obeying = |first: First| {
+        let mut materials = dominant.clone();
+        // Each bridge connects at least one more piece, so there cannot be more bridges than edges.
+        for _ in 0..=mixtures.len() {
+            materials = mended(materials, &counts, rules, first, &groups, &cost);
+            let bridge = rules.bridge(&materials);
+            if bridge.is_empty() {
+                break;
+            }
+            let is_in_bridge = |group: &&Vec<usize>| group.iter().any(|edge| bridge.contains(edge));
+            for group in groups.iter().filter(is_in_bridge) {
+                let [_, skeleton, actuator] = mixtures[group[0]].0;
+                let solid = Material::dominant(&[f64::NEG_INFINITY, skeleton, actuator]);
+                group.iter().for_each(|&edge| materials[edge] = solid);
+            }
         }
-        let is_in_bridge = |group: &&Vec<usize>| group.iter().any(|edge| bridge.contains(edge));
-        for group in groups.iter().filter(is_in_bridge) {
-            let [_, skeleton, actuator] = mixtures[group[0]].0;
-            let solid = Material::dominant(&[f64::NEG_INFINITY, skeleton, actuator]);
-            group.iter().for_each(|&edge| materials[edge] = solid);
-        }
+        materials
+    };
+    let excess = |layout: &[Material]| counts.excess(solid_and_actuators(layout));
+    let snapped = obeying(First::Faults);
+    if excess(&snapped) == 0 {
+        return snapped;
     }
-    materials
+    // Where few edges are solid, each free end that is removed leaves another one, until no bar is left.
+    let filled = obeying(First::Volumes);
+    let badness = |layout: &[Material]| rules.faults(layout) + excess(layout);
+    match badness(&filled) < badness(&snapped) {
+        true => filled,
+        false => snapped,
+    }
+}
+
+/// What the snap mends first.
+#[derive(Clone, Copy, PartialEq)]
+enum First {
+    Faults,
+    Volumes,
 }
 
 /// Repeatedly applies the cheapest flip that removes a fault, or brings the volumes nearer to their bounds without
-/// adding a fault. Returns the layout when there is no such flip.
+/// adding a fault; if volumes come first, the cheapest flip that brings the volumes nearer to their bounds, or removes a fault
+/// without moving them away. Returns the layout when there is no such flip.
 fn mended(
     mut layout: Vec<Material>,
     counts: &Counts,
     rules: &LayoutRules,
+    first: First,
     groups: &[Vec<usize>],
     cost: &impl Fn(usize, Material, Material) -> Option<f64>,
 ) -> Vec<Material> {
@@ -76,7 +101,7 @@ fn mended(
         let present = Present::new(counts, rules, &layout);
         let flips = flips_of(groups, &layout, rules.edges(), cost).into_iter();
         let mut flips = flips;
-        let better = flips.find(|flip| present.is_better(flip));
+        let better = flips.find(|flip| present.is_better(flip, first));
         match better.map(|flip| flip.on(&layout)) {
             Some(better) => layout = better,
             None => return layout,
@@ -110,11 +135,19 @@ impl<'a> Present<'a> {
     }
 
     /// True if the layout is less bad after a flip.
-    fn is_better(&self, flip: &Flip) -> bool {
+    fn is_better(&self, flip: &Flip, first: First) -> bool {
         let excess = self.excess_after(flip);
-        match self.faults.count {
-            0 if excess >= self.excess => false,
-            _ => [self.faults_after(flip), excess] < [self.faults.count, self.excess],
+        let is_worse = match first {
+            First::Faults => self.faults.count == 0 && excess >= self.excess,
+            First::Volumes => excess > self.excess,
+        };
+        if is_worse {
+            return false;
+        }
+        let (before, after) = (self.faults.count, self.faults_after(flip));
+        match first {
+            First::Faults => [after, excess] < [before, self.excess],
+            First::Volumes => [excess, after] < [self.excess, before],
         }
     }
 

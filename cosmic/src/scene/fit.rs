@@ -58,6 +58,7 @@ impl Scene {
         }
         let old = self.schedule.iterations.saturating_sub(fixed);
         let mut scene = self.clone();
+        scene.auto.remove("schedule.iterations");
         for (key, of) in PHASES {
             if fixed > 0 {
                 scene.auto.remove(key);

@@ -7,13 +7,15 @@ use super::passes::note_displacement;
 use super::progress::{Progress, Record};
 use super::schedule::Schedule;
 use super::slope::Slope;
+use super::slopes::Variables;
 use super::windows::{Learner, Walkers, Window};
 use crate::design::{Design, Mixture};
+use crate::inputs::Inputs;
 use crate::judge::{Reached, VARIED};
 use crate::lattice::State;
 use crate::random::{Purpose, stream_of};
 use crate::scene::{Scatter, Scene};
-use crate::world::draw_many;
+use crate::world::{Variation, draw_many};
 
 /// The number of robots that walk side by side: one for each SIMD lane of single precision.
 const ROBOTS: usize = 8;
@@ -99,32 +101,50 @@ impl CoDesign {
         design: &Design<Mixture<f64>>,
         seed: u64,
     ) -> Slope {
-        let (evaluator, walkers) = (&self.evaluator, &mut learner.walkers);
-        let (world, steps) = (&evaluator.world, window.span.steps());
-        if walkers.states.is_empty() || walkers.steps + steps > world.physics().steps {
-            *walkers = Walkers {
-                walks: walkers.walks + 1,
-                ..Walkers::default()
-            };
+        let evaluator = &self.evaluator;
+        let (walks, first, variations) = self.next_window(&learner.walkers, window, seed);
+        let inputs = Inputs {
+            z: Vec::new(),
+            controller: learner.controller.clone(),
+            start: evaluator.start.clone(),
+        };
+        let variables = Variables::Controller(design);
+        let (slope, ends) = window.slope(evaluator, variables, &inputs, &variations, first);
+        let rests = self.at_rest(walks, seed).into_iter().map(|v| v.start);
+        // A robot that flew apart begins again.
+        let next = |(end, rest): (State<f64>, _)| if end.is_absurd() { rest } else { end };
+        learner.walkers = Walkers {
+            walks,
+            steps: first + window.span.steps(),
+            states: ends.into_iter().zip(rests).map(next).collect(),
+        };
+        slope
+    }
+
+    /// The next window of robots that walk: the number of the walk, the steps on the clock, and the robots' variations, which
+    /// begin where the last window ended. If the walk has no room for it, the next walk begins.
+    pub(super) fn next_window(
+        &self,
+        walkers: &Walkers,
+        window: &Window,
+        seed: u64,
+    ) -> (u64, usize, Vec<Variation>) {
+        let ends = walkers.steps + window.span.steps();
+        if walkers.states.is_empty() || ends > self.world().physics().steps {
+            let walks = walkers.walks + 1;
+            return (walks, 0, self.at_rest(walks, seed));
         }
-        let stream = stream_of(seed, Purpose::Windows, walkers.walks);
-        let mut variations = draw_many(world, &scatter(&evaluator.scene), ROBOTS, stream);
-        let rests: Vec<_> = variations.iter().map(|v| v.start.clone()).collect();
+        let mut variations = self.at_rest(walkers.walks, seed);
         for (variation, state) in variations.iter_mut().zip(&walkers.states) {
             variation.start.clone_from(state);
         }
-        let (slope, ends) = window.slope(
-            evaluator,
-            design,
-            &learner.controller,
-            &variations,
-            walkers.steps,
-        );
-        // A robot that flew apart begins again.
-        let next = |(end, rest): (State<f64>, _)| if end.is_absurd() { rest } else { end };
-        walkers.states = ends.into_iter().zip(rests).map(next).collect();
-        walkers.steps += steps;
-        slope
+        (walkers.walks, walkers.steps, variations)
+    }
+
+    /// The variations of the robots at the start of a walk.
+    fn at_rest(&self, walks: u64, seed: u64) -> Vec<Variation> {
+        let stream = stream_of(seed, Purpose::Windows, walks);
+        draw_many(self.world(), &scatter(self.scene()), ROBOTS, stream)
     }
 }
 

@@ -49,8 +49,7 @@ impl CoDesign {
     ) -> Vec<Vec<Material>> {
         let (evaluator, world) = (&self.evaluator, self.world());
         let schedule = &self.scene().schedule;
-        let [Slope { gradient, .. }] =
-            evaluator.slopes([Variables::Shares], &self.point(progress, now));
+        let Slope { gradient, .. } = self.share_slopes(progress, now);
         if !gradient.iter().all(|slope| slope.is_finite()) {
             return Vec::new();
         }
@@ -72,5 +71,20 @@ impl CoDesign {
         ranked.sort_by(|a, b| merit(b.0).total_cmp(&merit(a.0)));
         ranked.truncate(ranked.len().div_ceil(HEAT));
         ranked.into_iter().map(|(_, layout)| layout).collect()
+    }
+
+    /// The gradient with respect to the shares of the materials. A controller that learns in windows has a gait, and the next
+    /// window shows it: changes that this gradient selects bring more than those of a horizon from rest
+    /// (`studies/gaits.md`).
+    fn share_slopes(&self, progress: &Progress, now: &Schedule) -> Slope {
+        let at = self.point(progress, now);
+        let Some(window) = &self.window else {
+            let [slope] = self.evaluator.slopes([Variables::Shares], &at);
+            return slope;
+        };
+        let (_, first, variations) = self.next_window(&progress.walkers, window, progress.seed);
+        let (evaluator, inputs) = (&self.evaluator, &at.inputs);
+        let (slope, _) = window.slope(evaluator, Variables::Shares, inputs, &variations, first);
+        slope
     }
 }

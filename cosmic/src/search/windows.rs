@@ -11,8 +11,8 @@ use autodiff::{Parameters, Real, Var};
 use serde::{Deserialize, Serialize};
 
 use super::slope::Slope;
-use crate::design::{Design, Mixture};
-use crate::inputs::{CONTROLLER, Inputs};
+use super::slopes::Variables;
+use crate::inputs::Inputs;
 use crate::judge::Evaluator;
 use crate::lattice::State;
 use crate::objective::{AnyLoss, LossOf, of_window};
@@ -74,13 +74,13 @@ impl Window {
         Some(Self { loss, span })
     }
 
-    /// The gradient of the loss over the window with respect to the controller, a mean over robots that vary, in the precision
+    /// The gradient of the loss over the window with respect to the variables, a mean over robots that vary, in the precision
     /// of the scene; and the states of the robots at its end. `first` is the number of steps on the clock at its start.
     pub fn slope(
         &self,
         evaluator: &Evaluator,
-        design: &Design<Mixture<f64>>,
-        controller: &Controller<f64>,
+        variables: Variables,
+        inputs: &Inputs<f64>,
         variations: &[Variation],
         first: usize,
     ) -> (Slope, Vec<State<f64>>) {
@@ -88,12 +88,7 @@ impl Window {
             first,
             ..self.span.clone()
         };
-        let inputs = Inputs {
-            z: Vec::new(),
-            controller: controller.clone(),
-            start: evaluator.start.clone(),
-        };
-        let of = (evaluator, design, variations, &span);
+        let of = (evaluator, variables, variations, &span);
         match evaluator.scene.gradient.precision {
             GradientPrecision::F64 => self.slope_in(&inputs.lift::<f64>(), of),
             GradientPrecision::F32 => self.slope_in(&inputs.lift::<f32>(), of),
@@ -104,19 +99,15 @@ impl Window {
     fn slope_in<R: Real + Into<f64>>(
         &self,
         inputs: &Inputs<R>,
-        (evaluator, design, variations, span): (
-            &Evaluator,
-            &Design<Mixture<f64>>,
-            &[Variation],
-            &Span,
-        ),
+        (evaluator, variables, variations, span): (&Evaluator, Variables, &[Variation], &Span),
     ) -> (Slope, Vec<State<f64>>)
     where
         dyn AnyLoss: LossOf<Var<R>>,
     {
         let (world, mut ends) = (&evaluator.world, Vec::new());
-        let (value, gradient) = inputs.differentiate(CONTROLLER, |inputs| {
-            let (controller, design) = (Arc::new(inputs.controller.clone()), design.lift());
+        let (value, gradient) = inputs.differentiate(variables.blocks(), |inputs| {
+            let controller = Arc::new(inputs.controller.clone());
+            let design = variables.design(world, &inputs.z);
             let vary = |variation| world.varied(&design, &controller, variation);
             let robots: Vec<_> = variations.iter().map(vary).collect();
             let seen = world.run(&robots, span);

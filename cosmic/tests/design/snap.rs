@@ -240,3 +240,27 @@ fn kept_bars_are_bridged() {
     assert_eq!(snapped[kept], Actuator);
     assert!(counts(&snapped)[0] <= 6);
 }
+
+/// Where most edges are void, removing one free end makes another one. Bars are added then, instead of removing all of them.
+#[test]
+fn free_ends_do_not_eat_the_whole_robot() {
+    let lattice = lattice(4, 4, 0.0);
+    let asked = DesignSettings {
+        free_ends: false,
+        ..ONE_PIECE
+    };
+    let rules = LayoutRules::new(&lattice, &asked);
+    let half = bounds([0.45, 0.55], [0.1, 0.3]);
+    let mut draws = stream(5, Purpose::Judgement);
+    for _ in 0..20 {
+        let mut draw = || symmetric(&mut draws, 0.05);
+        let mut mixture = || Mixture([0.4, 0.3 + draw(), 0.3 + draw()]);
+        let mixtures: Vec<_> = lattice.edges.iter().map(|_| mixture()).collect();
+        let snapped = snap(&mixtures, &half, &rules);
+        let edges = lattice.edges.len() as f64;
+        let [solid, actuators] = counts(&snapped).map(|n| n as f64 / edges);
+        assert_eq!(rules.faults(&snapped), 0);
+        assert!((0.45..=0.55).contains(&solid), "{solid}");
+        assert!((0.1..=0.3).contains(&actuators), "{actuators}");
+    }
+}

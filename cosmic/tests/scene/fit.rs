@@ -9,6 +9,12 @@ fn fitted(scene: &Scene, iterations: usize) -> Scene {
     scene.fitted(iterations).unwrap()
 }
 
+/// `earth` without windows, whose phases are shares of the run.
+fn in_phases() -> Scene {
+    let earth = Scene::load("earth").unwrap();
+    earth.set(&["schedule.window=off"]).unwrap()
+}
+
 fn built_in() -> impl Iterator<Item = Scene> {
     BUILTIN.iter().map(|scene| Scene::load(scene.name).unwrap())
 }
@@ -25,7 +31,7 @@ fn the_scene_s_own_number_of_iterations_changes_nothing() {
 /// Whether a scene states its numbers or derives them, they are the same shares of the run.
 #[test]
 fn every_phase_keeps_its_share_of_the_run() {
-    let derived = Scene::load("earth").unwrap();
+    let derived = in_phases();
     let stated = derived
         .registry()
         .parse("run", &derived.to_run_toml())
@@ -44,6 +50,12 @@ fn every_phase_keeps_its_share_of_the_run() {
     }
     // A longer run stretches.
     assert_eq!(fitted(&stated, 900).schedule.snap_at, 720);
+    // With windows the bars are decided at once, however long the run is.
+    let windows = fitted(&Scene::load("earth").unwrap(), 900);
+    assert_eq!(
+        (windows.schedule.snap_at, windows.schedule.iterations),
+        (1, 900)
+    );
 }
 
 /// A key that a new setting adds must be fitted too: whatever counts iterations doubles.
@@ -114,7 +126,7 @@ fn a_run_that_begins_after_the_snap_is_fitted_behind_it() {
         let iterations = NonZeroUsize::new(iterations).unwrap();
         scene.fitted_after_snap(iterations).unwrap()
     };
-    let earth = Scene::load("earth").unwrap();
+    let earth = in_phases();
     assert_eq!(after(&earth, 60).to_toml(), earth.to_toml());
     for iterations in [1, 7, 100] {
         let tuned = after(&earth, iterations);
@@ -153,7 +165,7 @@ fn fitting_adds_no_warnings() {
 
 #[test]
 fn too_many_iterations_are_refused() {
-    let earth = Scene::load("earth").unwrap();
+    let earth = in_phases();
     let many = NonZeroUsize::new(100_001).unwrap();
     for (refused, number) in [
         (earth.fitted(many), "100001"),

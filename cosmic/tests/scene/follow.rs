@@ -6,7 +6,7 @@ use cosmic::scene::{AnyDesign, Scene};
 
 /// Every key that can follow, with a value that no rule gives here, and with the power of the scale of lengths by which
 /// the value grows. Times grow by its square root.
-const KEYS: [(&str, &str, f64); 27] = [
+const KEYS: [(&str, &str, f64); 28] = [
     ("lattice.payload", "5", 0.0),
     ("physics.dt", "0.0123", 0.5),
     ("physics.substeps", "33", 0.0),
@@ -24,8 +24,9 @@ const KEYS: [(&str, &str, f64); 27] = [
     ("loss.every", "7", 0.0),
     ("volume.solid", "[0.3, 0.4]", 0.0),
     ("volume.actuator", "[0.1, 0.11]", 0.0),
+    ("schedule.iterations", "88", 0.0),
     ("schedule.snap_at", "77", 0.0),
-    ("schedule.attraction_from", "7", 0.0),
+    ("schedule.attraction_from", "1", 0.0),
     ("schedule.horizon_over", "[7, 9]", 0.0),
     ("binarisation.threshold_over", "[7, 9]", 0.0),
     ("goals.along", "[-7.0, 7.0]", 1.0),
@@ -52,10 +53,14 @@ fn values(scene: &Scene) -> Vec<(String, String)> {
 }
 
 /// What experiments found for `earth` alone. `stability` declares its other numbers.
-const OF_EARTH: [(&str, &str); 7] = [
+const OF_EARTH: [(&str, &str); 11] = [
     ("schedule.window", "1.024"),
+    ("schedule.iterations", "75"),
+    ("schedule.snap_at", "1"),
+    ("schedule.attraction_from", "0"),
+    ("schedule.horizon_over", "[20, 37]"),
     ("controller.gain", "[2.0, 0.2]"),
-    ("binarisation.threshold_over", "[20, 100]"),
+    ("binarisation.threshold_over", "[5, 25]"),
     ("adam.rate", "0.004"),
     ("stops.at", "0.27"),
     ("stops.stiffness", "1300.0"),
@@ -206,7 +211,19 @@ fn the_laws_of_bars_follow_from_the_bars() {
 /// The phases of a run are shares of it. A start from a layout has no snap.
 #[test]
 fn phases_follow_the_number_of_iterations() {
-    let long = set(&Scene::load("earth").unwrap(), "schedule.iterations", "600");
+    let earth = Scene::load("earth").unwrap();
+    // With windows the bars are decided at once.
+    let windows = set(&earth, "schedule.iterations", "600");
+    assert_eq!(
+        (windows.schedule.attraction_from, windows.schedule.snap_at),
+        (0, 1)
+    );
+    let slow = set(&earth, "schedule.window", "off");
+    assert_eq!(
+        (slow.schedule.iterations, slow.schedule.snap_at),
+        (300, 240)
+    );
+    let long = set(&slow, "schedule.iterations", "600");
     assert_eq!(
         (long.schedule.attraction_from, long.schedule.snap_at),
         (340, 480)

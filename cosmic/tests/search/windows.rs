@@ -1,8 +1,9 @@
 use crate::small::{after, begun};
+use cosmic::inputs::{InputBlock, Inputs};
 use cosmic::objective::of_scene;
 use cosmic::policy::{TEMPO, frequency};
 use cosmic::scene::{Scene, TaskKind};
-use cosmic::search::{CoDesign, Progress, Window};
+use cosmic::search::{CoDesign, Progress, Variables, Window};
 use cosmic::world::Span;
 
 /// A robot that only learns to walk, in windows of 64 steps.
@@ -43,7 +44,7 @@ fn scene() -> Scene {
 }
 
 /// The mean of the losses over a window that begins in the middle of a walk, in every task, against a finite difference along a
-/// direction in the controller.
+/// direction: in the controller, and in the shares of the materials.
 #[test]
 fn the_gradient_of_a_window_agrees_with_differences() {
     for task in [
@@ -66,35 +67,44 @@ fn the_gradient_of_a_window_agrees_with_differences() {
             &Span::of_steps(first),
         );
         let variations = [robots[0].clone(), world.nominal(walk[0].at(first))];
-        let slope_at =
-            |controller: &_| window.slope(evaluator, &design, controller, &variations, first);
-        let (slope, ends) = slope_at(&progress.controller);
-        assert_eq!(ends.len(), variations.len());
-        let direction: Vec<f64> = (0..slope.gradient.len())
-            .map(|k| (k as f64).cos())
-            .collect();
-        let h = 1e-5;
-        let [more, less] = [h, -h].map(|h| {
-            let mut controller = progress.controller.clone();
-            let numbers = controller.numbers_mut().iter_mut().zip(&direction);
-            numbers.for_each(|(x, d)| *x += h * d);
-            slope_at(&controller).0.loss / evaluator.loss.unit(world.lattice().scale)
-        });
-        let difference = (more - less) / (2.0 * h);
-        let slope: f64 = slope
-            .gradient
-            .iter()
-            .zip(&direction)
-            .map(|(g, d)| g * d)
-            .sum();
-        // Losses of 1e-2 to 1 are rounded at 1e-16 and divided by 2h, which makes 1e-11. The truncation error is a share of
-        // about h^2 times the square of the largest derivative of a tanh along the direction, 1e3: 1e-7 with a margin of 10.
-        let off = (difference - slope).abs();
-        assert!(
-            off < 1e-6 * slope.abs() + 1e-10,
-            "{task:?}: {difference} {slope}"
-        );
-        assert!(slope != 0.0, "{task:?}");
+        let shares = |k: usize| [0.1, 0.5 + 0.1 * (k as f64).sin(), 0.4];
+        let inputs = Inputs {
+            z: (0..world.lattice().edges.len()).map(shares).collect(),
+            controller: progress.controller.clone(),
+            start: evaluator.start.clone(),
+        };
+        for (variables, block) in [
+            (Variables::Controller(&design), InputBlock::Controller),
+            (Variables::Shares, InputBlock::Z),
+        ] {
+            let slope_at =
+                |inputs: &_| window.slope(evaluator, variables, inputs, &variations, first);
+            let (slope, ends) = slope_at(&inputs);
+            assert_eq!(ends.len(), variations.len());
+            let direction = (0..slope.gradient.len()).map(|k| (k as f64).cos());
+            let direction: Vec<f64> = direction.collect();
+            let h = 1e-5;
+            let [more, less] = [h, -h].map(|h| {
+                let mut inputs = inputs.clone();
+                let mut numbers = inputs.get(&[block]);
+                let moved = numbers.iter_mut().zip(&direction);
+                moved.for_each(|(x, d)| *x += h * d);
+                inputs.set(&[block], &numbers);
+                slope_at(&inputs).0.loss / evaluator.loss.unit(world.lattice().scale)
+            });
+            let difference = (more - less) / (2.0 * h);
+            let products = slope.gradient.iter().zip(&direction);
+            let slope: f64 = products.map(|(g, d)| g * d).sum();
+            // Losses of 1e-2 to 1 are rounded at 1e-16 and divided by 2h, which makes 1e-11. The truncation error is a share
+            // of about h^2 times the square of the largest derivative of a tanh along the direction, 1e3: 1e-7 with a margin
+            // of 10.
+            let off = (difference - slope).abs();
+            assert!(
+                off < 1e-6 * slope.abs() + 1e-10,
+                "{task:?}: {difference} {slope}"
+            );
+            assert!(slope != 0.0, "{task:?}");
+        }
     }
 }
 

@@ -178,7 +178,7 @@ const LAWS: [LawRule; 4] = [
 ];
 
 /// Every other rule. The declarations of the keys state them in words.
-const RULES: [Rule; 23] = [
+const RULES: [Rule; 24] = [
     ("physics.dt", |scene, world| {
         let physics = &mut scene.physics;
         let substeps = match scene.auto.contains("physics.substeps") {
@@ -198,9 +198,19 @@ const RULES: [Rule; 23] = [
     ("physics.speed_bound", |scene, world| {
         scene.physics.speed_bound = Some(100.0 * (world.length / world.time));
     }),
+    ("schedule.window", |scene, world| {
+        // In space robots lose the way: `studies/gaits.md`.
+        let helps = world.dimension == Dimension::Plane && scene.can_be_cut();
+        scene.schedule.window = helps.then_some(1.024 * world.time);
+    }),
+    ("schedule.iterations", |scene, _| {
+        scene.schedule.iterations = if scene.learns_in_windows() { 75 } else { 300 };
+    }),
     ("schedule.snap_at", |scene, _| {
         scene.schedule.snap_at = match scene.start.kind {
             StartKind::Layout => 0,
+            // Bars are better chosen one at a time in a gait than before there is one: `studies/gaits.md`.
+            _ if scene.learns_in_windows() => 1,
             _ => iteration(scene, 240),
         };
     }),
@@ -209,11 +219,6 @@ const RULES: [Rule; 23] = [
     }),
     ("schedule.horizon_over", |scene, _| {
         scene.schedule.horizon_over = [80, 150].map(|of_300| iteration(scene, of_300));
-    }),
-    ("schedule.window", |scene, world| {
-        // In space robots lose the way: `studies/gaits.md`.
-        let helps = world.dimension == Dimension::Plane && scene.can_be_cut();
-        scene.schedule.window = helps.then_some(1.024 * world.time);
     }),
     ("binarisation.threshold_over", |scene, _| {
         scene.binarisation.threshold_over = [20, 100].map(|of_300| iteration(scene, of_300));

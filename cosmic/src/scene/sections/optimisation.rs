@@ -10,7 +10,7 @@ settings! {
     /// What each iteration does.
     struct ScheduleSettings {
         /// Number of iterations.
-        iterations: usize = 300, allowed within(1.0, 1e5),
+        iterations: usize = 300, allowed within(1.0, 1e5), auto "75 with a `window`, 300 without",
             source "paper: 300, and 200 for the baseline";
         /// Number of steps that carry the gradient, from the start of a rollout: the first number is for the start of the run,
         /// the second for its end.
@@ -25,13 +25,13 @@ settings! {
             source "paper: 170";
         /// Iteration of the hard snap; 0 for a "layout" start, which has no snap.
         snap_at: usize = 240, allowed ITERATIONS,
-            auto "four fifths of `iterations`; 0 for a \"layout\" start", source "paper: 240";
+            auto "four fifths of `iterations`; 1 with a `window`; 0 for a \"layout\" start", source "paper: 240";
         /// Number of trials at the snap. Each gives another material to one of the least confident edges.
         snap_trials: usize = 20, allowed within(0.0, 1e4),
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
         /// Number of trials in every third iteration after the snap. Each gives another material to one of the edges for which
-        /// the gradient promises most.
+        /// the gradient promises most: the gradient over the next window, or without windows over the horizon.
         polish_trials: usize = 16, allowed within(0.0, 1e4),
             read "if the initial design is not a layout" if Scene::designs,
             source "paper: 0";
