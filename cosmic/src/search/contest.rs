@@ -1,8 +1,7 @@
 //! The contest of gaits, with which learning in windows begins.
 //!
-//! Gradients do not leave the gait in which they begin. So beside the controller that was found together with the body, others
-//! begin anew, each with a clock of its own frequency. All learn for some iterations. Then they are compared, and the best one
-//! goes on.
+//! Gradients do not leave the gait in which they begin. So beside the controller that was there at the snap, others begin anew,
+//! each with a clock of its own frequency. All learn for some iterations. Then they are compared, and the best one goes on.
 
 use rayon::prelude::*;
 
@@ -14,8 +13,8 @@ use crate::judge::first_best;
 use crate::policy::{Controller, TEMPO};
 use crate::scene::ClockKind;
 
-/// The frequencies of the clocks, as factors on that of the scene. The first one is that of the controller that was found
-/// together with the body, whatever its clock has become.
+/// The frequencies of the clocks, as factors on that of the scene. The first one is that of the controller that was there at the
+/// snap, whatever its clock has become.
 const FREQUENCIES: [f64; 8] = [1.0, 1.0, 1.4, 2.0, 2.8, 4.0, 0.7, 0.5];
 
 /// The number of iterations of the contest.

@@ -4,7 +4,7 @@
 //! noise. Once every edge has one material, rollouts show whether another material is better. Each edge has two other
 //! materials, so there are too many possible changes to test all of them in full rollouts. So the gradient with respect
 //! to the shares of the materials selects some changes, short rollouts select a quarter of these, and full rollouts
-//! choose the best one.
+//! choose the best one. Where controllers learn in windows, this is how the body is designed.
 
 use super::begin::CoDesign;
 use super::progress::Progress;
