@@ -506,14 +506,15 @@ class WalkVectorEnv(_Walks, VectorEnv[_Seen, npt.NDArray[np.float32], npt.NDArra
         self._seen: list[list[_Floats]] = [[] for _ in range(self.num_envs)]
         self._random: list[tuple[np.random.Generator, int]] = []
 
-    # As in gymnasium's SyncVectorEnv, and not as in its base class.
-    @property
-    def np_random(self) -> tuple[np.random.Generator, ...]:  # pyright: ignore[reportIncompatibleMethodOverride]
+    # The next two are as in gymnasium's SyncVectorEnv, which contradicts the types of its base class too. Without gymnasium's
+    # types nothing contradicts, hence `unused-ignore`.
+    @property  # type: ignore[misc, unused-ignore]
+    def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override, unused-ignore]
         """The generator of every robot."""
         return tuple(random for random, _ in self._seeded([None] * self.num_envs))
 
     @property
-    def np_random_seed(self) -> tuple[int, ...]:  # pyright: ignore[reportIncompatibleMethodOverride]
+    def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override, unused-ignore]
         """The seed of every robot."""
         return tuple(seed for _, seed in self._seeded([None] * self.num_envs))
 
@@ -578,9 +579,9 @@ class WalkVectorEnv(_Walks, VectorEnv[_Seen, npt.NDArray[np.float32], npt.NDArra
         if not all(self._seen):
             raise gymnasium.error.ResetNeeded("no episode is running: call reset")
         if mode is AutoresetMode.DISABLED and self._over.any():
-            over = np.flatnonzero(self._over).tolist()
+            robots = np.flatnonzero(self._over).tolist()
             raise gymnasium.error.ResetNeeded(
-                f"the episodes of the robots {over} are over: call reset with a `reset_mask` in its options"
+                f"the episodes of the robots {robots} are over: call reset with a `reset_mask` in its options"
             )
         held = walk.held(actions)
         begins = self._over.copy()
