@@ -7,7 +7,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, Optional, Union
 
 import numpy as np
@@ -31,7 +31,7 @@ def __dir__() -> list[str]:
 
 
 #: Robots of a vector environment: all of them, one, or some.
-_Indices = Union[None, int, Sequence[int]]
+_Indices = Union[None, int, Iterable[int]]
 
 
 class WalkVecEnv(VecEnv):
@@ -96,10 +96,10 @@ class WalkVecEnv(VecEnv):
         return pictures
 
     def get_attr(self, attr_name: str, indices: _Indices = None) -> list[Any]:
-        return [getattr(self._many, attr_name)] * len(self._get_indices(indices))
+        return [getattr(self._many, attr_name)] * len(list(self._get_indices(indices)))
 
     def set_attr(self, attr_name: str, value: Any, indices: _Indices = None) -> None:
-        if len(self._get_indices(indices)) != self.num_envs:
+        if len(list(self._get_indices(indices))) != self.num_envs:
             raise InputError(f"{attr_name}: all robots have the same attributes; set it without `indices`")
         setattr(self._many, attr_name, value)
 
@@ -107,4 +107,4 @@ class WalkVecEnv(VecEnv):
         raise InputError(f"{method_name}: a robot of `WalkVecEnv` is not an environment with methods")
 
     def env_is_wrapped(self, wrapper_class: type[Any], indices: _Indices = None) -> list[bool]:
-        return [False] * len(self._get_indices(indices))
+        return [False] * len(list(self._get_indices(indices)))

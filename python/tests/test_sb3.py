@@ -84,6 +84,7 @@ def test_attributes_and_wrappers() -> None:
     assert many.get_attr("render_mode") == 3 * ["rgb_array"] and not many.has_attr("weather")
     many.set_attr("weather", "rain")
     assert many.get_attr("weather", 1) == ["rain"]
+    assert many.get_attr("weather", (robot for robot in [0, 2])) == ["rain", "rain"]
     with pytest.raises(cosmic.InputError, match="weather: all robots have the same attributes"):
         many.set_attr("weather", "sun", [1])
     with pytest.raises(cosmic.InputError, match="fly: a robot"):
