@@ -43,9 +43,10 @@ class _Rollout(torch.autograd.Function):
         ctx.save_for_backward(*arrays)
         return tuple(torch.from_numpy(array).to(arrays[0].device) for array in plan.run(_numpy(arrays)))
 
+    # By its type, torch's decorator makes `ctx` an argument without a name.
     @staticmethod
     @torch.autograd.function.once_differentiable
-    def backward(ctx: Any, *bars: Any) -> Any:
+    def backward(ctx: Any, *bars: Any) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
         arrays, plan = ctx.saved_tensors, ctx.plan
         by = [name for name, array in zip(plan.shapes, arrays) if array.requires_grad]
         of_inputs = []

@@ -83,11 +83,11 @@ def write_dxf(folder: _Path, *, width: float = 12.0, hole: float = 4.0, gap: flo
     ``ROBOT`` has the robot as lines between its nodes, and ``LABELS`` has the numbers: ``from [edge] to``.
     """
     with extra("workshop"):
-        import ezdxf
+        from ezdxf import filemanagement
     bars = read_bars(folder)
     if not 0 < hole < width:
         raise ValueError(f"hole is {hole} mm; it must be above 0 and below the width, {width} mm")
-    drawing = ezdxf.new("R2010", units=4)  # pyright: ignore[reportPrivateImportUsage]
+    drawing = filemanagement.new("R2010", units=4)
     for name, colour in (("SKELETON", 7), ("ACTUATOR", 5), ("ROBOT", 8), ("LABELS", 3)):
         drawing.layers.add(name, color=colour)
     space = drawing.modelspace()
@@ -99,7 +99,8 @@ def write_dxf(folder: _Path, *, width: float = 12.0, hole: float = 4.0, gap: flo
     above[1] = (len(bars) + 1) * (width + gap)
     for bar in bars:
         ends = (bar.ends - low) * _MM + above
-        space.add_line(*ends.tolist(), dxfattribs={"layer": "ROBOT"})
+        start, end = ends.tolist()
+        space.add_line(start, end, dxfattribs={"layer": "ROBOT"})
         _label(space, f"[{bar.edge}]", ends.mean(axis=0), 0.3 * width)
     for node, place in {n: p for bar in bars for n, p in zip(bar.nodes, bar.ends)}.items():
         at = (place - low) * _MM + above

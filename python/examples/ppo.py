@@ -80,7 +80,8 @@ def walked(robot: Robot, model: PPO, seed: int) -> float:
     many.seed(10_000 + seed)
     seen, made, running = many.reset(), np.zeros(ROBOTS), np.ones(ROBOTS, np.bool_)
     while running.any():
-        seen, rewards, over, _ = many.step(model.predict(seen, deterministic=True)[0])
+        many.step_async(model.predict(seen, deterministic=True)[0])
+        seen, rewards, over, _ = many.step_wait()
         made += rewards * running
         running &= ~over
     return float(np.median(made))
