@@ -5,7 +5,8 @@
 # the other wheel stays. `python/check.sh --gpu LIBRARY` takes an extension module that is already built (an absolute path).
 #
 # `python/check.sh --frameworks` tests the newest wheel in target/wheels, or builds it, with the oldest versions of torch, JAX
-# and stable-baselines3 that pyproject.toml promises, and with the newest. The packages take about 8 GB.
+# and stable-baselines3 that pyproject.toml promises, and with the newest, and checks types with the newest. The packages take
+# about 12 GB.
 set -euo pipefail
 cd "$(dirname "$0")"
 here=$PWD
@@ -54,6 +55,13 @@ if [ "${1:-}" = --frameworks ]; then
     "$python" -m pip list 2>/dev/null | grep -E '^(gymnasium|jax|numpy|optax|stable_baselines3|torch) '
     (cd "$elsewhere" && "$python" -m pytest -p no:cacheprovider --tb=short -rs "$here"/tests/test_{derivatives,gym,jax,sb3,torch}.py)
   done
+  # The tests of the usual check do not know the types of all frameworks, and mypy skips them there.
+  say 'types, with those of the newest frameworks'
+  install ezdxf mypy pyright trimesh
+  (cd "$elsewhere" && "$python" -m pytest -p no:cacheprovider --tb=short -rs "$here/tests/test_examples.py" -k pyright)
+  cp -r cosmic examples/*.py "$elsewhere"
+  cd "$elsewhere"
+  "$python" -m mypy --config-file= --strict --ignore-missing-imports --allow-untyped-calls --allow-untyped-decorators cosmic ./*.py
   exit
 fi
 
