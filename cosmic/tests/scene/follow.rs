@@ -25,7 +25,7 @@ const KEYS: [(&str, &str, f64); 28] = [
     ("volume.solid", "[0.3, 0.4]", 0.0),
     ("volume.actuator", "[0.1, 0.11]", 0.0),
     ("schedule.iterations", "88", 0.0),
-    ("schedule.snap_at", "77", 0.0),
+    ("schedule.snap_at", "66", 0.0),
     ("schedule.attraction_from", "1", 0.0),
     ("schedule.horizon_over", "[7, 9]", 0.0),
     ("binarisation.threshold_over", "[7, 9]", 0.0),
